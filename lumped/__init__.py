@@ -1,0 +1,3 @@
+"""Acausal lumped-parameter modelling of drive trains on CasADi."""
+
+__version__ = "0.1.0"

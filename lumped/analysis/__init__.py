@@ -1,0 +1,1 @@
+"""Analyses of an assembled system, one module each."""

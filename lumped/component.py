@@ -1,0 +1,425 @@
+"""Components: declarations as class attributes, equations and connections as generators."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Self
+
+from lumped.errors import ConnectionError, DeclarationError, UnknownNameError, nearest
+from lumped.expression import Equation, Expr, Ref
+from lumped.port import Port
+from lumped.quantity import Input, Output, Quantity, Signal
+
+__all__ = ["Component", "Connection", "chain", "compose", "connect"]
+
+class Connection:
+    """Ports or signals that meet."""
+
+    __slots__ = ("ends",)
+
+    def __init__(self, ends: tuple[Port | Ref, ...]) -> None:
+        self.ends = ends
+
+
+class _PartSlot:
+    """Class attribute that holds a part (or list or dictionary of parts) of a component."""
+
+    def __init__(self, name: str, default: Any) -> None:
+        self.name = name
+        self.default = default
+
+    def __get__(self, obj: Component | None, owner: type) -> Any:
+        return self.default if obj is None else obj._part(self.name)
+
+
+class _FieldSlot:
+    """Class attribute that holds a structural choice of a component."""
+
+    def __init__(self, name: str, default: Any) -> None:
+        self.name = name
+        self.default = default
+
+    def __get__(self, obj: Component | None, owner: type) -> Any:
+        return self.default if obj is None else obj._values.get(self.name, self.default)
+
+
+class Component:
+    """Base of all components and models.
+
+    A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class
+    attributes, yields its equations from `equations` and its connections from `connections`.
+    Plain annotated class attributes are structural choices, fixed at flattening.
+
+    Parameters
+    ----------
+    **values
+        For a parameter a number (or, inside a class body, an expression of the enclosing
+        component's parameters); for a variable its start value, which then holds exactly;
+        for a part a replacement; for a structural field its value.
+
+    Raises
+    ------
+    UnknownNameError
+        If a name is not declared.
+    DeclarationError
+        If a value is of the wrong sort.
+    """
+
+    _quantities: dict[str, Quantity]
+    _ports: dict[str, Port]
+    _parts: dict[str, Any]
+    _fields: dict[str, Any]
+
+    _quantities, _ports, _parts, _fields = {}, {}, {}, {}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
+        for base in reversed(cls.__mro__[1:]):
+            if isinstance(base, type) and issubclass(base, Component):
+                own = (base._quantities, base._ports, base._parts, base._fields)
+                for table, inherited in zip(tables, own, strict=True):
+                    table.update(inherited)
+        cls._quantities, cls._ports, cls._parts, cls._fields = tables
+        for name, value in list(vars(cls).items()):
+            if name.startswith("_"):
+                continue
+            table = _table_of(tables, name, value, vars(cls).get("__annotations__", {}))
+            if table is None:
+                continue
+            for other in tables:
+                other.pop(name, None)
+            table[name] = value
+            if table is cls._parts:
+                setattr(cls, name, _PartSlot(name, value))
+            elif table is cls._fields:
+                setattr(cls, name, _FieldSlot(name, value))
+        _refuse_shared(cls.__name__, cls._parts)
+
+    def __init__(self, **values: Any) -> None:
+        given: dict[str, Any] = {}
+        for name, value in values.items():
+            given[name] = self._checked(name, value)
+        object.__setattr__(self, "_values", given)
+        object.__setattr__(self, "_place", None)
+        object.__setattr__(self, "_bound", {})
+        if any(name in self._parts for name in given):
+            _refuse_shared(type(self).__name__, {n: self._default(n) for n in self._parts})
+
+    _values: dict[str, Any]
+    _place: tuple[Component, str] | None
+    _bound: dict[str, Any]
+
+    def equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
+        """Equations of the component; yielded one by one."""
+        return ()
+
+    def connections(self) -> Iterable[Connection]:
+        """Connections between the component's parts; yielded one by one."""
+        return ()
+
+    def with_(self, changes: Mapping[str, Any]) -> Self:
+        """A copy with other values.
+
+        Parameters
+        ----------
+        changes : mapping of str to value
+            Dotted names (``"shaft.c"``, ``"mass[3].J"``) and their new values.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not declared.
+        """
+        values = dict(self._values)
+        below: dict[str, dict[str, Any]] = {}
+        for path, value in changes.items():
+            head, _, rest = path.partition(".")
+            if rest:
+                below.setdefault(head, {})[rest] = value
+            elif "[" in head:
+                slot, key = _split(head)
+                values[slot] = _replaced(values.get(slot, self._default(slot)), key, value)
+            else:
+                values[head] = value
+        for head, inner in below.items():
+            slot, key = _split(head)
+            if slot not in self._parts:
+                raise UnknownNameError(
+                    f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
+                )
+            held = values.get(slot, self._default(slot))
+            if key is None:
+                values[slot] = held.with_(inner)
+            else:
+                values[slot] = _replaced(held, key, _member(held, key, slot).with_(inner))
+        return type(self)(**values)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise DeclarationError(
+            f"{type(self).__name__}.{name} cannot be assigned: components are values. "
+            f"Use .with_({{'{name}': ...}}), which gives a changed copy."
+        )
+
+    def __repr__(self) -> str:
+        inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
+        return f"{type(self).__name__}({inner})"
+
+    def _default(self, name: str) -> Any:
+        return self._values.get(name, self._parts.get(name))
+
+    def _checked(self, name: str, value: Any) -> Any:
+        kind = type(self).__name__
+        if name in self._quantities:
+            quantity = self._quantities[name]
+            if isinstance(quantity, Signal):
+                raise DeclarationError(
+                    f"{kind}({name}=...): '{name}' is a signal; connect it instead."
+                )
+            if isinstance(value, Expr):
+                return value
+            try:
+                return float(value)
+            except (TypeError, ValueError):
+                raise DeclarationError(
+                    f"{kind}({name}={value!r}): a number in {quantity.unit} "
+                    f"({quantity.text}) is needed."
+                ) from None
+        if name in self._parts:
+            if not _is_part(value):
+                raise DeclarationError(
+                    f"{kind}({name}={value!r}): a component (or list or dictionary of "
+                    "components) is needed."
+                )
+            return value
+        if name in self._fields:
+            return value
+        known = [*self._quantities, *self._parts, *self._fields]
+        raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
+
+    def _copy_at(self, parent: Component, name: str) -> Self:
+        twin = object.__new__(type(self))
+        object.__setattr__(twin, "_values", self._values)
+        object.__setattr__(twin, "_place", (parent, name))
+        object.__setattr__(twin, "_bound", {})
+        return twin
+
+    def _part(self, name: str) -> Any:
+        bound = self._bound.get(name)
+        if bound is None:
+            held = self._default(name)
+            if isinstance(held, Component):
+                bound = held._copy_at(self, name)
+            elif isinstance(held, Mapping):
+                bound = {k: c._copy_at(self, f'{name}["{k}"]') for k, c in held.items()}
+            else:
+                bound = tuple(c._copy_at(self, f"{name}[{i}]") for i, c in enumerate(held))
+            self._bound[name] = bound
+        return bound
+
+    def _children(self) -> Iterator[tuple[str, Component]]:
+        for name in self._parts:
+            held = self._part(name)
+            if isinstance(held, Component):
+                yield name, held
+            else:
+                for part in held.values() if isinstance(held, Mapping) else held:
+                    yield part._place[1], part
+
+
+
+def _table_of(
+    tables: tuple[dict[str, Any], ...], name: str, value: Any, annotations: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    if isinstance(value, Quantity):
+        return tables[0]
+    if isinstance(value, Port):
+        return tables[1]
+    if _is_part(value) and (value or name in annotations or name in tables[2]):
+        return tables[2]
+    if inspect.isroutine(value) or isinstance(value, property | classmethod | staticmethod):
+        return None
+    return tables[3] if name in annotations or name in tables[3] else None
+
+
+def _is_part(value: object) -> bool:
+    if isinstance(value, Component):
+        return True
+    if isinstance(value, Mapping):
+        return bool(value) and all(
+            isinstance(k, str) and isinstance(v, Component) for k, v in value.items()
+        )
+    return (
+        isinstance(value, list | tuple)
+        and bool(value)
+        and all(isinstance(v, Component) for v in value)
+    )
+
+
+def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
+    seen: dict[int, str] = {}
+    for name, held in parts.items():
+        if isinstance(held, Component):
+            members: Iterable[tuple[str, Component]] = [(name, held)]
+        elif isinstance(held, Mapping):
+            members = [(f'{name}["{k}"]', c) for k, c in held.items()]
+        else:
+            members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
+        for place, part in members:
+            if id(part) in seen:
+                raise DeclarationError(
+                    f"{kind}: '{seen[id(part)]}' and '{place}' are the same "
+                    f"{type(part).__name__} object. A component stands in one place of a "
+                    f"parent; write {type(part).__name__}(...) once for each."
+                )
+            seen[id(part)] = place
+
+
+def _split(head: str) -> tuple[str, str | None]:
+    if not head.endswith("]"):
+        return head, None
+    slot, _, key = head[:-1].partition("[")
+    return slot, key.strip("\"'")
+
+
+def _member(held: Any, key: str, slot: str) -> Component:
+    try:
+        part: Component = held[key] if isinstance(held, Mapping) else held[int(key)]
+    except (KeyError, IndexError, ValueError, TypeError):
+        raise UnknownNameError(f"'{slot}' has no member [{key}].") from None
+    return part
+
+
+def _replaced(held: Any, key: str | None, value: Any) -> Any:
+    if isinstance(held, Mapping):
+        return {**held, key: value}
+    members = list(held)
+    members[int(key or 0)] = value
+    return members
+
+
+def connect(*ends: Port | Expr) -> Connection:
+    """Join ports (or signals) of the same kind in one node.
+
+    Parameters
+    ----------
+    *ends : Port or signal reference
+        Two or more.
+
+    Raises
+    ------
+    ConnectionError
+        If the ends are of different kinds, fewer than two, or not ports.
+    """
+    checked: list[Port | Ref] = []
+    for end in ends:
+        signal = isinstance(end, Ref) and isinstance(end.quantity, Input | Output)
+        if not (isinstance(end, Port) or signal):
+            what = type(end).__name__
+            hint = ""
+            if isinstance(end, Component):
+                hint = f" Name one of its ports: {', '.join(end._ports) or 'it has none'}."
+            elif isinstance(end, Ref):
+                what, hint = f"the quantity '{end.name}'", " Only ports and signals connect."
+            raise ConnectionError(f"connect: {what} is not a port.{hint}")
+        checked.append(end)  # type: ignore[arg-type]
+    if len(checked) < 2:
+        raise ConnectionError("connect needs at least two ports.")
+    kinds = {_kind(end) for end in checked}
+    if len(kinds) > 1:
+        listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
+        raise ConnectionError(
+            f"connect: ports of different kinds meet: {listed}. Put a component between them "
+            "that has both kinds (for rotation and translation: RackAndPinion)."
+        )
+    return Connection(tuple(checked))
+
+
+def _kind(end: Port | Ref) -> str:
+    return end.kind if isinstance(end, Port) else "signal"
+
+
+def label(end: Port | Ref) -> str:
+    """Dotted name of a port or signal from the top of its tree."""
+    prefix = path_of(end.owner)
+    return f"{prefix}.{end.name}" if prefix else end.name
+
+
+def path_of(component: Component) -> str:
+    """Dotted path of a component from the top of its tree."""
+    names: list[str] = []
+    while component._place is not None:
+        component, name = component._place
+        names.append(name)
+    return ".".join(reversed(names))
+
+
+def chain(*parts: Component | Port) -> Iterator[Connection]:
+    """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
+
+    A part with only one port (a source, a support) may stand at either end; a port may be named
+    instead of a part.
+
+    Raises
+    ------
+    ConnectionError
+        If a part lacks the port needed at its place.
+    """
+    for before, after in zip(parts, parts[1:], strict=False):
+        yield connect(_end(before, "b"), _end(after, "a"))
+
+
+def _end(part: Component | Port, side: str) -> Port:
+    if isinstance(part, Port):
+        return part
+    name = f"flange_{side}"
+    if name not in part._ports:
+        acausal = list(part._ports)
+        if len(acausal) != 1:
+            raise ConnectionError(
+                f"chain: {type(part).__name__} {path_of(part)} has no '{name}'; "
+                f"name one of its ports instead: {', '.join(acausal) or 'it has none'}."
+            )
+        name = acausal[0]
+    port: Port = getattr(part, name)
+    return port
+
+
+def compose(
+    *,
+    connections: Iterable[Connection] | Callable[[Any], Iterable[Connection]] = (),
+    name: str = "Model",
+    **members: Any,
+) -> Component:
+    """Build a model without writing a class.
+
+    Parameters
+    ----------
+    connections : iterable of Connection, or callable
+        Connections between the given parts; a callable gets the finished model.
+    name : str
+        Name of the model in texts.
+    **members
+        Parts (components, lists or dictionaries of them), ports and parameters, by name.
+
+    Raises
+    ------
+    DeclarationError
+        If a member is none of these.
+    """
+    joints = connections if callable(connections) else tuple(connections)
+
+    def joined(self: Component) -> Iterable[Connection]:
+        return joints(self) if callable(joints) else joints
+
+    for key, value in members.items():
+        if not (_is_part(value) or isinstance(value, Port | Quantity)):
+            raise DeclarationError(
+                f"compose({key}={value!r}): a component, a list or dictionary of components, "
+                "a port or a parameter is needed."
+            )
+    cls = type(name, (Component,), {"__doc__": name, **members, "connections": joined})
+    model: Component = cls()
+    return model
+

@@ -1,0 +1,91 @@
+"""Errors of lumped: each says what is wrong, where, why it is likely so, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lumped.analysis.result import Trajectory
+
+__all__ = [
+    "ConnectionError",
+    "DeclarationError",
+    "EquationError",
+    "LumpedError",
+    "ParameterError",
+    "SingularModelError",
+    "SolverError",
+    "StartError",
+    "UnknownNameError",
+    "nearest",
+]
+
+
+class LumpedError(Exception):
+    """Base of every error that lumped raises on purpose."""
+
+
+class DeclarationError(LumpedError):
+    """A component class or instance is declared in a way that cannot be a part."""
+
+
+class EquationError(LumpedError):
+    """An equation or expression is written in a way that has no meaning here."""
+
+
+class ConnectionError(LumpedError):
+    """Ports of different kinds meet, or a port that must be connected is not."""
+
+
+class ParameterError(LumpedError):
+    """Parameters are missing or out of their range; all faults of a model in one error."""
+
+
+class SingularModelError(LumpedError):
+    """The equations of the model over-determine or under-determine its unknowns."""
+
+
+class StartError(LumpedError):
+    """Start values contradict each other or cannot be met."""
+
+
+class UnknownNameError(LumpedError, KeyError):
+    """A name that the model does not have; the text lists the nearest ones."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class SolverError(LumpedError):
+    """A numerical run failed.
+
+    Attributes
+    ----------
+    partial : Trajectory or None
+        What was computed up to the failure.
+    """
+
+    def __init__(self, text: str, partial: Trajectory | None = None) -> None:
+        super().__init__(text)
+        self.partial = partial
+
+
+def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
+    """Text that offers the known names nearest to `name`."""
+    names = list(known)
+    lowered = {n.lower(): n for n in names}
+    close = get_close_matches(name, names, most, 0.5)
+    close += [
+        lowered[n]
+        for n in get_close_matches(name.lower(), lowered, most, 0.5)
+        if lowered[n] not in close
+    ]
+    tail = name.rsplit(".", 1)[-1]
+    close += [n for n in names if n.rsplit(".", 1)[-1] == tail and n not in close]
+    if close:
+        return "Nearest: " + ", ".join(close[:most]) + "."
+    if not names:
+        return "There are none."
+    return "Known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") + "."

@@ -1,0 +1,338 @@
+"""Expressions as the user writes them: a small tree, lowered to CasADi at flattening.
+
+Equations are kept as trees and not as CasADi nodes because a CasADi ``==`` simplifies
+``x == x`` to a constant, ``math.sin`` of a symbol silently returns nan, and an operator on
+scalar symbols costs 15 microseconds; a tree is also what the error texts print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NoReturn, Union
+
+from lumped.errors import EquationError
+
+if TYPE_CHECKING:
+    from lumped.quantity import Quantity
+
+__all__ = ["Call", "Compare", "Constant", "Equation", "Expr", "Partial", "Ref", "der", "time"]
+
+Number = Union["Expr", float, int]
+
+
+class Expr:
+    """A node of an expression; combine with + - * / **, functions of `lumped.ops`, and ==."""
+
+    __slots__ = ()
+    __array_ufunc__ = None  # numpy arrays leave the operators to this class
+
+    def children(self) -> tuple[Expr, ...]:
+        """Operands, in order."""
+        return ()
+
+    def __add__(self, other: Number) -> Expr:
+        return Call("+", (self, as_expr(other)))
+
+    def __radd__(self, other: Number) -> Expr:
+        return Call("+", (as_expr(other), self))
+
+    def __sub__(self, other: Number) -> Expr:
+        return Call("-", (self, as_expr(other)))
+
+    def __rsub__(self, other: Number) -> Expr:
+        return Call("-", (as_expr(other), self))
+
+    def __mul__(self, other: Number) -> Expr:
+        return Call("*", (self, as_expr(other)))
+
+    def __rmul__(self, other: Number) -> Expr:
+        return Call("*", (as_expr(other), self))
+
+    def __truediv__(self, other: Number) -> Expr:
+        return Call("/", (self, as_expr(other)))
+
+    def __rtruediv__(self, other: Number) -> Expr:
+        return Call("/", (as_expr(other), self))
+
+    def __pow__(self, other: Number) -> Expr:
+        return Call("**", (self, as_expr(other)))
+
+    def __rpow__(self, other: Number) -> Expr:
+        return Call("**", (as_expr(other), self))
+
+    def __neg__(self) -> Expr:
+        return Call("neg", (self,))
+
+    def __pos__(self) -> Expr:
+        return self
+
+    def __abs__(self) -> Expr:
+        return Call("abs", (self,))
+
+    def __eq__(self, other: object) -> Equation:  # type: ignore[override]
+        return Equation(self, as_expr(other))
+
+    def __ne__(self, other: object) -> NoReturn:  # type: ignore[override]
+        raise EquationError(f"{self} != {other} is not an equation; write ==.")
+
+    def __lt__(self, other: Number) -> Compare:
+        return Compare(as_expr(other), self)
+
+    def __le__(self, other: Number) -> Compare:
+        return Compare(as_expr(other), self)
+
+    def __gt__(self, other: Number) -> Compare:
+        return Compare(self, as_expr(other))
+
+    def __ge__(self, other: Number) -> Compare:
+        return Compare(self, as_expr(other))
+
+    __hash__ = object.__hash__
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self}' has no truth value: it is a symbol, not a number. "
+            "Use lumped.ops.where(condition, a, b) instead of 'if', and a plain typed field "
+            "for a choice that changes the structure."
+        )
+
+    def __float__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self}' is a symbol, not a number. Use the functions of lumped.ops "
+            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy."
+        )
+
+    __int__ = __float__
+    __complex__ = __float__
+    __index__ = __float__
+
+    def __iter__(self) -> Iterator[Expr]:
+        raise EquationError(f"'{self}' is one quantity and cannot be iterated over.")
+
+    def __repr__(self) -> str:
+        return text(self)
+
+
+class Constant(Expr):
+    """A number."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+
+class Time(Expr):
+    """The time."""
+
+    __slots__ = ()
+
+
+class Ref(Expr):
+    """A quantity of a component instance: ``self.phi`` in a component, ``rig.shaft.tau`` outside.
+
+    Attributes
+    ----------
+    owner : Component
+        Instance that declares the quantity.
+    name : str
+        Name inside the owner, with the port's name in front for port quantities.
+    quantity : Quantity
+        Its declaration.
+    """
+
+    __slots__ = ("name", "owner", "quantity")
+
+    def __init__(self, owner: Any, name: str, quantity: Quantity) -> None:
+        self.owner = owner
+        self.name = name
+        self.quantity = quantity
+
+
+class Call(Expr):
+    """An operator or function applied to operands."""
+
+    __slots__ = ("args", "op")
+
+    def __init__(self, op: str, args: tuple[Expr, ...]) -> None:
+        self.op = op
+        self.args = args
+
+    def children(self) -> tuple[Expr, ...]:
+        return self.args
+
+
+class Der(Expr):
+    """Time derivative of an expression."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Expr) -> None:
+        self.of = of
+
+    def children(self) -> tuple[Expr, ...]:
+        return (self.of,)
+
+
+class Partial(Expr):
+    """Partial derivative of an expression by one quantity in it."""
+
+    __slots__ = ("by", "of")
+
+    def __init__(self, of: Expr, by: Ref) -> None:
+        self.of = of
+        self.by = by
+
+    def children(self) -> tuple[Expr, ...]:
+        return (self.of, self.by)
+
+
+class Compare:
+    """The relation ``greater >= less``; only meaningful inside `lumped.ops.where`."""
+
+    __slots__ = ("greater", "less")
+
+    def __init__(self, greater: Expr, less: Expr) -> None:
+        self.greater = greater
+        self.less = less
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self!r}' has no truth value: it changes during a run. "
+            "Use lumped.ops.where(condition, a, b) instead of 'if', 'min', 'max' or 'and'."
+        )
+
+    def __repr__(self) -> str:
+        return f"{text(self.greater)} >= {text(self.less)}"
+
+
+class Where(Expr):
+    """One of two expressions, chosen by a relation."""
+
+    __slots__ = ("condition", "no", "yes")
+
+    def __init__(self, condition: Compare, yes: Expr, no: Expr) -> None:
+        self.condition = condition
+        self.yes = yes
+        self.no = no
+
+    def children(self) -> tuple[Expr, ...]:
+        return (self.condition.greater, self.condition.less, self.yes, self.no)
+
+
+class Equation:
+    """``left == right``, to be yielded by ``equations()``."""
+
+    __slots__ = ("left", "right")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, left: Expr, right: Expr) -> None:
+        self.left = left
+        self.right = right
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"the equation '{self!r}' was used as a truth value. Yield each equation by itself "
+            "(a == b == c is two equations), and do not search lists of quantities with 'in'."
+        )
+
+    def __repr__(self) -> str:
+        return f"{text(self.left)} == {text(self.right)}"
+
+
+time = Time()
+"""The time in seconds, as a symbol."""
+
+
+def der(of: Expr) -> Expr:
+    """Time derivative of an expression.
+
+    Raises
+    ------
+    EquationError
+        If `of` is not an expression of the model.
+    """
+    if not isinstance(of, Expr):
+        raise EquationError(f"der({of!r}): only quantities of the model have a time derivative.")
+    return Der(of)
+
+
+def as_expr(value: object) -> Expr:
+    """An expression from an expression or a number."""
+    if isinstance(value, Expr):
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            raise EquationError(
+                f"{value!r} of type {type(value).__name__} cannot stand in an equation; "
+                "only quantities of the model and numbers can."
+            ) from None
+        return Constant(number)
+    return Constant(float(value))
+
+
+def walk(root: Expr) -> Iterator[Expr]:
+    """All nodes of an expression, operands before the node (no recursion limit)."""
+    stack: list[tuple[Expr, bool]] = [(root, False)]
+    seen: set[int] = set()
+    while stack:
+        node, done = stack.pop()
+        if done:
+            yield node
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            stack.extend((child, False) for child in reversed(node.children()))
+
+
+_RANK = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "**": 4}
+
+
+def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
+    """The expression as a user would write it.
+
+    Parameters
+    ----------
+    root : Expr
+        What to print.
+    name : callable, optional
+        Gives the printed name of a reference; default is its name inside its component.
+    """
+    name = name or (lambda ref: ref.name)
+    done: dict[int, tuple[str, int]] = {}
+    for node in walk(root):
+        done[id(node)] = _text_of(node, [done[id(c)] for c in node.children()], name)
+    return done[id(root)][0]
+
+
+def _text_of(
+    node: Expr, parts: list[tuple[str, int]], name: Callable[[Ref], str]
+) -> tuple[str, int]:
+    if isinstance(node, Constant):
+        return f"{node.value:g}", 5 if node.value >= 0 else 3
+    if isinstance(node, Time):
+        return "time", 5
+    if isinstance(node, Ref):
+        return name(node), 5
+    if isinstance(node, Call) and node.op in _RANK:
+        rank = _RANK[node.op]
+        if node.op == "neg":
+            inner, r = parts[0]
+            return f"-{inner}" if r >= rank else f"-({inner})", rank
+        (left, l_rank), (right, r_rank) = parts
+        left = left if l_rank >= rank else f"({left})"
+        right = right if r_rank > rank else f"({right})"
+        space = "" if node.op == "**" else " "
+        return f"{left}{space}{node.op}{space}{right}", rank
+    inner = [p[0] for p in parts]
+    if isinstance(node, Der):
+        return f"der({inner[0]})", 5
+    if isinstance(node, Partial):
+        return f"d({inner[0]})/d({inner[1]})", 5
+    if isinstance(node, Where):
+        return f"where({inner[0]} >= {inner[1]}, {inner[2]}, {inner[3]})", 5
+    if isinstance(node, Call):
+        return f"{node.op}({', '.join(inner)})", 5
+    return getattr(node, "name", "?"), 5

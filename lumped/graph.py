@@ -1,0 +1,204 @@
+"""Connections: which ports and signals meet in one node of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from lumped.component import Connection, label
+from lumped.errors import ConnectionError, EquationError
+from lumped.port import Port
+from lumped.quantity import Input, Output
+from lumped.tree import Node, Tree
+
+__all__ = ["Joints", "join"]
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Result of joining all connections of a model.
+
+    Attributes
+    ----------
+    equal : list of (int, int, str)
+        Unknowns that are equal by a connection, and the connection's text.
+    sums : list of (ndarray of int, ndarray of float, str)
+        Flows and their signs that sum to zero, and the node's text.
+    grounded : list of (int, str)
+        Potentials that are zero because their port is left open and grounds itself.
+    inside : set of int
+        Ports of composites that are connected inside (by port number).
+    driven : set of int
+        Outputs of composites that are driven from inside (by unknown number).
+    """
+
+    equal: list[tuple[int, int, str]]
+    sums: list[tuple[np.ndarray, np.ndarray, str]]
+    grounded: list[tuple[int, str]]
+    inside: set[int]
+    driven: set[int]
+
+
+@dataclass(frozen=True)
+class _End:
+    """One side of a port in a connection."""
+
+    node: Node
+    port: int
+    sign: int
+
+    def unknowns(self) -> tuple[int, int]:
+        first = self.node.first_unknown + 2 * self.port
+        return first, first + 1
+
+
+def join(tree: Tree) -> Joints:
+    """Resolve the connections of all composites.
+
+    Raises
+    ------
+    ConnectionError
+        If a port that must be connected is not, or a signal has no or several sources.
+    """
+    pairs: list[tuple[int, int]] = []
+    ends: dict[int, _End] = {}
+    signals: list[tuple[int, int]] = []
+    sides: dict[int, set[str]] = {}
+    for node in tree.nodes:
+        for connection in node.component.connections():
+            if not isinstance(connection, Connection):
+                raise EquationError(
+                    f"{node.label}: connections() yielded {connection!r}; "
+                    "yield lumped.connect(...) or 'yield from' lumped.chain(...)."
+                )
+            if isinstance(connection.ends[0], Port):
+                terminals = [_terminal(tree, node, end, ends) for end in connection.ends]
+                pairs += list(zip(terminals, terminals[1:], strict=False))
+            else:
+                numbers = [_signal(tree, node, end, sides) for end in connection.ends]
+                signals += list(zip(numbers, numbers[1:], strict=False))
+    for node in tree.nodes:
+        for port in range(len(node.layout.ports)):
+            ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
+    equal: list[tuple[int, int, str]] = []
+    sums: list[tuple[np.ndarray, np.ndarray, str]] = []
+    grounded: list[tuple[int, str]] = []
+    for group in _groups(list(ends), pairs):
+        members = [ends[t] for t in group]
+        _tie(tree, members, equal, sums, grounded)
+    driven = _signal_sets(tree, signals, sides, equal)
+    inside = {t // 2 for t in ends if t % 2}
+    return Joints(equal, sums, grounded, inside, driven)
+
+
+def _terminal(tree: Tree, scope: Node, end: object, ends: dict[int, _End]) -> int:
+    assert isinstance(end, Port)
+    node = tree.find(end.owner, scope)
+    if node is None or not (node is scope or tree.nodes[node.parent] is scope):
+        raise ConnectionError(
+            f"{scope.label}: a connection names {label(end)} of a "
+            f"{type(end.owner).__name__}, which is not one of its parts. Connect ports of the "
+            "component itself and of its direct parts."
+        )
+    port = node.layout.ports.index(end.name)
+    inner = node is scope
+    number = 2 * (node.first_port + port) + inner
+    ends.setdefault(number, _End(node, port, -1 if inner else 1))
+    return number
+
+
+def _signal(tree: Tree, scope: Node, end: object, sides: dict[int, set[str]]) -> int:
+    node = tree.find(end.owner, scope)  # type: ignore[attr-defined]
+    if node is None or not (node is scope or tree.nodes[node.parent] is scope):
+        raise ConnectionError(
+            f"{scope.label}: a connection names the signal '{label(end)}', which "  # type: ignore[arg-type]
+            "belongs neither to it nor to one of its parts."
+        )
+    number = node.first_unknown + node.layout.unknowns[end.name]  # type: ignore[attr-defined]
+    is_input = isinstance(end.quantity, Input)  # type: ignore[attr-defined]
+    gives = is_input == (node is scope)
+    sides.setdefault(number, set()).add("source" if gives else "sink")
+    if not gives and not is_input:
+        sides[number].add("driven inside")
+    return number
+
+
+def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
+    items.sort()
+    place = {t: i for i, t in enumerate(items)}
+    n = len(items)
+    i = np.array([place[a] for a, _ in pairs], dtype=int)
+    j = np.array([place[b] for _, b in pairs], dtype=int)
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(n, n))
+    count, labels = connected_components(graph, directed=False)
+    groups: list[list[int]] = [[] for _ in range(count)]
+    for item, group in zip(items, labels.tolist(), strict=True):
+        groups[group].append(item)
+    return sorted(groups)
+
+
+def _tie(
+    tree: Tree,
+    members: list[_End],
+    equal: list[tuple[int, int, str]],
+    sums: list[tuple[np.ndarray, np.ndarray, str]],
+    grounded: list[tuple[int, str]],
+) -> None:
+    potentials = [m.unknowns()[0] for m in members]
+    flows = np.array([m.unknowns()[1] for m in members])
+    signs = np.array([float(m.sign) for m in members])
+    if len(members) > 1:
+        where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
+        where += " = ..." if len(members) > 4 else ""
+        equal += [(a, b, where) for a, b in zip(potentials, potentials[1:], strict=False)]
+        sums.append((flows, signs, where))
+        return
+    node, number = members[0].node, members[0].port
+    port = tree.port(node, number)
+    name = tree.port_name(node, number)
+    if port.grounded:
+        grounded.append((potentials[0], name))
+        return
+    if not (port.free or node.parent < 0) and members[0].sign > 0:
+        raise ConnectionError(
+            f"{name} of {node.label} is not connected. Connect it, or leave the component out; "
+            "only ports declared free or grounded may stay open."
+        )
+    sums.append((flows, signs, name))
+
+
+def _signal_sets(
+    tree: Tree,
+    pairs: list[tuple[int, int]],
+    sides: dict[int, set[str]],
+    equal: list[tuple[int, int, str]],
+) -> set[int]:
+    for node in tree.nodes:
+        for name, local in node.layout.unknowns.items():
+            quantity = node.layout.quantities[local]
+            number = node.first_unknown + local
+            if isinstance(quantity, Input) and "sink" not in sides.get(number, ()):
+                raise ConnectionError(
+                    f"{node.name(name)}: the input ({quantity.text}, {quantity.unit}) has no "
+                    "source. Connect an output to it, for example that of a Constant or a Sine."
+                )
+    roots: dict[int, list[int]] = {}
+    for group in _groups(list(sides), pairs):
+        sources = [n for n in group if "source" in sides[n] and "sink" not in sides[n]]
+        if len(sources) != 1:
+            listed = ", ".join(tree.unknown_name(n) for n in group)
+            what = "no source" if not sources else f"{len(sources)} sources"
+            raise ConnectionError(
+                f"Signals {listed} are joined but have {what}; exactly one output must feed them."
+            )
+        roots[sources[0]] = group
+        where = " = ".join(tree.unknown_name(n) for n in group[:4])
+        equal += [(a, b, where) for a, b in zip(group, group[1:], strict=False)]
+    return {
+        n
+        for n, roles in sides.items()
+        if "driven inside" in roles and isinstance(tree.quantity(n), Output)
+    }

@@ -1,0 +1,214 @@
+"""Which unknown stands in which equation, at which derivative, with which coefficient."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from lumped.alias import Aliases
+from lumped.flatten import FlatModel, Group
+from lumped.template import CONSTANT, Residual
+
+__all__ = ["Entries", "Incidence", "Occurrence"]
+
+
+@dataclass(frozen=True, eq=False)
+class Entries:
+    """Nonzero entries of the incidence, one array element each, sorted by row.
+
+    Attributes
+    ----------
+    rows, classes, orders : ndarray of int
+        Equation, class of unknowns, order of derivative.
+    kinds : ndarray of int
+        Kind of the coefficient (number, parametric, varying).
+    values : ndarray
+        The coefficient; nan if it is not a number and no point was given.
+    """
+
+    rows: np.ndarray
+    classes: np.ndarray
+    orders: np.ndarray
+    kinds: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Occurrence:
+    """Where the symbols of one template equation stand, for some of its instances.
+
+    Attributes
+    ----------
+    instances : ndarray of int, shape (m,)
+        Instances of the group.
+    classes, orders : ndarray of int, shape (m, symbols)
+        Class (-1: zero) and order of derivative of each symbol.
+    signs : ndarray, shape (m, symbols)
+        Sign of the symbol relative to its class.
+    """
+
+    group: Group
+    residual: Residual
+    instances: np.ndarray
+    classes: np.ndarray
+    orders: np.ndarray
+    signs: np.ndarray
+
+
+class Incidence:
+    """Equations left after alias elimination, numbered 0 .. count-1.
+
+    Component equations come first (by group, template equation, instance), then flow sums.
+    """
+
+    def __init__(self, flat: FlatModel, aliases: Aliases) -> None:
+        self.flat, self.aliases = flat, aliases
+        self.blocks: list[tuple[Group, int, np.ndarray, int]] = []
+        first = 0
+        for group in flat.groups:
+            n, m = len(group.template.equations), len(group.nodes)
+            kept = aliases.kept_equations[group.first_equation : group.first_equation + n * m]
+            for e in range(n):
+                instances = np.flatnonzero(kept[e::n])
+                if len(instances):
+                    self.blocks.append((group, e, instances, first))
+                    first += len(instances)
+        self.first_sum = first
+        self.sums = np.flatnonzero(aliases.kept_sums)
+        self.count = first + len(self.sums)
+
+    def origin(self, row: int) -> tuple[str, int]:
+        """Kind and number of an equation: ``("equation", n)`` or ``("sum", k)``."""
+        if row >= self.first_sum:
+            return "sum", int(self.sums[row - self.first_sum])
+        for group, e, instances, first in self.blocks:
+            if row < first + len(instances):
+                n = len(group.template.equations)
+                return "equation", group.first_equation + int(instances[row - first]) * n + e
+        raise IndexError(row)
+
+    def occurrence(self, block: int, order: int, picked: np.ndarray) -> Occurrence:
+        """Symbols of the equations `picked` (positions in the block), differentiated."""
+        group, e, instances, _ = self.blocks[block]
+        residual = group.template.residual(e, order)
+        unknowns = group.unknowns[instances[picked]][:, residual.locals]
+        a = self.aliases
+        return Occurrence(
+            group,
+            residual,
+            instances[picked],
+            a.classes[unknowns],
+            residual.orders + a.shifts[unknowns],
+            a.signs[unknowns],
+        )
+
+    def sum_terms(self, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Classes, orders and coefficients of a flow sum; zeros left out."""
+        flows, signs, _ = self.flat.joints.sums[self.sums[row - self.first_sum]]
+        a = self.aliases
+        alive = a.classes[flows] >= 0
+        flows, signs = flows[alive], signs[alive]
+        return a.classes[flows], a.shifts[flows], signs * a.signs[flows]
+
+    def entries(
+        self, orders: np.ndarray, at: Point | None = None, picked: np.ndarray | None = None
+    ) -> Entries:
+        """Entries of all equations, each differentiated `orders[row]` times.
+
+        Parameters
+        ----------
+        orders : ndarray of int, shape (count,)
+            Times to differentiate each equation.
+        at : Point, optional
+            Where to evaluate coefficients that are not numbers.
+        picked : ndarray of bool, shape (count,), optional
+            Restrict to these equations.
+        """
+        parts: list[tuple[np.ndarray, ...]] = []
+        for block, (_, _, instances, first) in enumerate(self.blocks):
+            span = slice(first, first + len(instances))
+            wanted = np.ones(len(instances), dtype=bool) if picked is None else picked[span]
+            for order in np.unique(orders[span][wanted]):
+                places = np.flatnonzero(wanted & (orders[span] == order))
+                parts.append(self._component_part(block, int(order), places, first, at))
+        rows = np.arange(self.first_sum, self.count)
+        for row in rows if picked is None else rows[picked[self.first_sum :]]:
+            classes, shifts, values = self.sum_terms(row)
+            n = len(classes)
+            kinds = np.zeros(n, dtype=int)
+            parts.append((np.full(n, row), classes, shifts + orders[row], kinds, values))
+        if not parts:
+            none = np.zeros(0, dtype=int)
+            return Entries(none, none, none, none, np.zeros(0))
+        return _merged(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+
+    def _component_part(
+        self, block: int, order: int, places: np.ndarray, first: int, at: Point | None
+    ) -> tuple[np.ndarray, ...]:
+        seen = self.occurrence(block, order, places)
+        m, n = seen.classes.shape
+        values = np.broadcast_to(seen.residual.values, (m, n))
+        if at is not None and n and (seen.residual.kinds != CONSTANT).any():
+            values = at.coefficients(seen)
+        alive = (seen.classes >= 0).ravel()
+        columns = (
+            np.repeat(first + places, n),
+            seen.classes.ravel(),
+            seen.orders.ravel(),
+            np.tile(seen.residual.kinds, m),
+            (values * seen.signs).ravel(),
+        )
+        return tuple(c[alive] for c in columns)
+
+
+class Point:
+    """A generic point: one value for every class at every order, defaults for parameters."""
+
+    def __init__(self, flat: FlatModel, orders: np.ndarray) -> None:
+        rng = np.random.default_rng(0)
+        self.flat = flat
+        self.values = rng.uniform(0.3, 0.9, (len(orders), int(orders.max(initial=0)) + 3))
+        parameters = flat.parameters
+        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
+        self.parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self.time = 0.7
+
+    def coefficients(self, seen: Occurrence) -> np.ndarray:
+        """Coefficients of all symbols of an occurrence, shape (m, symbols)."""
+        values = np.where(seen.classes >= 0, self.values[seen.classes, seen.orders], 0.0)
+        group, template = seen.group, seen.group.template
+        m = len(seen.instances)
+        evaluate = seen.residual.coefficients.map(m)
+        result = evaluate(
+            (values * seen.signs).T,
+            self.parameters[group.parameters[seen.instances]].T,
+            np.full((1, m), self.time),
+            np.ones((len(template.modes), m)),
+        )
+        return np.asarray(result).T
+
+
+def _merged(
+    rows: np.ndarray,
+    classes: np.ndarray,
+    orders: np.ndarray,
+    kinds: np.ndarray,
+    values: np.ndarray,
+) -> Entries:
+    """Add up what a row holds of the same unknown; drop what cancels exactly."""
+    order = np.lexsort((orders, classes, rows))
+    rows, classes, orders = rows[order], classes[order], orders[order]
+    kinds, values = kinds[order], values[order]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (
+        (rows[1:] != rows[:-1]) | (classes[1:] != classes[:-1]) | (orders[1:] != orders[:-1])
+    )
+    starts = np.flatnonzero(new)
+    if len(starts):
+        kinds = np.maximum.reduceat(kinds, starts)
+        values = np.add.reduceat(values, starts)
+    rows, classes, orders = rows[starts], classes[starts], orders[starts]
+    keep = ~((kinds == CONSTANT) & (np.abs(values) < 1e-14))
+    return Entries(rows[keep], classes[keep], orders[keep], kinds[keep], values[keep])

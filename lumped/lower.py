@@ -1,0 +1,94 @@
+"""Lower expression trees to CasADi SX."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+
+from lumped.errors import EquationError
+from lumped.expression import Call, Constant, Der, Expr, Partial, Time, Where, walk
+
+__all__ = ["lower"]
+
+_UNARY = {
+    "neg": lambda x: -x,
+    "abs": ca.fabs,
+    **{
+        name: getattr(ca, name)
+        for name in (
+            "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
+            "sqrt", "exp", "log", "sign",
+        )
+    },
+}  # fmt: skip
+_BINARY = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": lambda x, y: x / y,
+    "**": lambda x, y: x**y,
+    "min": ca.fmin,
+    "max": ca.fmax,
+    "atan2": ca.atan2,
+}
+
+
+def lower(
+    root: Expr,
+    leaf: Callable[[Expr], ca.SX],
+    *,
+    time: ca.SX | None = None,
+    derivative: Callable[[ca.SX], ca.SX] | None = None,
+    relation: Callable[[ca.SX], ca.SX] | None = None,
+) -> ca.SX:
+    """The CasADi form of an expression.
+
+    Parameters
+    ----------
+    root : Expr
+        What to lower.
+    leaf : callable
+        Symbol of a reference or parameter.
+    time : SX, optional
+        Symbol of the time; without it the expression must not depend on the time.
+    derivative : callable, optional
+        Time derivative of an SX expression; without it ``der`` is refused.
+    relation : callable, optional
+        Mode (0 or 1) of the relation ``g >= 0``; without it ``where`` is refused.
+
+    Raises
+    ------
+    EquationError
+        If the expression holds something that has no meaning at this place.
+    """
+    done: dict[int, ca.SX] = {}
+
+    def refuse(what: str) -> EquationError:
+        return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
+
+    for node in walk(root):
+        args = [done[id(child)] for child in node.children()]
+        if isinstance(node, Constant):
+            value = ca.SX(node.value)
+        elif isinstance(node, Call):
+            table = _UNARY if len(args) == 1 else _BINARY
+            value = table[node.op](*args)  # type: ignore[operator]
+        elif isinstance(node, Time):
+            if time is None:
+                raise refuse("the time")
+            value = time
+        elif isinstance(node, Der):
+            if derivative is None:
+                raise refuse("a time derivative")
+            value = derivative(args[0])
+        elif isinstance(node, Partial):
+            value = ca.jacobian(args[0], args[1])
+        elif isinstance(node, Where):
+            if relation is None:
+                raise refuse("a condition on the time")
+            value = ca.if_else(relation(args[0] - args[1]), args[2], args[3])
+        else:
+            value = leaf(node)
+        done[id(node)] = value
+    return done[id(root)]

@@ -1,0 +1,169 @@
+"""Functions for equations: the only ones that keep an expression symbolic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lumped.errors import EquationError
+from lumped.expression import Call, Compare, Expr, Number, Where, as_expr, time
+
+__all__ = [
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "cosh",
+    "exp",
+    "log",
+    "maximum",
+    "minimum",
+    "sign",
+    "sin",
+    "sinh",
+    "sqrt",
+    "table",
+    "tan",
+    "tanh",
+    "where",
+]
+
+
+def sin(x: Number) -> Expr:
+    """Sine; `x` in rad."""
+    return Call("sin", (as_expr(x),))
+
+
+def cos(x: Number) -> Expr:
+    """Cosine; `x` in rad."""
+    return Call("cos", (as_expr(x),))
+
+
+def tan(x: Number) -> Expr:
+    """Tangent; `x` in rad."""
+    return Call("tan", (as_expr(x),))
+
+
+def asin(x: Number) -> Expr:
+    """Inverse sine in rad, between -pi/2 and pi/2."""
+    return Call("asin", (as_expr(x),))
+
+
+def acos(x: Number) -> Expr:
+    """Inverse cosine in rad, between 0 and pi."""
+    return Call("acos", (as_expr(x),))
+
+
+def atan(x: Number) -> Expr:
+    """Inverse tangent in rad, between -pi/2 and pi/2."""
+    return Call("atan", (as_expr(x),))
+
+
+def atan2(y: Number, x: Number) -> Expr:
+    """Angle of the point (x, y) in rad, between -pi and pi."""
+    return Call("atan2", (as_expr(y), as_expr(x)))
+
+
+def sinh(x: Number) -> Expr:
+    """Hyperbolic sine."""
+    return Call("sinh", (as_expr(x),))
+
+
+def cosh(x: Number) -> Expr:
+    """Hyperbolic cosine."""
+    return Call("cosh", (as_expr(x),))
+
+
+def tanh(x: Number) -> Expr:
+    """Hyperbolic tangent."""
+    return Call("tanh", (as_expr(x),))
+
+
+def sqrt(x: Number) -> Expr:
+    """Square root."""
+    return Call("sqrt", (as_expr(x),))
+
+
+def exp(x: Number) -> Expr:
+    """Exponential."""
+    return Call("exp", (as_expr(x),))
+
+
+def log(x: Number) -> Expr:
+    """Natural logarithm."""
+    return Call("log", (as_expr(x),))
+
+
+def sign(x: Number) -> Expr:
+    """Sign: -1, 0 or 1. The jump is not located; only for expressions that do not cross zero."""
+    return Call("sign", (as_expr(x),))
+
+
+def minimum(x: Number, y: Number) -> Expr:
+    """The smaller of two."""
+    return Call("min", (as_expr(x), as_expr(y)))
+
+
+def maximum(x: Number, y: Number) -> Expr:
+    """The larger of two."""
+    return Call("max", (as_expr(x), as_expr(y)))
+
+
+def where(condition: Compare, yes: Number, no: Number) -> Expr:
+    """`yes` while the condition holds, else `no`.
+
+    The condition compares the time with an expression of parameters, for example
+    ``time >= t_start``; a run stops and restarts exactly at that instant.
+
+    Raises
+    ------
+    EquationError
+        If `condition` is not a relation.
+    """
+    if not isinstance(condition, Compare):
+        raise EquationError(
+            f"where({condition!r}, ...): the condition must be a relation such as time >= 0.5."
+        )
+    return Where(condition, as_expr(yes), as_expr(no))
+
+
+def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
+    """Piecewise linear function of the time through points, constant outside them.
+
+    Two points at the same time make a jump. A run stops and restarts at every point.
+
+    Parameters
+    ----------
+    xs : sequence of float, shape (n,)
+        Times in s, not decreasing.
+    ys : sequence of float, shape (n,)
+        Values at these times.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there is no point, or the times decrease.
+    """
+    t, y = [float(x) for x in xs], [float(v) for v in ys]
+    if len(t) != len(y) or not t:
+        raise EquationError(
+            f"table: {len(t)} times and {len(y)} values; as many of each, at least one."
+        )
+    for before, after in zip(t, t[1:], strict=False):
+        if not after >= before:
+            raise EquationError(f"table: the times must not decrease, but {before} -> {after} s.")
+    pieces: list[tuple[float, Expr]] = []
+    for i in range(len(t) - 1):
+        if t[i + 1] > t[i]:
+            slope = (y[i + 1] - y[i]) / (t[i + 1] - t[i])
+            pieces.append((t[i], y[i] + slope * (time - t[i])))
+    pieces.append((t[-1], as_expr(y[-1])))
+
+    def choose(low: int, high: int) -> Expr:
+        """Balanced choice among pieces[low:high], the one before `low` being -1."""
+        if high - low == 1:
+            return as_expr(y[0]) if low < 0 else pieces[low][1]
+        middle = (low + high) // 2
+        return Where(time >= pieces[middle][0], choose(middle, high), choose(low, middle))
+
+    return choose(-1, len(pieces))

@@ -1,0 +1,188 @@
+"""Quantities of a component, declared once: unit, text, range, start and nominal value."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Self, overload
+
+from lumped.errors import DeclarationError
+from lumped.expression import Expr, Number, Ref
+
+__all__ = ["Input", "Output", "Param", "Quantity", "Var", "param", "var"]
+
+StateWish = Literal["always", "prefer", "default", "avoid", "never"]
+
+
+class Quantity:
+    """What is known of a quantity wherever it stands.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit, for example ``"N.m/rad"``; ``"1"`` without unit.
+    text : str
+        What it is, in words.
+    kind : {"parameter", "variable", "potential", "flow", "input", "output"}
+        Its role.
+    """
+
+    kind = "variable"
+    wish: StateWish = "default"
+    start: Number = 0.0
+    nominal: float = 1.0
+
+    def __init__(self, unit: str, text: str) -> None:
+        self.unit = unit
+        self.text = text
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+
+class Param(Quantity, Expr):
+    """A parameter; in a class body it stands for itself in expressions that bind parts."""
+
+    kind = "parameter"
+
+    def __init__(
+        self,
+        unit: str,
+        text: str,
+        default: Number | None,
+        *,
+        min: float | None,
+        max: float | None,
+        above: float | None,
+        below: float | None,
+    ) -> None:
+        super().__init__(unit, text)
+        self.default = default
+        self.min, self.max, self.above, self.below = min, max, above, below
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+    def fault(self, value: float) -> str | None:
+        """Why `value` is out of range, or None if it is not."""
+        if value != value or value in (float("inf"), float("-inf")):
+            return "must be a finite number"
+        if self.min is not None and value < self.min:
+            return f"must be at least {self.min:g}"
+        if self.above is not None and value <= self.above:
+            return f"must be greater than {self.above:g}"
+        if self.max is not None and value > self.max:
+            return f"must be at most {self.max:g}"
+        if self.below is not None and value >= self.below:
+            return f"must be less than {self.below:g}"
+        return None
+
+
+class Var(Quantity):
+    """An unknown of a component."""
+
+    def __init__(
+        self, unit: str, text: str, start: Number, nominal: float, state: StateWish
+    ) -> None:
+        super().__init__(unit, text)
+        if not nominal > 0:
+            raise DeclarationError(f"nominal value {nominal} of '{text}' must be positive.")
+        self.start = start
+        self.nominal = nominal
+        self.wish = state
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Self | Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+
+class Signal(Quantity):
+    """A causal signal of a component: connects like a port, stands in equations like a quantity."""
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Self | Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+
+class Input(Signal):
+    """A signal that a component needs from outside.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    """
+
+    kind = "input"
+
+
+class Output(Signal):
+    """A signal that a component determines.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    """
+
+    kind = "output"
+
+
+def param(
+    unit: str,
+    text: str,
+    default: Number | None = None,
+    *,
+    min: float | None = None,
+    max: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
+) -> Param:
+    """Declare a parameter.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    default : float or expression, optional
+        Value if none is given; without it the parameter must be given.
+    min, max : float, optional
+        Range with its ends.
+    above, below : float, optional
+        Range without its ends.
+    """
+    return Param(unit, text, default, min=min, max=max, above=above, below=below)
+
+
+def var(
+    unit: str,
+    text: str,
+    start: Number = 0.0,
+    *,
+    nominal: float = 1.0,
+    state: StateWish = "default",
+) -> Var:
+    """Declare an unknown.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    start : float or expression, optional
+        Value at the start where nothing else determines it; a value given to the
+        instance instead must hold exactly.
+    nominal : float
+        Typical magnitude, in `unit`.
+    state : {"always", "prefer", "default", "avoid", "never"}
+        Wish for this quantity to be a state of the reduced system.
+    """
+    return Var(unit, text, start, nominal, state)

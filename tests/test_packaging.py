@@ -1,0 +1,114 @@
+"""What a user installs: content and version of the wheel, and the names of its packages."""
+
+import email
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import lumped
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = {"lumped": "lumped", "components": "lumped/components", "models": "lumped/models"}
+
+
+def run(*arguments: str | Path, cwd: Path, **variables: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        cwd=cwd,
+        env=os.environ | variables,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def build(kind: str, source: Path, target: Path) -> Path:
+    run("-m", "build", f"--{kind}", "--no-isolation", "--outdir", target, source, cwd=target.parent)
+    (archive,) = target.iterdir()
+    return archive
+
+
+def content(wheel: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Copy of the sources without what earlier builds left behind."""
+    copy = tmp_path_factory.mktemp("source") / "project"
+    copy.mkdir()
+    for file in ROOT.iterdir():
+        if file.is_file():
+            shutil.copy(file, copy)
+    for folder in (*FOLDERS, "tests"):
+        shutil.copytree(
+            ROOT / folder,
+            copy / folder,
+            symlinks=True,
+            ignore=shutil.ignore_patterns("__pycache__"),
+        )
+    return copy
+
+
+@pytest.fixture(scope="module")
+def wheel(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build("wheel", source, tmp_path_factory.mktemp("wheel") / "dist")
+
+
+def test_wheel_holds_every_module_under_its_installed_name(wheel: Path):
+    expected = {
+        f"{name}/{file.relative_to(ROOT / folder).as_posix()}"
+        for folder, name in FOLDERS.items()
+        for file in (ROOT / folder).rglob("*.py")
+    }
+    received = {name for name in content(wheel) if name.endswith(".py")}
+    assert {"lumped/components/__init__.py", "lumped/models/__init__.py"} <= expected
+    assert received == expected
+
+
+def test_wheel_is_typed(wheel: Path):
+    assert "lumped/py.typed" in content(wheel)
+
+
+def test_wheel_installs_nothing_beside_lumped(wheel: Path):
+    received = {name.split("/")[0] for name in content(wheel)}
+    assert received == {"lumped", f"lumped-{lumped.__version__}.dist-info"}
+
+
+def test_wheel_has_the_version_of_the_package(wheel: Path):
+    metadata = content(wheel)[f"lumped-{lumped.__version__}.dist-info/METADATA"]
+    assert email.message_from_bytes(metadata)["Version"] == lumped.__version__
+
+
+def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path)
+    code = "import lumped.components as c, lumped.models as m; print(c.__file__, m.__file__)"
+    received = run("-c", code, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
+    expected = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
+    assert [Path(file) for file in received] == expected
+
+
+def test_source_distribution_builds_the_same_wheel(source: Path, wheel: Path, tmp_path: Path):
+    with tarfile.open(build("sdist", source, tmp_path / "sdist")) as archive:
+        archive.extractall(tmp_path, filter="data")
+    unpacked = tmp_path / f"lumped-{lumped.__version__}"
+    rebuilt = build("wheel", unpacked, tmp_path / "wheel")
+    assert content(rebuilt) == content(wheel)
+
+
+@pytest.mark.parametrize("name", ["components", "models"])
+def test_short_name_is_refused(name: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(ROOT)
+    with pytest.raises(ImportError, match=f"'lumped.{name}'"):
+        importlib.import_module(name)
