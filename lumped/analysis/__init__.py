@@ -1,1 +1,1 @@
-"""Analyses of an assembled system, one module each."""
+"""Analyses of an assembled system, one verb each."""

@@ -1,0 +1,373 @@
+"""Simulation in time."""
+
+from __future__ import annotations
+
+import itertools
+import time as clock
+from collections.abc import Mapping, Sequence
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.start import modes_at, start_point
+from lumped.analysis.stepper import ACCEPTED, REJECTED, STIFF_AFTER, Method, Stepper
+from lumped.errors import SolverError
+from lumped.system import Name, System
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    system: System,
+    *,
+    until: float,
+    parameters: Mapping[Name, float] | None = None,
+    start: Mapping[Name, float] | None = None,
+    grid: int | Sequence[float] | np.ndarray | None = 500,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    method: Literal["auto", "explicit", "implicit"] = "auto",
+    max_steps: int = 1_000_000,
+) -> Trajectory:
+    """Simulate from the time zero.
+
+    Where a function of time jumps or has a kink, the method stops exactly there and starts anew.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    until : float
+        End, s.
+    parameters : mapping of name to float, optional
+        Parameters to change for this run.
+    start : mapping of name to float, optional
+        Start values to set or change.
+    grid : int, sequence of float, or None
+        Number of equal output intervals (both sides of a jump are added), or the output times
+        themselves (a value at a jump is that after it), or None for the steps of the solver.
+    rtol : float
+        Relative tolerance.
+    atol : float, optional
+        Absolute tolerance, relative to the nominal value of each state; default ``rtol / 1000``.
+    method : {"auto", "explicit", "implicit"}
+        DOP853, Rodas5P, or the first until the problem turns out stiff and then the second.
+    max_steps : int
+        Give up after so many attempted steps.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        If `until`, `grid`, `rtol`, `atol` or `method` make no sense.
+    StartError
+        If the start values contradict each other.
+    SolverError
+        If the run cannot be completed; its `partial` holds the run up to there.
+    """
+    _check(until, rtol, atol, method)
+    times = _times(grid, until)
+    point = start_point(system, parameters, start)
+    both_sides = grid is None or isinstance(grid, int)
+    run = _Run(system, point, until, times, both_sides, rtol, atol, method, max_steps)
+    run.go()
+    return run.trajectory()
+
+
+def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
+    if not (np.isfinite(until) and until > 0):
+        raise ValueError(f"until = {until} s: the end must be a positive, finite time.")
+    if not 1e-14 <= rtol < 1:
+        raise ValueError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
+    if atol is not None and not atol > 0:
+        raise ValueError(f"atol = {atol}: the absolute tolerance must be positive.")
+    if method not in ("auto", "explicit", "implicit"):
+        raise ValueError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
+
+
+def _times(grid: int | Sequence[float] | np.ndarray | None, until: float) -> np.ndarray | None:
+    if grid is None:
+        return None
+    if isinstance(grid, int | np.integer):
+        if grid < 1:
+            raise ValueError(f"grid = {grid}: at least one output interval is needed.")
+        return np.linspace(0.0, until, int(grid) + 1)
+    times = np.asarray(grid, dtype=float)
+    if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
+        raise ValueError("grid: the output times must be a list that does not decrease.")
+    if times[0] < 0 or times[-1] > until:
+        raise ValueError(
+            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave 0 to {until:g} s."
+        )
+    return times
+
+
+class _Run:
+    """One simulation: segments between instants of change, chunks of steps in them."""
+
+    def __init__(
+        self,
+        system: System,
+        point: OperatingPoint,
+        until: float,
+        times: np.ndarray | None,
+        both_sides: bool,
+        rtol: float,
+        atol: float | None,
+        method: str,
+        max_steps: int,
+    ) -> None:
+        self.system, self.point, self.until, self.times = system, point, until, times
+        self.both_sides, self.rtol = both_sides, rtol
+        nominal = [_nominal(system, name) for name in system.state_names]
+        self.atol = (rtol * 1e-3 if atol is None else atol) * np.array(nominal)
+        self.auto = method == "auto"
+        self.method: Method = "implicit" if method == "implicit" else "explicit"
+        self.methods = [self.method]
+        self.max_steps = max_steps
+        self.t: list[np.ndarray] = []
+        self.x: list[np.ndarray] = []
+        self.segment: list[np.ndarray] = []
+        self.modes: list[np.ndarray] = []
+        self.events: list[Event] = []
+        self.steps = self.rejected = self.evaluations = 0
+        self.seconds = 0.0
+        self.next_output = 0
+
+    def go(self) -> None:
+        edges = [0.0, *self._instants(), self.until]
+        x = self.point.x
+        for number, (begin, end) in enumerate(itertools.pairwise(edges)):
+            modes = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
+            if number:
+                self._check_jump(begin, x, self.modes[-1], modes)
+            self.modes.append(modes)
+            if self.both_sides:
+                self._record(np.array([begin]), x[None, :])
+                self._skip_outputs(begin)
+            x = self._advance(begin, end, x, modes)
+            if self.both_sides and self.times is not None:
+                self._record(np.array([end]), x[None, :])
+                self._skip_outputs(end)
+        if self.times is not None:
+            rest = self.times[self.next_output :]
+            self._record(rest, np.repeat(x[None, :], len(rest), axis=0))
+
+    def _skip_outputs(self, t: float) -> None:
+        """Leave out grid points that coincide with the edge of a segment."""
+        if self.times is not None:
+            close = np.searchsorted(self.times, t + 1e-12 * max(1.0, t), "right")
+            self.next_output = max(self.next_output, int(close))
+
+    def _record(self, t: np.ndarray, x: np.ndarray) -> None:
+        self.t.append(t)
+        self.x.append(x)
+        self.segment.append(np.full(len(t), len(self.modes) - 1))
+
+    def trajectory(self) -> Trajectory:
+        """What was computed so far."""
+        n = len(self.system.states)
+        return Trajectory(
+            self.system,
+            np.concatenate([np.zeros(0), *self.t]),
+            np.concatenate([np.zeros((0, n)), *self.x]),
+            np.concatenate([np.zeros(0, dtype=int), *self.segment]),
+            self.point.theta,
+            np.array(self.modes).reshape(len(self.modes), -1),
+            tuple(self.events),
+            Statistics(
+                " then ".join(self.methods),
+                self.steps,
+                self.rejected,
+                self.evaluations,
+                len(self.modes),
+                self.seconds,
+            ),
+        )
+
+    def _instants(self) -> list[float]:
+        function, directions = self.system._thresholds
+        if not len(directions):
+            return []
+        found = np.asarray(function(self.point.theta)).ravel()
+        inside = (found > 0) & (found < self.until)
+        edges: list[float] = []
+        for t in np.unique(found[inside]).tolist():
+            if not edges or t - edges[-1] > 1e-12 * max(1.0, t):
+                edges.append(t)
+        flat = self.system._flat
+        for t in edges:
+            names = []
+            for group in flat.groups:
+                n = len(group.template.modes)
+                for i, node in enumerate(group.nodes):
+                    place = group.first_mode + i * n
+                    if (abs(found[place : place + n] - t) <= 1e-12 * max(1.0, t)).any():
+                        names.append(flat.tree.nodes[node].path)
+            self.events.append(Event(t, ", ".join(names)))
+        return edges
+
+    def _advance(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        system, theta = self.system, self.point.theta
+        if not len(x):
+            self._static(end)
+            return x
+        f = np.asarray(system.rhs(x, theta, begin, modes)).ravel()
+        self._check_finite(begin, x, f)
+        head = np.array([begin, self._first_step(begin, end, x, f, modes), 0, 0, 0, 0])
+        while head[0] < end:
+            stepper = _stepper(system, self.method, self.times is not None)
+            started = clock.perf_counter()
+            found = stepper.many(
+                head, x, f, theta, modes, end, self.rtol, self.atol
+            )
+            self.seconds += clock.perf_counter() - started
+            head, new_x, new_f = (np.asarray(found[i]).ravel() for i in range(3))
+            self._collect(stepper, x, np.asarray(found[3]), np.asarray(found[4]).T, found[5])
+            x, f = new_x, new_f
+            if head[5]:
+                self._give_up(head[0], x, f)
+            if self.steps + self.rejected > self.max_steps:
+                raise SolverError(
+                    f"{system.name}: more than max_steps = {self.max_steps} steps before "
+                    f"t = {end:g} s; stopped at t = {head[0]:g} s with steps of {head[1]:.2g} s. "
+                    "Loosen rtol, use method='implicit', or raise max_steps.",
+                    self.trajectory(),
+                )
+            if self.auto and self.method == "explicit" and head[3] >= STIFF_AFTER:
+                self.method = "implicit"
+                self.methods.append(self.method)
+        return x
+
+    def _collect(
+        self, stepper: Stepper, x: np.ndarray, log: np.ndarray, xs: np.ndarray, dense: ca.DM
+    ) -> None:
+        """Count and record the attempts of one chunk that started at x."""
+        accepted = np.flatnonzero(log[2] == ACCEPTED)
+        rejected = int((log[2] == REJECTED).sum())
+        self.steps += len(accepted)
+        self.rejected += rejected
+        self.evaluations += (len(accepted) + rejected) * stepper.evaluations
+        if not len(accepted):
+            return
+        ends = log[1][accepted]
+        if self.times is None:
+            self._record(ends, xs[accepted])
+            return
+        stop = int(np.searchsorted(self.times, ends[-1], "left"))
+        wanted = self.times[self.next_output : stop]
+        if not len(wanted):
+            return
+        step = accepted[np.searchsorted(ends, wanted, "right").clip(max=len(ends) - 1)]
+        before = np.vstack([x, xs[:-1]])[step]
+        attempts, n = log.shape[1], xs.shape[1]
+        coefficients = np.asarray(dense).T.reshape(attempts, -1, n)[step]
+        fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
+        self._record(wanted, stepper.interpolate(fraction, before, xs[step], coefficients))
+        self.next_output = stop
+
+    def _static(self, end: float) -> None:
+        """A system without states: only its functions of time remain."""
+        if self.times is not None:
+            stop = int(np.searchsorted(self.times, end, "left"))
+            wanted = self.times[self.next_output : stop]
+            self._record(wanted, np.zeros((len(wanted), 0)))
+            self.next_output = max(stop, self.next_output)
+        else:
+            self._record(np.array([end]), np.zeros((1, 0)))
+
+    def _first_step(
+        self, begin: float, end: float, x: np.ndarray, f: np.ndarray, modes: np.ndarray
+    ) -> float:
+        """Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4."""
+        scale = self.atol + self.rtol * np.abs(x)
+        d0, d1 = _rms(x / scale), _rms(f / scale)
+        h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+        h0 = min(h0, end - begin)
+        rate = self.system.rhs(x + h0 * f, self.point.theta, begin + h0, modes)
+        d2 = _rms((np.asarray(rate).ravel() - f) / scale) / h0
+        steepest = max(d1, d2)
+        h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
+        first = min(100 * h0, h1, end - begin)
+        return first if np.isfinite(first) and first > 0 else 1e-6 * (end - begin)
+
+    def _check_finite(self, t: float, x: np.ndarray, f: np.ndarray) -> None:
+        bad = np.flatnonzero(~np.isfinite(f))
+        if len(bad):
+            names = self.system.state_names
+            where = ", ".join(
+                f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8]
+            )
+            raise SolverError(
+                f"{self.system.name}: the derivative of {names[bad[0]]} is not a finite number at "
+                f"t = {t:g} s, where {where}. A division by zero or a function outside its range; "
+                "check the parameters and start values that enter it.",
+                self.trajectory(),
+            )
+
+    def _give_up(self, t: float, x: np.ndarray, f: np.ndarray) -> None:
+        self._check_finite(t, x, f)
+        scale = self.atol + self.rtol * np.abs(x)
+        worst = int(np.argmax(np.abs(f) / scale))
+        raise SolverError(
+            f"{self.system.name}: the step size shrank to nothing at t = {t:.9g} s; the fastest "
+            f"state there is {self.system.state_names[worst]} = {x[worst]:.6g} with derivative "
+            f"{f[worst]:.6g}. A quantity runs to infinity or leaves the range of a function.",
+            self.trajectory(),
+        )
+
+    def _check_jump(
+        self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray
+    ) -> None:
+        """Refuse a jump of a position or speed that bodies would have to follow."""
+        names, function = _followers(self.system)
+        if not names:
+            return
+        old, new = (
+            np.asarray(function(x, self.point.theta, t, m)).ravel() for m in (before, after)
+        )
+        jump = np.abs(new - old) > 1e-9 * np.maximum(1.0, np.abs(old))
+        if jump.any():
+            i = int(np.argmax(jump))
+            raise SolverError(
+                f"{self.system.name}: {names[i]} would have to jump from {old[i]:.6g} to "
+                f"{new[i]:.6g} at t = {t:g} s, because a prescribed motion jumps there. Prescribe "
+                "a motion without jumps (a Ramp instead of a Step), or put a spring in between.",
+                self.trajectory(),
+            )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def _nominal(system: System, name: str) -> float:
+    return system.quantity(name).nominal if "(" not in name else 1.0
+
+
+def _stepper(system: System, method: Method, dense: bool) -> Stepper:
+    key = (method, dense)
+    if key not in system.made:
+        system.made[key] = Stepper.build(system, method, dense)
+    stepper: Stepper = system.made[key]
+    return stepper
+
+
+def _followers(system: System) -> tuple[list[str], ca.Function]:
+    """Dependent positions and speeds that depend on modes: names and values."""
+    if "followers" not in system.made:
+        reduced, values = system._reduced, system._values
+        states = set(system.states)
+        nodes = [n for n in reduced.dependent if values.ancestors([n])[1] <= states]
+        found = values.of(nodes)
+        touched = sorted(set(ca.jacobian_sparsity(found, values.modes).get_triplet()[0]))
+        names = [system._node_name(nodes[i]) for i in touched]
+        function = ca.Function("followers", system._inputs, [found[touched]])
+        system.made["followers"] = (names, function)
+    followers: tuple[list[str], ca.Function] = system.made["followers"]
+    return followers

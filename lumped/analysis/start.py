@@ -1,0 +1,172 @@
+"""Initial states: given start values hold exactly, declared defaults fill the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import spsolve
+
+from lumped.analysis.result import OperatingPoint
+from lumped.errors import StartError
+from lumped.select import RANK, select_dependent
+from lumped.system import Name, System
+from lumped.template import CONSTANT
+
+__all__ = ["modes_at", "start_point"]
+
+_TOLERANCE = 1e-9
+
+
+def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
+    """Modes of all conditions at a time that is not itself an instant of change."""
+    function, directions = system._thresholds
+    if not len(directions):
+        return np.zeros(0)
+    instants = np.asarray(function(theta)).ravel()
+    return (directions * (time - instants) >= 0).astype(float)
+
+
+def start_point(
+    system: System,
+    parameters: Mapping[Name, float] | None = None,
+    start: Mapping[Name, float] | None = None,
+) -> OperatingPoint:
+    """States at the time zero.
+
+    Start values given to instances (``Inertia(J=1, w=100)``) and those in `start` hold exactly.
+    States that they do not determine take their declared defaults; where a given quantity is not
+    itself a state, the least wanted states follow from it.
+
+    Raises
+    ------
+    StartError
+        If given values contradict each other; the text names them.
+    """
+    theta = system.theta(parameters)
+    solver = _Start(system, theta, start or {})
+    return OperatingPoint(system, 0.0, solver.solve()[system._in_use], theta, solver.modes)
+
+
+class _Start:
+    def __init__(self, system: System, theta: np.ndarray, start: Mapping[Name, float]) -> None:
+        self.system, self.theta = system, theta
+        self.reduced = system._reduced
+        self.modes = modes_at(system, theta, 1e-300)
+        self.position = {n: i for i, n in enumerate(self.reduced.states)}
+        flat = system._flat
+        given = self._evaluated(flat.given)
+        for name, value in start.items():
+            given[system._tree.unknown(name)] = float(value)
+        self.given = given
+        self.x = np.zeros(len(self.reduced.states))
+        for unknown, value in self._evaluated(flat.starts).items():
+            node = self.reduced.node(unknown)
+            if node in self.position:
+                self.x[self.position[node]] = self._signed(unknown, value)
+
+    def _evaluated(self, values: dict[int, ca.SX]) -> dict[int, float]:
+        if not values:
+            return {}
+        theta = self.system._flat.parameters.theta
+        function = ca.Function("starts", [theta], [ca.vertcat(*values.values())])
+        found = np.asarray(function(self.theta)).ravel()
+        return dict(zip(values, found.tolist(), strict=True))
+
+    def _signed(self, unknown: int, value: float) -> float:
+        return value * float(self.reduced.aliases.signs[unknown])
+
+    def solve(self) -> np.ndarray:
+        fixed: dict[int, tuple[int, float]] = {}
+        targets: dict[int, tuple[int, float]] = {}
+        for unknown, raw in self.given.items():
+            node, value = self.reduced.node(unknown), self._signed(unknown, raw)
+            if node is None:
+                if raw != 0.0:
+                    raise StartError(
+                        f"{self._text(unknown)} cannot hold: this quantity is always zero here. "
+                        "Remove the start value."
+                    )
+                continue
+            store = fixed if node in self.position else targets
+            if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
+                raise StartError(
+                    f"Start values contradict each other: {self._text(store[node][0])} and "
+                    f"{self._text(unknown)}, but both are the same motion. Give only one of them."
+                )
+            store[node] = (unknown, value)
+        for node, (_, value) in fixed.items():
+            self.x[self.position[node]] = value
+        if targets:
+            self._meet(targets, {self.position[n]: u for n, (u, _) in fixed.items()})
+        return self.x
+
+    def _meet(self, targets: dict[int, tuple[int, float]], fixed: dict[int, int]) -> None:
+        """Newton iteration on the states that are free to meet the targets."""
+        values = self.system._values
+        expression = values.of(targets)
+        function = ca.Function(
+            "targets",
+            [values.states, self.system._inputs[1], values.time, values.modes],
+            [expression, ca.jacobian(expression, values.states)],
+        )
+        wanted = np.array([v for _, v in targets.values()])
+        scale = np.maximum(1.0, np.abs(wanted))
+        columns: list[int] = []
+        for iteration in range(50):
+            value, jacobian = function(self.x, self.theta, 0.0, self.modes)
+            miss = np.asarray(value).ravel() - wanted
+            matrix = csc_array(jacobian.sparse())
+            if iteration == 0:
+                columns, rows = self._free_columns(matrix, fixed)
+            bad = ~(np.abs(miss) <= _TOLERANCE * scale)
+            if not bad[rows].any():
+                break
+            if not np.isfinite(miss).all():
+                break
+            square = csc_array(matrix[rows][:, columns])
+            self.x[columns] -= np.atleast_1d(spsolve(square, miss[rows]))
+        if bad.any():
+            self._refuse(targets, matrix, bad, fixed)
+
+    def _free_columns(
+        self, matrix: csc_array, fixed: dict[int, int]
+    ) -> tuple[list[int], np.ndarray]:
+        coo = matrix.tocoo()
+        rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
+        for i, j, v in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
+            if j not in fixed and v:
+                rows[i][j] = (v, CONSTANT)
+        rank = np.array([self._rank(n) for n in self.reduced.states])
+        chosen = select_dependent(rows, rank, np.arange(len(rank)))
+        usable = np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+        return chosen.dependent, usable
+
+    def _rank(self, node: int) -> int:
+        unknown = self.system._members.get(node)
+        return RANK["avoid" if unknown is None else self.system._tree.quantity(unknown).wish]
+
+    def _text(self, unknown: int) -> str:
+        tree = self.system._tree
+        unit = tree.quantity(unknown).unit
+        return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+
+    def _refuse(
+        self,
+        targets: dict[int, tuple[int, float]],
+        matrix: csc_array,
+        bad: np.ndarray,
+        fixed: dict[int, int],
+    ) -> None:
+        row = int(np.flatnonzero(bad)[0])
+        unknown = list(targets.values())[row][0]
+        touching = matrix[[row]].tocoo()
+        involved = [fixed[j] for j in touching.col.tolist() if j in fixed]
+        involved += [u for u, _ in targets.values() if u != unknown]
+        names = ", ".join(self._text(u) for u in involved[:6])
+        raise StartError(
+            f"Start values contradict each other: {self._text(unknown)} cannot hold together with "
+            f"{names or 'the rest of the model'}. Give fewer start values, or make them fit."
+        )

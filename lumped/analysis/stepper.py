@@ -1,0 +1,325 @@
+"""Adaptive one-step methods as CasADi functions: many steps per call, no Python in between.
+
+Explicit: DOP853 of Hairer, Norsett and Wanner (Solving Ordinary Differential Equations I, II.5),
+with the coefficients that SciPy publishes. Implicit: Rodas5P of Steinebach (BIT Numerical
+Mathematics 63 (2023) 27), a stiffly accurate L-stable Rosenbrock method, with the exact sparse
+Jacobian. Both have dense output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+from scipy.integrate import DOP853
+
+from lumped.system import System
+
+__all__ = ["ACCEPTED", "REJECTED", "STIFF_AFTER", "Method", "Stepper"]
+
+Method = Literal["explicit", "implicit"]
+
+ACCEPTED, REJECTED, IDLE = 1, 0, -1
+
+STIFF_AFTER = 15
+"""Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
+
+_EXPAND_BELOW = 200
+"""States up to which a step is expanded to scalar operations."""
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """A method made for one system.
+
+    Attributes
+    ----------
+    many : Function
+        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense); `head` is
+        (t, h, just rejected, stiff count, calm count, given up).
+        Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
+        ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it,
+        `dense` its interpolation coefficients (empty without dense output).
+    chunk : int
+        Attempts per call.
+    evaluations : int
+        Evaluations of the right-hand side per attempt.
+    """
+
+    many: ca.Function
+    chunk: int
+    evaluations: int
+    method: Method
+    dense: bool
+
+    @classmethod
+    def build(cls, system: System, method: Method, dense: bool) -> Stepper:
+        """Make the function for a system."""
+        attempt, evaluations = (_explicit if method == "explicit" else _implicit)(system, dense)
+        n = len(system.states)
+        if n <= _EXPAND_BELOW and method == "explicit":
+            attempt = attempt.expand()
+        width = attempt.size1_out(5) * attempt.size2_out(5) + 2 * n + 12
+        chunk = int(np.clip(1_000_000 // width, 8, 256))
+        skip = _skip(attempt)
+        step = ca.Function.if_else("step", attempt, skip)
+        args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
+        head, x, f, *rest = args
+        logs, xs, denses = [], [], []
+        for _ in range(chunk):
+            busy = ca.logic_and(head[0] < rest[2], head[5] == 0)
+            head, x, f, log, _, interpolation = step(busy, head, x, f, *rest)
+            logs.append(log)
+            xs.append(x)
+            denses.append(interpolation)
+        many = ca.Function(
+            "many",
+            args,
+            [head, x, f, ca.horzcat(*logs), ca.horzcat(*xs), ca.horzcat(*denses)],
+        )
+        return cls(many, chunk, evaluations, method, dense)
+
+    def interpolate(
+        self, theta: np.ndarray, before: np.ndarray, after: np.ndarray, dense: np.ndarray
+    ) -> np.ndarray:
+        """States inside steps.
+
+        Parameters
+        ----------
+        theta : ndarray, shape (k,)
+            Fraction of the step.
+        before, after : ndarray, shape (k, n)
+            States at the ends of the step.
+        dense : ndarray, shape (k, c, n)
+            Interpolation coefficients.
+        """
+        x = theta[:, None]
+        if self.method == "implicit":
+            inner = dense[:, 0] + x * (dense[:, 1] + x * dense[:, 2])
+            return (1 - x) * before + x * (after + (1 - x) * inner)
+        y = np.zeros_like(before)
+        for i in range(7):
+            y = (y + dense[:, 6 - i]) * (x if i % 2 == 0 else 1 - x)
+        return before + y
+
+
+def _skip(attempt: ca.Function) -> ca.Function:
+    """What a step does when the end is reached: nothing."""
+    args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
+    log = ca.vertcat(args[0][0], args[0][0], IDLE)
+    return ca.Function(
+        "skip",
+        args,
+        [args[0], args[1], args[2], log, args[1], ca.MX.zeros(*attempt.size_out(5))],
+    )
+
+
+class _Frame:
+    """What all methods share: symbols, error norm, step-size control."""
+
+    def __init__(self, system: System) -> None:
+        n, np_ = len(system.states), system._inputs[1].numel()
+        nm = system._inputs[3].numel()
+        self.head, self.x, self.f = ca.MX.sym("head", 6), ca.MX.sym("x", n), ca.MX.sym("f", n)
+        self.p, self.m = ca.MX.sym("p", np_), ca.MX.sym("m", nm)
+        self.end, self.rtol = ca.MX.sym("end"), ca.MX.sym("rtol")
+        self.atol = ca.MX.sym("atol", n)
+        self.t = self.head[0]
+        self.h = ca.fmin(self.head[1], self.end - self.t)
+        self.n = n
+        self.rhs = system.rhs
+        self.args = [self.head, self.x, self.f, self.p, self.m, self.end, self.rtol, self.atol]
+
+    def rate(self, x: ca.MX, t: ca.MX) -> ca.MX:
+        return self.rhs(x, self.p, t, self.m)
+
+    def scale(self, x: ca.MX) -> ca.MX:
+        return self.atol + self.rtol * ca.fmax(ca.fabs(self.x), ca.fabs(x))
+
+    def finish(
+        self,
+        name: str,
+        new: ca.MX,
+        f_new: ca.MX,
+        error: ca.MX,
+        power: float,
+        limit: ca.MX | None,
+        dense: ca.MX,
+    ) -> ca.Function:
+        """Accept or reject the step and choose the next."""
+        accept = error <= 1
+        growth = 0.9 * ca.fmax(error, 1e-12) ** -power
+        growth = ca.fmin(ca.fmax(growth, 0.2), ca.if_else(self.head[2], 1.0, 8.0))
+        growth = ca.if_else(accept, growth, ca.fmin(growth, 0.9))
+        last = self.h >= self.end - self.t
+        t_new = ca.if_else(last, self.end, self.t + self.h)
+        h_new = self.h * growth
+        tiny = h_new < 1e-14 * ca.fmax(ca.fabs(self.t), 1e-6)
+        given_up = ca.logic_and(ca.logic_not(accept), tiny)
+        stiff, calm = self.head[3], self.head[4]
+        if limit is not None:
+            at_limit = limit > 6.1
+            calm = ca.if_else(accept, ca.if_else(at_limit, 0, calm + 1), calm)
+            stiff = ca.if_else(accept, ca.if_else(at_limit, stiff + 1, stiff), stiff)
+            stiff = ca.if_else(calm >= 6, 0, stiff)
+        t_out = ca.if_else(accept, t_new, self.t)
+        head = ca.vertcat(t_out, h_new, ca.logic_not(accept), stiff, calm, given_up)
+        x_out = ca.if_else(accept, new, self.x)
+        f_out = ca.if_else(accept, f_new, self.f)
+        log = ca.vertcat(self.t, t_out, accept)
+        return ca.Function(name, self.args, [head, x_out, f_out, log, x_out, dense])
+
+
+def _explicit(system: System, dense: bool) -> tuple[ca.Function, int]:
+    """One attempt of DOP853."""
+    s = _Frame(system)
+    stages = [s.f]
+    argument = s.x
+    for a, c in zip(DOP853.A[1:], DOP853.C[1:], strict=True):
+        argument = s.x + s.h * _combined(stages, a)
+        stages.append(s.rate(argument, s.t + c * s.h))
+    new = s.x + s.h * _combined(stages, DOP853.B)
+    f_new = s.rate(new, s.t + s.h)
+    scale = s.scale(new)
+    limit = s.h * ca.norm_2((f_new - stages[-1]) / scale)
+    limit = limit / ca.fmax(ca.norm_2((new - argument) / scale), 1e-300)
+    stages.append(f_new)
+    e5 = ca.sumsqr(_combined(stages, DOP853.E5) / scale)
+    e3 = ca.sumsqr(_combined(stages, DOP853.E3) / scale)
+    # the ratio is 0/0 only where both estimates vanish
+    error = s.h * e5 / ca.sqrt(ca.fmax((e5 + 0.01 * e3) * s.n, 1e-300))
+    interpolation = ca.MX(s.n, 0)
+    if dense:
+        for a, c in zip(DOP853.A_EXTRA, DOP853.C_EXTRA, strict=True):
+            stages.append(s.rate(s.x + s.h * _combined(stages, a), s.t + c * s.h))
+        delta = new - s.x
+        columns = [delta, s.h * s.f - delta, 2 * delta - s.h * (f_new + s.f)]
+        columns += [s.h * _combined(stages, row) for row in DOP853.D]
+        interpolation = ca.horzcat(*columns)
+    evaluations = 12 + 3 * dense
+    return s.finish("explicit", new, f_new, error, 1 / 8, limit, interpolation), evaluations
+
+
+def _combined(stages: list[ca.MX], weights: np.ndarray) -> ca.MX:
+    terms = [float(w) * k for k, w in zip(stages, weights, strict=False) if w]
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
+
+
+_GAMMA = 0.21193756319429014
+_A = (
+    (),
+    (3.0,),
+    (2.849394379747939, 0.45842242204463923),
+    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+    (
+        -7.502846399306121,
+        2.561846144803919,
+        -11.627539656261098,
+        -0.18268767659942256,
+        0.030198172008377946,
+    ),
+)
+_C = (
+    (),
+    (-14.155112264123755,),
+    (-17.97296035885952, -2.859693295451294),
+    (147.12150275711716, -1.41221402718213, 71.68940251302358),
+    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+    (
+        24.854864614690072,
+        -3.0009227002832186,
+        47.4931110020768,
+        5.5814197821558125,
+        -0.6610691825249471,
+    ),
+    (
+        30.91273214028599,
+        -3.1208243349937974,
+        77.79954646070892,
+        34.28646028294783,
+        -19.097331116725623,
+        -28.087943162872662,
+    ),
+    (
+        37.80277123390563,
+        -3.2571969029072276,
+        112.26918849496327,
+        66.9347231244047,
+        -40.06618937091002,
+        -54.66780262877968,
+        -9.48861652309627,
+    ),
+)
+_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664)
+_D = (
+    0.21193756319429014,
+    -0.42387512638858027,
+    -0.3384627126235924,
+    1.8046452872882734,
+    2.325825639765069,
+)
+_H = (
+    (
+        25.948786856663858,
+        -2.5579724845846235,
+        10.433815404888879,
+        -2.3679251022685204,
+        0.524948541321073,
+        1.1241088310450404,
+        0.4272876194431874,
+        -0.17202221070155493,
+    ),
+    (
+        -9.91568850695171,
+        -0.9689944594115154,
+        3.0438037242978453,
+        -24.495224566215796,
+        20.176138334709044,
+        15.98066361424651,
+        -6.789040303419874,
+        -6.710236069923372,
+    ),
+    (
+        11.419903575922262,
+        2.8879645146136994,
+        72.92137995996029,
+        80.12511834622643,
+        -52.072871366152654,
+        -59.78993625266729,
+        -0.15582684282751913,
+        4.883087185713722,
+    ),
+)
+
+
+def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
+    """One attempt of Rodas5P."""
+    s = _Frame(system)
+    jacobian, drift = system.jacobian(s.x, s.p, s.t, s.m)
+    matrix = ca.MX.eye(s.n) / (s.h * _GAMMA) - jacobian
+    increments: list[ca.MX] = []
+    new = s.x
+    for i in range(8):
+        if i < 6:
+            new = s.x + _combined(increments, np.array(_A[i])) if i else s.x
+        else:
+            new = new + increments[-1]
+        rate = s.f if i == 0 else s.rate(new, s.t + (_NODES[i] if i < 5 else 1.0) * s.h)
+        if i < 5:
+            rate = rate + s.h * _D[i] * drift
+        if i:
+            rate = rate + _combined(increments, np.array(_C[i])) / s.h
+        increments.append(ca.solve(matrix, rate, "qr"))
+    new = new + increments[-1]
+    f_new = s.rate(new, s.t + s.h)
+    error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)
+    interpolation = ca.MX(s.n, 0)
+    if dense:
+        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in _H))
+    return s.finish("implicit", new, f_new, error, 1 / 5, None, interpolation), 8

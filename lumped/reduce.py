@@ -1,0 +1,304 @@
+"""Reduce a flat model: aliases, index, states, and the order in which everything is computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+from lumped.alias import Aliases, eliminate_aliases
+from lumped.errors import SingularModelError
+from lumped.flatten import FlatModel
+from lumped.incidence import Incidence, Point
+from lumped.select import RANK, constraint_rows, select_dependent
+from lumped.structure import check_matching, class_names, differentiate, equation_text
+
+__all__ = ["Block", "Reduced", "reduce"]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Equations to be solved together for as many unknowns.
+
+    Attributes
+    ----------
+    equations : list of (int, int)
+        Equation and how often it is differentiated.
+    nodes : list of int
+        Unknowns (numbers of class and derivative) that it determines.
+    needs : list of int
+        Blocks whose unknowns stand in its equations.
+    needs_states : list of int
+        Nodes of states that stand in its equations.
+    level : int
+        All blocks that it needs have a lower level.
+    """
+
+    equations: list[tuple[int, int]]
+    nodes: list[int]
+    needs: list[int]
+    needs_states: list[int]
+    level: int
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A model after index reduction and state selection.
+
+    A *node* is a class of equal quantities at one order of time derivative.
+
+    Attributes
+    ----------
+    first : ndarray of int, shape (classes + 1,)
+        Number of the node of each class at order 0; orders follow.
+    highest : ndarray of int, shape (classes,)
+        Order of the highest derivative of each class.
+    times : ndarray of int
+        How often each equation was differentiated.
+    states : list of int
+        Nodes that are states, in order of declaration.
+    dependent, varying : list of int
+        Candidates that constraints determine, and those whose factor varies.
+    blocks : list of Block
+        In an order in which they can be computed.
+    block_of : ndarray of int, shape (nodes,)
+        Block that determines each node, -1 for states.
+    """
+
+    incidence: Incidence
+    aliases: Aliases
+    first: np.ndarray
+    highest: np.ndarray
+    times: np.ndarray
+    states: list[int]
+    dependent: list[int]
+    varying: list[int]
+    blocks: list[Block]
+    block_of: np.ndarray
+
+    def node(self, unknown: int) -> int | None:
+        """Node of an unknown; None if it is zero. Its value is its sign times the node's."""
+        number = self.aliases.classes[unknown]
+        return None if number < 0 else int(self.first[number] + self.aliases.shifts[unknown])
+
+    def class_and_order(self, node: int) -> tuple[int, int]:
+        """Class and order of derivative of a node."""
+        number = int(np.searchsorted(self.first, node, side="right")) - 1
+        return number, node - int(self.first[number])
+
+
+def reduce(flat: FlatModel) -> Reduced:
+    """Index reduction, state selection and block order of a flat model.
+
+    Raises
+    ------
+    SingularModelError
+        If equations and unknowns do not fit, or constraints are redundant.
+    """
+    aliases = eliminate_aliases(flat)
+    incidence = Incidence(flat, aliases)
+    plain = np.zeros(incidence.count, dtype=int)
+    entries = incidence.entries(plain)
+    check_matching(incidence, entries)
+    wish = _wishes(flat, aliases)
+    floor = np.zeros(aliases.count, dtype=int)
+    for (number, order), rank in wish.items():
+        if rank >= RANK["prefer"]:
+            floor[number] = max(floor[number], order + 1)
+    alive = aliases.classes >= 0
+    np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
+    times, highest = differentiate(incidence, entries, floor)
+    first = np.concatenate([[0], np.cumsum(highest + 1)])
+    dependent, varying = _dependent(incidence, times, highest, first, wish)
+    candidates = np.ones(first[-1], dtype=bool)
+    candidates[first[:-1] + highest] = False
+    candidates[dependent] = False
+    states = np.flatnonzero(candidates)
+    blocks, block_of = _blocks(incidence, times, first, candidates)
+    return Reduced(
+        incidence,
+        aliases,
+        first,
+        highest,
+        times,
+        _by_declaration(aliases, first, states),
+        dependent,
+        varying,
+        blocks,
+        block_of,
+    )
+
+
+def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
+    """Strongest wish among the variables of each class and order; candidates only."""
+    wish: dict[tuple[int, int], int] = {}
+    for node in flat.tree.nodes:
+        for i, quantity in enumerate(node.layout.quantities):
+            if quantity.kind != "variable":
+                continue
+            u = node.first_unknown + i
+            if aliases.classes[u] < 0:
+                continue
+            key = (int(aliases.classes[u]), int(aliases.shifts[u]))
+            rank = RANK[quantity.wish]
+            old = wish.get(key)
+            if old is None or rank == 0 or (rank > old > 0):
+                wish[key] = rank
+    return wish
+
+
+def _dependent(
+    incidence: Incidence,
+    times: np.ndarray,
+    highest: np.ndarray,
+    first: np.ndarray,
+    wish: dict[tuple[int, int], int],
+) -> tuple[list[int], list[int]]:
+    if not times.any():
+        return [], []
+    point = Point(incidence.flat, highest)
+    constraints = [
+        incidence.entries(np.full(incidence.count, order), point, times > order)
+        for order in range(int(times.max()))
+    ]
+    column = first[:-1, None] + np.arange(int(highest.max()) + 1)[None, :]
+    rows, labels = constraint_rows(constraints, column)
+    rank = np.full(first[-1], RANK["avoid"])
+    for (number, order), value in wish.items():
+        if order <= highest[number]:
+            rank[first[number] + order] = value
+    selection = select_dependent(rows, rank, np.arange(first[-1]))
+    unused = selection.unused
+    expected = int(times.sum())
+    if unused or len(selection.dependent) < expected:
+        listed = [equation_text(incidence, *incidence.origin(labels[i][0])) for i in unused[:8]]
+        raise SingularModelError(
+            f"{incidence.flat.name}: constraints are redundant or contradict each other; nothing "
+            "is left to solve for in\n  " + "\n  ".join(listed) + "\n"
+            "Likely a closed loop of rigid gears or linkages fixes the same motion twice. "
+            "Make one member of the loop elastic, or remove it."
+        )
+    return selection.dependent, selection.varying
+
+
+def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
+    """States sorted by the first declared quantity that they are."""
+    where = np.full(first[-1], len(aliases.classes))
+    alive = np.flatnonzero(aliases.classes >= 0)
+    nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
+    np.minimum.at(where, nodes, alive)
+    return [int(n) for n in sorted(states.tolist(), key=lambda n: (where[n], n))]
+
+
+def _blocks(
+    incidence: Incidence, times: np.ndarray, first: np.ndarray, states: np.ndarray
+) -> tuple[list[Block], np.ndarray]:
+    """Strongly connected sets of equations in the order of computation."""
+    rows, nodes, labels = _all_entries(incidence, times, first)
+    unknown = np.flatnonzero(~states)
+    column = np.full(first[-1], -1)
+    column[unknown] = np.arange(len(unknown))
+    known = column[nodes] < 0
+    n = len(labels)
+    graph = csr_array(
+        (np.ones((~known).sum(), dtype=np.int8), (rows[~known], column[nodes[~known]])),
+        shape=(n, len(unknown)),
+    )
+    match = maximum_bipartite_matching(graph, perm_type="column")
+    if n != len(unknown) or (match < 0).any():
+        lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
+        raise SingularModelError(
+            f"{incidence.flat.name}: after index reduction nothing is left to solve for in\n  "
+            + "\n  ".join(equation_text(incidence, *incidence.origin(r)) for r, _ in lost)
+            + "\nIn undetermined unknowns: "
+            + "; ".join(
+                ", ".join(class_names(incidence, int(c), 2))
+                for c in np.searchsorted(
+                    first, unknown[np.setdiff1d(np.arange(len(unknown)), match)[:6]], "right"
+                )
+                - 1
+            )
+        )
+    row_of = np.empty(len(unknown), dtype=int)
+    row_of[match] = np.arange(n)
+    links = csr_array(
+        (np.ones(graph.nnz, dtype=np.int8), (graph.tocoo().row, row_of[graph.tocoo().col])),
+        shape=(n, n),
+    )
+    count, label = connected_components(links, connection="strong")
+    return _ordered(rows, nodes, labels, column, row_of, match, unknown, count, label, first[-1])
+
+
+def _all_entries(
+    incidence: Incidence, times: np.ndarray, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
+    row_parts, node_parts = [], []
+    labels: list[tuple[int, int]] = []
+    for order in range(int(times.max(initial=0)) + 1):
+        picked = times >= order
+        e = incidence.entries(np.full(incidence.count, order), picked=picked)
+        number = np.full(incidence.count, -1)
+        number[picked] = len(labels) + np.arange(int(picked.sum()))
+        labels += [(int(r), order) for r in np.flatnonzero(picked)]
+        row_parts.append(number[e.rows])
+        node_parts.append(first[e.classes] + e.orders)
+    return np.concatenate(row_parts), np.concatenate(node_parts), labels
+
+
+def _ordered(
+    rows: np.ndarray,
+    nodes: np.ndarray,
+    labels: list[tuple[int, int]],
+    column: np.ndarray,
+    row_of: np.ndarray,
+    match: np.ndarray,
+    unknown: np.ndarray,
+    count: int,
+    label: np.ndarray,
+    node_count: int,
+) -> tuple[list[Block], np.ndarray]:
+    members: list[list[int]] = [[] for _ in range(count)]
+    for row, component in enumerate(label.tolist()):
+        members[component].append(row)
+    needs: list[set[int]] = [set() for _ in range(count)]
+    needs_states: list[set[int]] = [set() for _ in range(count)]
+    columns = column[nodes]
+    for row, node, c in zip(rows.tolist(), nodes.tolist(), columns.tolist(), strict=True):
+        mine = label[row]
+        if c < 0:
+            needs_states[mine].add(node)
+        elif label[row_of[c]] != mine:
+            needs[mine].add(int(label[row_of[c]]))
+    users: list[list[int]] = [[] for _ in range(count)]
+    waiting = [len(n) for n in needs]
+    for component, wanted in enumerate(needs):
+        for other in wanted:
+            users[other].append(component)
+    level = [0] * count
+    queue = [c for c in range(count) if not waiting[c]]
+    order: list[int] = []
+    for component in queue:
+        order.append(component)
+        for user in users[component]:
+            level[user] = max(level[user], level[component] + 1)
+            waiting[user] -= 1
+            if not waiting[user]:
+                queue.append(user)
+    place = {component: i for i, component in enumerate(order)}
+    blocks = []
+    block_of = np.full(node_count, -1)
+    for component in order:
+        own = [int(unknown[match[r]]) for r in members[component]]
+        block_of[own] = len(blocks)
+        blocks.append(
+            Block(
+                [labels[r] for r in members[component]],
+                own,
+                sorted(place[c] for c in needs[component]),
+                sorted(needs_states[component]),
+                level[component],
+            )
+        )
+    return blocks, block_of

@@ -1,0 +1,362 @@
+"""A reduced model with its CasADi functions, built when first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from lumped.component import Component
+from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
+from lumped.expression import Expr
+from lumped.flatten import flatten
+from lumped.quantity import Quantity
+from lumped.reduce import reduce
+from lumped.values import Values
+
+__all__ = ["LeftOut", "System", "assemble"]
+
+Name = str | Expr
+
+
+class LeftOut:
+    """Something the system does not compute, and why.
+
+    Attributes
+    ----------
+    what, why : str
+        Name or count, and reason.
+    """
+
+    def __init__(self, what: str, why: str) -> None:
+        self.what, self.why = what, why
+
+    def __repr__(self) -> str:
+        return f"{self.what}: {self.why}"
+
+
+class System:
+    """A model as ``der(x) == f(x, p, t, m)``, made by `assemble`.
+
+    Attributes
+    ----------
+    model : Component
+        What was assembled.
+    state_names : list of str
+        Names of the states, in their order in x.
+    left_out : list of LeftOut
+        What is not computed, and why.
+    made : dict
+        What analyses built for this system and want to find again.
+    """
+
+    def __init__(
+        self, model: Component, outputs: Iterable[Name] | None, keep: Iterable[Name]
+    ) -> None:
+        self.model = model
+        self._flat = flatten(model)
+        self._tree = self._flat.tree
+        self._reduced = reduce(self._flat)
+        self._values = Values(self._reduced)
+        self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
+        kept = [self._tree.unknown(name) for name in keep]
+        self._members = self._members_of_nodes()
+        self._rates = [n + 1 for n in self._reduced.states]
+        self._in_use = self._needed_states(kept)
+        self.states = [self._reduced.states[i] for i in self._in_use]
+        self.state_names = [self._node_name(n) for n in self.states]
+        self.left_out = self._left_out()
+        self.made: dict[object, Any] = {}
+
+    # -- structure ---------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name of the model's class."""
+        return self._flat.name
+
+    def _members_of_nodes(self) -> dict[int, int]:
+        """Unknown that gives each node its name: a variable before a port quantity."""
+        aliases, first = self._reduced.aliases, self._reduced.first
+        alive = np.flatnonzero(aliases.classes >= 0)
+        nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
+        variable = np.zeros(len(aliases.classes), dtype=bool)
+        for node in self._tree.nodes:
+            for i, quantity in enumerate(node.layout.quantities):
+                variable[node.first_unknown + i] = quantity.kind == "variable"
+        best: dict[int, int] = {}
+        for unknown, node_number in zip(alive.tolist(), nodes.tolist(), strict=True):
+            held = best.get(node_number)
+            if held is None or (variable[unknown] and not variable[held]):
+                best[node_number] = unknown
+        return best
+
+    def _node_name(self, node: int) -> str:
+        if node in self._members:
+            return self._tree.unknown_name(self._members[node])
+        number, order = self._reduced.class_and_order(node)
+        inner = self._node_name(node - order)
+        return "der(" * order + inner + ")" * order
+
+    def _needed_states(self, kept: list[int]) -> list[int]:
+        """Positions of the states that must be integrated."""
+        reduced, values = self._reduced, self._values
+        place = {n: i for i, n in enumerate(reduced.states)}
+        if self._outputs is not None:
+            todo = self._states_of([*self._outputs, *kept])
+            needed: set[int] = set()
+            while todo:
+                state = todo.pop()
+                if state not in needed:
+                    needed.add(state)
+                    todo |= values.ancestors([state + 1])[1] - needed
+            return sorted(place[n] for n in needed)
+        positions = set()
+        aliases = reduced.aliases
+        for node in self._tree.nodes:
+            for i, quantity in enumerate(node.layout.quantities):
+                if quantity.kind == "potential":
+                    u = node.first_unknown + i
+                    if aliases.classes[u] >= 0 and aliases.shifts[u] == 0:
+                        positions.add(int(reduced.first[aliases.classes[u]]))
+        rates = values.of(self._rates)
+        used = np.zeros(len(reduced.states), dtype=bool)
+        used[ca.jacobian_sparsity(rates, values.states).get_triplet()[1]] = True
+        wanted = self._states_of(kept)
+        return [
+            i
+            for i, n in enumerate(reduced.states)
+            if used[i] or n in wanted or n not in positions
+        ]
+
+    def _states_of(self, unknowns: Iterable[int]) -> set[int]:
+        nodes = [self._reduced.node(u) for u in unknowns]
+        return self._values.ancestors([n for n in nodes if n is not None])[1]
+
+    def _left_out(self) -> list[LeftOut]:
+        aliases = self._reduced.aliases
+        equal = int((aliases.classes >= 0).sum()) - aliases.count
+        zero = int((aliases.classes < 0).sum())
+        found = []
+        if equal:
+            found.append(LeftOut(f"{equal} aliases", "equal to another quantity"))
+        if zero:
+            found.append(LeftOut(f"{zero} quantities", "always zero"))
+        for node in self._reduced.states:
+            if node not in set(self.states):
+                why = (
+                    "not needed for the requested outputs"
+                    if self._outputs is not None
+                    else "cyclic coordinate: nothing depends on it"
+                )
+                found.append(LeftOut(self._node_name(node), why))
+        return found
+
+    def report(self) -> dict[str, int]:
+        """Counts before and after reduction."""
+        flat, reduced = self._flat, self._reduced
+        connection = len(flat.joints.equal) + len(flat.joints.sums) + len(flat.joints.grounded)
+        return {
+            "components": len(self._tree.nodes),
+            "unknowns": self._tree.unknown_count,
+            "equations": flat.equation_count + connection,
+            "after alias elimination": reduced.incidence.count,
+            "differentiated": int((reduced.times > 0).sum()),
+            "index": int(reduced.times.max(initial=0)) + 1,
+            "coupled blocks": sum(len(b.nodes) > 1 for b in reduced.blocks),
+            "largest block": max((len(b.nodes) for b in reduced.blocks), default=0),
+            "states": len(self.states),
+        }
+
+    def __repr__(self) -> str:
+        counts = self.report()
+        lines = [
+            f"{self.name}: {counts['equations']} equations -> {counts['states']} states"
+            f" (index {counts['index']} -> 1, {counts['after alias elimination']} equations after "
+            f"alias elimination)",
+            "states:   " + _shortened(self.state_names),
+            "left out: " + (_shortened([repr(x) for x in self.left_out], "; ") or "nothing"),
+        ]
+        return "\n".join(lines)
+
+    # -- symbols and functions -----------------------------------------------------------------
+
+    @cached_property
+    def _inputs(self) -> list[ca.SX]:
+        v = self._values
+        x = v.states[self._in_use] if self._in_use else ca.SX(0, 1)
+        return [x, self._flat.parameters.theta, v.time, v.modes]
+
+    @cached_property
+    def rates(self) -> ca.SX:
+        """Derivatives of the states as an expression."""
+        return self._values.of([n + 1 for n in self.states])
+
+    @cached_property
+    def rhs(self) -> ca.Function:
+        """Right-hand side: (x, p, t, m) -> der(x)."""
+        return ca.Function("rhs", self._inputs, [self.rates])
+
+    @cached_property
+    def jacobian(self) -> ca.Function:
+        """Sparse Jacobian and time derivative of the right-hand side: (x, p, t, m)."""
+        x, _, t, _ = self._inputs
+        return ca.Function(
+            "jacobian",
+            self._inputs,
+            [ca.jacobian(self.rates, x), ca.densify(ca.jacobian(self.rates, t))],
+        )
+
+    def expressions(self, names: Iterable[Name]) -> ca.SX:
+        """Quantities as CasADi expressions of states, parameters, time and modes.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is unknown, or needs a state that was left out.
+        """
+        numbers = [self._tree.unknown(name) for name in names]
+        return self._expressions(numbers)
+
+    def _expressions(self, numbers: list[int]) -> ca.SX:
+        nodes = [self._reduced.node(u) for u in numbers]
+        lost = self._values.ancestors([n for n in nodes if n is not None])[1] - set(self.states)
+        if lost:
+            first = next(
+                u
+                for u, n in zip(numbers, nodes, strict=True)
+                if n is not None and self._values.ancestors([n])[1] & lost
+            )
+            name = self._tree.unknown_name(first)
+            raise UnknownNameError(
+                f"'{name}' was left out of the system: it needs "
+                f"{_shortened(sorted(self._node_name(n) for n in lost))}. "
+                f"Ask for it: assemble(model, keep=[{name!r}])."
+            )
+        present = [n for n in nodes if n is not None]
+        found = iter(ca.vertsplit(self._values.of(present))) if present else iter(())
+        signs = self._reduced.aliases.signs
+        parts = [
+            ca.SX(0) if n is None else float(signs[u]) * next(found)
+            for u, n in zip(numbers, nodes, strict=True)
+        ]
+        return ca.vertcat(ca.SX(0, 1), *parts)
+
+    def function(self, names: Iterable[Name]) -> ca.Function:
+        """Function of named quantities: (x, p, t, m) -> (n,)."""
+        return ca.Function("outputs", self._inputs, [self.expressions(names)])
+
+    @cached_property
+    def _thresholds(self) -> tuple[ca.Function, np.ndarray]:
+        """Instants at which modes change as a function of p, and their directions."""
+        flat = self._flat
+        instants = ca.SX.zeros(flat.mode_count)
+        directions = np.ones(flat.mode_count)
+        for group in flat.groups:
+            template = group.template
+            n = len(template.modes)
+            if not n:
+                continue
+            symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
+            thresholds = ca.vertcat(*(t for t, _ in template.thresholds))
+            function = ca.Function("thresholds", [symbols], [thresholds])
+            for i in range(len(group.nodes)):
+                place = group.first_mode + i * n
+                values = flat.parameters.values[group.parameters[i].tolist()]
+                instants[place : place + n] = function(values)
+                directions[place : place + n] = [d for _, d in template.thresholds]
+        return ca.Function("instants", [flat.parameters.theta], [instants]), directions
+
+    # -- names and values ----------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that can be changed, and their values in the model."""
+        p = self._flat.parameters
+        return {p.names[i]: float(v) for i, v in zip(p.free, p.defaults, strict=True)}
+
+    def names(self) -> list[str]:
+        """Names of all quantities."""
+        return list(self._tree.unknown_names())
+
+    def quantity(self, name: Name) -> Quantity:
+        """Declaration of a quantity: unit and text."""
+        return self._tree.quantity(self._tree.unknown(name))
+
+    def theta(self, changes: Mapping[Name, float] | None) -> np.ndarray:
+        """Parameter vector with changes applied and checked.
+
+        Raises
+        ------
+        UnknownNameError
+            If a parameter does not exist or is bound to others.
+        ParameterError
+            If a value is out of range.
+        """
+        p = self._flat.parameters
+        values = p.defaults.copy()
+        if not changes:
+            return values
+        place = {number: i for i, number in enumerate(p.free)}
+        for name, value in changes.items():
+            number = self._tree.parameter(name)
+            if number not in place:
+                free = [p.names[i] for i in p.free]
+                raise UnknownNameError(
+                    f"'{p.names[number]}' is bound to an expression of other parameters and "
+                    f"cannot be set. {nearest(p.names[number], free)}"
+                )
+            try:
+                values[place[number]] = float(value)
+            except (TypeError, ValueError):
+                raise ParameterError(
+                    f"{p.names[number]} = {value!r}: a number in "
+                    f"{p.declared[number].unit} is needed."
+                ) from None
+        p.check(np.asarray(self._all_parameters(values)).ravel(), self.name)
+        return values
+
+    @cached_property
+    def _all_parameters(self) -> ca.Function:
+        p = self._flat.parameters
+        return ca.Function("p", [p.theta], [p.values])
+
+
+def _shortened(items: list[str], separator: str = ", ", most: int = 12) -> str:
+    more = f"{separator}... {len(items) - most} more" if len(items) > most else ""
+    return separator.join(items[:most]) + more
+
+
+def assemble(
+    model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
+) -> System:
+    """Flatten, check and reduce a model.
+
+    Parameters
+    ----------
+    model : Component
+        What to assemble.
+    outputs : iterable of names or references, optional
+        Compute only what these need. Default: everything but cyclic coordinates, the absolute
+        angles or positions on which nothing depends.
+    keep : iterable of names or references
+        Cyclic coordinates to compute all the same.
+
+    Returns
+    -------
+    System
+
+    Raises
+    ------
+    ParameterError, ConnectionError, EquationError, SingularModelError
+        If the model is not sound; the text names the components.
+    UnknownNameError
+        If `outputs` or `keep` names something the model does not have.
+    """
+    if not isinstance(model, Component):
+        hint = " Write it with parentheses." if isinstance(model, type) else ""
+        raise DeclarationError(f"assemble needs a component, not {model!r}.{hint}")
+    return System(model, outputs, keep)

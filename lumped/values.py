@@ -1,0 +1,323 @@
+"""Every unknown as an expression of states, parameters, time and modes, computed on demand.
+
+Blocks are evaluated level by level; all scalar blocks of a level that solve the same template
+equation for the same unknown are one vectorised CasADi call. Nothing is computed that nobody
+asked for.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import EquationError, SingularModelError
+from lumped.incidence import Incidence, Occurrence
+from lumped.linear import Entry, SingularBlock, solve
+from lumped.reduce import Reduced
+from lumped.structure import class_names, equation_text
+from lumped.template import CONSTANT
+
+__all__ = ["Values"]
+
+
+class Values:
+    """Expressions of nodes.
+
+    Parameters
+    ----------
+    reduced : Reduced
+        The reduced model.
+
+    Attributes
+    ----------
+    states : SX, shape (n, 1)
+        Symbols of the states.
+    time : SX
+        Symbol of the time.
+    modes : SX, shape (m, 1)
+        Symbols of the modes.
+    """
+
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced = reduced
+        self.flat = reduced.incidence.flat
+        count = int(reduced.first[-1])
+        self.states = ca.SX.sym("x", len(reduced.states))
+        self.time = ca.SX.sym("t")
+        self.modes = ca.SX.sym("m", self.flat.mode_count)
+        self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
+        rng = np.random.default_rng(1)
+        self._number = np.zeros(count + 1)
+        if reduced.states:
+            self._sx[reduced.states] = self.states
+            self._number[reduced.states] = rng.uniform(0.3, 0.9, len(reduced.states))
+        parameters = self.flat.parameters
+        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
+        self._parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self._mode_numbers = np.ones(self.flat.mode_count)
+        self._done = np.zeros(len(reduced.blocks), dtype=bool)
+
+    def of(self, nodes: Iterable[int]) -> ca.SX:
+        """Expressions of nodes, shape (n, 1)."""
+        wanted = list(nodes)
+        self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
+        return self._sx[wanted] if wanted else ca.SX(0, 1)
+
+    def ancestors(self, nodes: Iterable[int]) -> tuple[set[int], set[int]]:
+        """Blocks and states that the nodes depend on."""
+        blocks: set[int] = set()
+        states: set[int] = set()
+        stack: list[int] = []
+        for node in nodes:
+            block = int(self.reduced.block_of[node])
+            if block < 0:
+                states.add(int(node))
+            else:
+                stack.append(block)
+        while stack:
+            block = stack.pop()
+            if block not in blocks:
+                blocks.add(block)
+                states.update(self.reduced.blocks[block].needs_states)
+                stack.extend(self.reduced.blocks[block].needs)
+        return blocks, states
+
+    def _compute(self, wanted: set[int]) -> None:
+        todo: set[int] = set()
+        stack = [b for b in wanted if not self._done[b]]
+        while stack:
+            block = stack.pop()
+            if block not in todo:
+                todo.add(block)
+                stack.extend(b for b in self.reduced.blocks[block].needs if not self._done[b])
+        levels: dict[int, list[int]] = defaultdict(list)
+        for block in sorted(todo):
+            levels[self.reduced.blocks[block].level].append(block)
+        for level in sorted(levels):
+            self._level([self.reduced.blocks[b] for b in levels[level]])
+            self._done[levels[level]] = True
+
+    def _level(self, blocks: list) -> None:  # type: ignore[type-arg]
+        singles: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+        sums: list[tuple[int, int, int]] = []
+        coupled = []
+        incidence = self.reduced.incidence
+        firsts = np.array([b[3] for b in incidence.blocks], dtype=int)
+        for block in blocks:
+            if len(block.nodes) > 1:
+                coupled.append(block)
+                continue
+            (row, order), node = block.equations[0], block.nodes[0]
+            if row >= incidence.first_sum:
+                sums.append((row, order, node))
+            else:
+                origin = int(np.searchsorted(firsts, row, side="right")) - 1
+                singles[origin, order].append((row - int(firsts[origin]), node))
+        for (origin, order), members in singles.items():
+            places = np.array([m[0] for m in members])
+            nodes = np.array([m[1] for m in members])
+            repeated = self._scalars(incidence.occurrence(origin, order, places), nodes)
+            coupled += [
+                block
+                for block in blocks
+                if len(block.nodes) == 1 and block.nodes[0] in repeated
+            ]
+        self._sums(sums)
+        for block in coupled:
+            self._coupled(block.equations, block.nodes, incidence)
+
+    def _nodes(self, seen: Occurrence) -> np.ndarray:
+        first = self.reduced.first
+        return np.where(seen.classes >= 0, first[seen.classes] + seen.orders, first[-1])
+
+    def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> tuple[list[ca.SX], list[np.ndarray]]:
+        """Arguments of a template's functions, one column per instance; symbols and numbers."""
+        m, n = nodes.shape
+        flat_nodes = nodes.ravel()
+        symbols = self._sx[flat_nodes.tolist()] if m * n else ca.SX(0, 1)
+        negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
+        if negative and m * n:
+            symbols[negative] = -symbols[negative]
+        group, template = seen.group, seen.group.template
+        parameters = group.parameters[seen.instances].ravel()
+        modes = group.first_mode + (
+            seen.instances[:, None] * len(template.modes) + np.arange(len(template.modes))
+        ).ravel()
+        values = self.flat.parameters.values
+        return (
+            [
+                ca.reshape(symbols, n, m),
+                ca.reshape(_picked(values, parameters), -1, m) if len(parameters) else ca.SX(0, m),
+                ca.repmat(self.time, 1, m),
+                ca.reshape(_picked(self.modes, modes), -1, m) if len(modes) else ca.SX(0, m),
+            ],
+            [
+                (self._number[nodes] * seen.signs).T,
+                self._parameters[group.parameters[seen.instances]].T,
+                np.full((1, m), 0.7),
+                self._mode_numbers[modes].reshape(m, -1).T,
+            ],
+        )
+
+    def _scalars(self, seen: Occurrence, targets: np.ndarray) -> set[int]:
+        """Solve equations that each determine one node; gives back those it stands in twice."""
+        nodes = self._nodes(seen)
+        hits = nodes == targets[:, None]
+        repeated = hits.sum(axis=1) > 1
+        position = hits.argmax(axis=1)
+        for i in np.unique(position[~repeated]):
+            mask = ~repeated & (position == i)
+            if not seen.residual.affine[i, i]:
+                raise self._nonlinear([int(targets[mask][0])])
+            part = Occurrence(
+                seen.group,
+                seen.residual,
+                seen.instances[mask],
+                seen.classes[mask],
+                seen.orders[mask],
+                seen.signs[mask],
+            )
+            symbols, numbers = self._arguments(part, nodes[mask])
+            function = seen.residual.solved_for(int(i)).map(int(mask.sum()))
+            self._store(targets[mask], function(*symbols), function(*numbers), part.signs[:, i])
+        return {int(t) for t in targets[repeated]}
+
+    def _store(
+        self, targets: np.ndarray, result: ca.SX, number: object, signs: np.ndarray
+    ) -> None:
+        column = ca.vec(result)
+        negative = np.flatnonzero(signs < 0).tolist()
+        if negative:
+            column[negative] = -column[negative]
+        self._sx[targets.tolist()] = column
+        self._number[targets] = np.asarray(number).ravel() * signs
+
+    def _sums(self, members: list[tuple[int, int, int]]) -> None:
+        by_size: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = defaultdict(list)
+        for row, order, node in members:
+            classes, shifts, signs = self.reduced.incidence.sum_terms(row)
+            nodes = self.reduced.first[classes] + shifts + order
+            own = nodes == node
+            factor = -signs[~own] / signs[own].sum()
+            by_size[int((~own).sum())].append((node, nodes[~own], factor))
+        for size, group in by_size.items():
+            m = len(group)
+            nodes = np.concatenate([g[1] for g in group])
+            factors = np.concatenate([g[2] for g in group])
+            terms = _picked(self._sx, nodes) * ca.DM(factors) if size else ca.SX(0, 1)
+            total = ca.sum1(ca.reshape(terms, size, m)) if size else ca.SX.zeros(1, m)
+            number = (self._number[nodes] * factors).reshape(m, size).sum(axis=1)
+            self._store(np.array([g[0] for g in group]), total, number, np.ones(m))
+
+    def _coupled(
+        self, equations: list[tuple[int, int]], nodes: list[int], incidence: Incidence
+    ) -> None:
+        """Solve a block of several equations, linear in its unknowns."""
+        index = {node: j for j, node in enumerate(nodes)}
+        rows: list[dict[int, Entry]] = []
+        right: list[tuple[ca.SX, float]] = []
+        for row, order in equations:
+            entries, rest = self._equation(row, order, index, incidence)
+            rows.append(entries)
+            right.append(rest)
+        try:
+            result = solve(rows, right)
+        except SingularBlock as error:
+            lost = [equations[i][0] for i in error.args[0]]
+            raise self._singular(lost, nodes) from None
+        self._sx[nodes] = ca.vertcat(*result)
+        self._number[nodes] = self._numbers_of(nodes)
+
+    def _numbers_of(self, nodes: list[int]) -> np.ndarray:
+        parameters = self.flat.parameters
+        inputs = [self.states, parameters.theta, self.time, self.modes]
+        function = ca.Function("f", inputs, [self._sx[nodes]])
+        states = self._number[self.reduced.states]
+        return np.asarray(
+            function(states, parameters.defaults, 0.7, self._mode_numbers)
+        ).ravel()
+
+    def _equation(
+        self, row: int, order: int, index: dict[int, int], incidence: Incidence
+    ) -> tuple[dict[int, Entry], tuple[ca.SX, float]]:
+        """Coefficients of the unknowns in one equation, and its right side."""
+        first = self.reduced.first
+        entries: dict[int, Entry] = {}
+        if row >= incidence.first_sum:
+            classes, shifts, signs = incidence.sum_terms(row)
+            total, number = ca.SX(0), 0.0
+            for node, sign in zip(first[classes] + shifts + order, signs, strict=True):
+                if int(node) in index:
+                    _add(entries, index[int(node)], Entry(ca.SX(sign), CONSTANT, float(sign)))
+                else:
+                    total -= float(sign) * self._sx[int(node)]
+                    number -= float(sign) * self._number[node]
+            return entries, (total, number)
+        block = next(
+            i
+            for i, (_, _, instances, start) in enumerate(incidence.blocks)
+            if start <= row < start + len(instances)
+        )
+        seen = incidence.occurrence(block, order, np.array([row - incidence.blocks[block][3]]))
+        nodes = self._nodes(seen)
+        inside = [i for i, node in enumerate(nodes[0]) if int(node) in index]
+        if not seen.residual.affine[np.ix_(inside, inside)].all():
+            raise self._nonlinear([int(nodes[0][i]) for i in inside])
+        held = nodes.copy()
+        held[0, inside] = first[-1]
+        symbols, numbers = self._arguments(seen, held)
+        partials = seen.residual.coefficients(*symbols)
+        partial_numbers = np.asarray(seen.residual.coefficients(*numbers)).ravel()
+        for i in inside:
+            sign = float(seen.signs[0, i])
+            entry = Entry(
+                sign * partials[i], int(seen.residual.kinds[i]), sign * partial_numbers[i]
+            )
+            _add(entries, index[int(nodes[0][i])], entry)
+        rest = -seen.residual.value(*symbols)
+        return entries, (rest, -float(seen.residual.value(*numbers)))
+
+    def _names(self, nodes: Iterable[int]) -> str:
+        incidence = self.reduced.incidence
+        found = []
+        for node in nodes:
+            number, order = self.reduced.class_and_order(node)
+            name = class_names(incidence, number, 1)[0]
+            found.append("der(" * order + name + ")" * order)
+        return ", ".join(found)
+
+    def _nonlinear(self, nodes: list[int]) -> EquationError:
+        return EquationError(
+            f"{self.flat.name}: {self._names(nodes)} would have to be solved from equations that "
+            "are not linear in it. Give the kinematics the other way round (state the quantity "
+            "that follows as a function of the one that leads)."
+        )
+
+    def _singular(self, rows: list[int], nodes: list[int]) -> SingularModelError:
+        incidence = self.reduced.incidence
+        listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
+        return SingularModelError(
+            f"{self.flat.name}: these equations determine nothing more, or contradict the rest:\n  "
+            + "\n  ".join(listed)
+            + f"\nUnknowns of the block: {self._names(nodes[:12])}.\n"
+            "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
+            "Make one of them elastic."
+        )
+
+
+def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:
+    return vector[[int(i) for i in indices]] if len(indices) else ca.SX(0, 1)
+
+
+def _add(entries: dict[int, Entry], column: int, entry: Entry) -> None:
+    old = entries.get(column)
+    if old is not None:
+        entry = Entry(
+            old.expression + entry.expression,
+            max(old.kind, entry.kind),
+            old.value + entry.value,
+        )
+    entries[column] = entry
