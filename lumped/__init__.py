@@ -1,3 +1,53 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
+from lumped import ops
+from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.linearise import Linearisation, linearise
+from lumped.analysis.modes import Modes, modes
+from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.simulate import simulate
+from lumped.analysis.start import start_point
+from lumped.component import Component, Connection, chain, compose, connect
+from lumped.expression import Equation, Expr, der, time
+from lumped.port import Flange, LinearFlange, Pin, Port, lossless
+from lumped.quantity import Input, Output, Param, Var, param, var
+from lumped.system import System, assemble
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "Component",
+    "Connection",
+    "Equation",
+    "Event",
+    "Expr",
+    "Flange",
+    "Input",
+    "LinearFlange",
+    "Linearisation",
+    "Modes",
+    "OperatingPoint",
+    "Output",
+    "Param",
+    "Pin",
+    "Port",
+    "Statistics",
+    "System",
+    "Trajectory",
+    "Var",
+    "assemble",
+    "chain",
+    "compose",
+    "connect",
+    "der",
+    "equilibrium",
+    "linearise",
+    "lossless",
+    "modes",
+    "ops",
+    "param",
+    "simulate",
+    "start_point",
+    "time",
+    "var",
+]

@@ -9,7 +9,7 @@ from typing import Any, Self
 from lumped.errors import ConnectionError, DeclarationError, UnknownNameError, nearest
 from lumped.expression import Equation, Expr, Ref
 from lumped.port import Port
-from lumped.quantity import Input, Output, Quantity, Signal
+from lumped.quantity import Input, Output, Quantity
 
 __all__ = ["Component", "Connection", "chain", "compose", "connect"]
 
@@ -56,7 +56,9 @@ class Component:
     **values
         For a parameter a number (or, inside a class body, an expression of the enclosing
         component's parameters); for a variable its start value, which then holds exactly;
-        for a part a replacement; for a structural field its value.
+        for an input a number (a parameter from then on) or an expression of the time and of the
+        enclosing component's parameters; for a part a replacement; for a structural field its
+        value.
 
     Raises
     ------
@@ -173,9 +175,9 @@ class Component:
         kind = type(self).__name__
         if name in self._quantities:
             quantity = self._quantities[name]
-            if isinstance(quantity, Signal):
+            if isinstance(quantity, Output):
                 raise DeclarationError(
-                    f"{kind}({name}=...): '{name}' is a signal; connect it instead."
+                    f"{kind}({name}=...): '{name}' is an output; the component determines it."
                 )
             if isinstance(value, Expr):
                 return value
@@ -358,8 +360,8 @@ def path_of(component: Component) -> str:
 def chain(*parts: Component | Port) -> Iterator[Connection]:
     """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
 
-    A part with only one port (a source, a support) may stand at either end; a port may be named
-    instead of a part.
+    A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
+    named instead of a part.
 
     Raises
     ------
@@ -375,13 +377,12 @@ def _end(part: Component | Port, side: str) -> Port:
         return part
     name = f"flange_{side}"
     if name not in part._ports:
-        acausal = list(part._ports)
-        if len(acausal) != 1:
+        if "flange" not in part._ports:
             raise ConnectionError(
                 f"chain: {type(part).__name__} {path_of(part)} has no '{name}'; "
-                f"name one of its ports instead: {', '.join(acausal) or 'it has none'}."
+                f"name one of its ports instead: {', '.join(part._ports) or 'it has none'}."
             )
-        name = acausal[0]
+        name = "flange"
     port: Port = getattr(part, name)
     return port
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -10,10 +10,10 @@ import numpy as np
 
 from lumped.component import Component
 from lumped.errors import EquationError, ParameterError, SingularModelError
-from lumped.expression import Expr, Ref, text, walk
+from lumped.expression import Equation, Expr, Ref, text, walk
 from lumped.graph import Joints, join
 from lumped.lower import lower
-from lumped.quantity import Param, Var
+from lumped.quantity import Input, Param, Var, param
 from lumped.template import Template, template_key
 from lumped.tree import Node, Tree
 
@@ -30,6 +30,8 @@ class Group:
         Their equations.
     nodes : list of int
         Node number of each instance.
+    names : list of str
+        Dotted name of what each instance's equations belong to.
     unknowns : ndarray of int, shape (instances, local unknowns)
         Number of each local unknown.
     parameters : ndarray of int, shape (instances, local parameters)
@@ -42,6 +44,7 @@ class Group:
 
     template: Template
     nodes: list[int] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
     unknowns: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
     parameters: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
     first_equation: int = 0
@@ -177,12 +180,11 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
         key = template_key(node.component)
         group = groups.get(key)
         if group is None:
-            template = Template(
-                node.component, lambda c, scope=node: tree.below(c, scope)  # type: ignore[misc]
-            )
-            group = groups[key] = Group(template)
+            group = groups[key] = Group(_template(tree, node, node.component.equations()))
         _check_balance(tree, node, group.template, joints)
         group.nodes.append(number)
+        group.names.append(node.path)
+    _bound_inputs(tree, groups)
     equations = modes = 0
     for group in groups.values():
         template = group.template
@@ -194,14 +196,45 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
     return list(groups.values()), equations, modes
 
 
+def _template(
+    tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]]
+) -> Template:
+    return Template(scope.component, lambda c: tree.below(c, scope), equations)
+
+
+def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
+    """Equations of inputs that are given to instances instead of connected."""
+    for number, node in enumerate(tree.nodes):
+        for name, quantity in node.component._quantities.items():
+            if not isinstance(quantity, Input) or name not in node.component._values:
+                continue
+            given, signal = node.component._values[name], Ref(node.component, name, quantity)
+            if isinstance(given, Expr):
+                scope = max(node.parent, 0)
+                equation = Equation(signal, given)
+                key: Hashable = (node.path, name)
+                template = _template(tree, tree.nodes[scope], [equation])
+                groups[key] = Group(template, [scope], [node.name(name)])
+                continue
+            key = (type(node.component), name)
+            if key not in groups:
+                parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
+                groups[key] = Group(_template(tree, node, [Equation(signal, parameter)]))
+            groups[key].nodes.append(number)
+            groups[key].names.append(node.name(name))
+
+
 def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):
             node = tree.at(below, tree.nodes[number]) if below else tree.nodes[number]
-            layout = node.layout
-            names = layout.unknowns if first == "first_unknown" else layout.parameters
-            table[row, column] = getattr(node, first) + names[local]
+            if first == "first_unknown":
+                table[row, column] = node.first_unknown + node.layout.unknowns[local]
+            elif local in node.layout.parameters:
+                table[row, column] = node.first_parameter + node.layout.parameters[local]
+            else:
+                table[row, column] = tree.input_parameters[node.name(local)]
     return table
 
 
@@ -272,6 +305,14 @@ def _parameters(tree: Tree) -> Parameters:
                 expressions[number] = (value, scope)
             else:
                 numbers[number] = float(value)
+    for node in tree.nodes:
+        for local, signal in node.component._quantities.items():
+            number_given = node.component._values.get(local)
+            if isinstance(signal, Input) and isinstance(number_given, float):
+                tree.input_parameters[node.name(local)] = len(declared)
+                numbers[len(declared)] = number_given
+                declared.append(param(signal.unit, signal.text))
+                names.append(node.name(local))
     faults = missing + [
         f"{names[i]} = {v:g} {declared[i].unit} ({declared[i].text}) {why}"
         for i, v in numbers.items()

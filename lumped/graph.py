@@ -180,10 +180,18 @@ def _signal_sets(
         for name, local in node.layout.unknowns.items():
             quantity = node.layout.quantities[local]
             number = node.first_unknown + local
-            if isinstance(quantity, Input) and "sink" not in sides.get(number, ()):
+            if not isinstance(quantity, Input):
+                continue
+            connected, bound = "sink" in sides.get(number, ()), name in node.component._values
+            if connected and bound:
+                raise ConnectionError(
+                    f"{node.name(name)} is both connected and given a value; do only one."
+                )
+            if not connected and not bound:
                 raise ConnectionError(
                     f"{node.name(name)}: the input ({quantity.text}, {quantity.unit}) has no "
-                    "source. Connect an output to it, for example that of a Constant or a Sine."
+                    f"source. Connect an output to it, or give it: {name}=..., a number or an "
+                    "expression of lumped.time."
                 )
     roots: dict[int, list[int]] = {}
     for group in _groups(list(sides), pairs):

@@ -114,7 +114,7 @@ class Signal(Quantity):
 
 
 class Input(Signal):
-    """A signal that a component needs from outside.
+    """A signal that a component needs from outside: connected, or given to the instance.
 
     Parameters
     ----------

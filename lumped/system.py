@@ -250,6 +250,17 @@ class System:
         return ca.Function("outputs", self._inputs, [self.expressions(names)])
 
     @cached_property
+    def cyclic(self) -> frozenset[int]:
+        """Nodes of states in use that are positions on which no derivative depends."""
+        used = set(self.jacobian.sparsity_out(0).get_triplet()[1])
+        found = set()
+        for i, node in enumerate(self.states):
+            number, order = self._reduced.class_and_order(node)
+            if i not in used and order + 1 < self._reduced.highest[number]:
+                found.add(node)
+        return frozenset(found)
+
+    @cached_property
     def _thresholds(self) -> tuple[ca.Function, np.ndarray]:
         """Instants at which modes change as a function of p, and their directions."""
         flat = self._flat

@@ -6,7 +6,7 @@ compiler needs (which unknown, at which derivative, with which coefficient) is r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -106,7 +106,12 @@ class Template:
         Instant at which each mode changes, and +1 if it becomes 1 there, -1 if it becomes 0.
     """
 
-    def __init__(self, component: Component, place: Callable[[Component], str | None]) -> None:
+    def __init__(
+        self,
+        component: Component,
+        place: Callable[[Component], str | None],
+        equations: Iterable[Equation | tuple[Equation, ...]],
+    ) -> None:
         self.equations: list[Equation] = []
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
@@ -121,7 +126,7 @@ class Template:
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
-        for item in component.equations():
+        for item in equations:
             for equation in item if isinstance(item, tuple) else (item,):
                 if not isinstance(equation, Equation):
                     raise EquationError(
@@ -155,8 +160,10 @@ class Template:
         return sides[0] - sides[1]
 
     def _leaf(self, node: Expr) -> ca.SX:
+        if isinstance(node, Param):
+            node = Ref(self._component, node.name, node)
         if not isinstance(node, Ref):
-            raise EquationError(f"'{node!r}' is not a quantity of an instance; write self.{node!r}.")
+            raise EquationError(f"'{node!r}' is not a quantity of an instance.")
         below = self._place(node.owner)
         if below is None:
             raise EquationError(

@@ -89,6 +89,15 @@ class Tree:
     ----------
     model : Component
         The top of the tree.
+
+    Attributes
+    ----------
+    nodes : list of Node
+        The components.
+    unknown_count, parameter_count, port_count : int
+        How many there are.
+    input_parameters : dict of str to int
+        Number of the parameter that each input given as a number became.
     """
 
     def __init__(self, model: Component) -> None:
@@ -98,6 +107,7 @@ class Tree:
         self._layouts: dict[type[Component], Layout] = {}
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
+        self.input_parameters: dict[str, int] = {}
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
@@ -218,6 +228,8 @@ class Tree:
             If the model has no such parameter; the text lists the nearest names.
         """
         key = self.key(name)
+        if key in self.input_parameters:
+            return self.input_parameters[key]
         found = self._look_up(key)
         if found is not None and found[1] in found[0].layout.parameters:
             return found[0].first_parameter + found[0].layout.parameters[found[1]]
@@ -247,6 +259,7 @@ class Tree:
         for node in self.nodes:
             for local in node.layout.parameters:
                 yield node.name(local)
+        yield from self.input_parameters
 
     def node_of_unknown(self, number: int) -> Node:
         """Component that declares an unknown."""

@@ -203,12 +203,12 @@ class _Run:
         flat = self.system._flat
         for t in edges:
             names = []
-            for group in flat.groups:
+            for group in self.system._flat.groups:
                 n = len(group.template.modes)
-                for i, node in enumerate(group.nodes):
+                for i, name in enumerate(group.names):
                     place = group.first_mode + i * n
                     if (abs(found[place : place + n] - t) <= 1e-12 * max(1.0, t)).any():
-                        names.append(flat.tree.nodes[node].path)
+                        names.append(name)
             self.events.append(Event(t, ", ".join(names)))
         return edges
 

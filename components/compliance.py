@@ -1,0 +1,67 @@
+"""Massless elastic and viscous shafts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Equation, Flange, Param, Var, der, param, var
+
+__all__ = ["Damper", "Spring", "SpringDamper"]
+
+
+class Spring(Component):
+    """Linear torsional spring: ``tau = c (phi_rel - phi_rel0)``, ``phi_rel = phi_b - phi_a``.
+
+    `tau` is the torque transmitted: it acts on flange b and, reversed, on flange a.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    c: Param = param("N.m/rad", "torsional stiffness", above=0)
+    phi_rel0: Param = param("rad", "twist without torque", 0.0)
+    phi_rel: Var = var("rad", "twist", state="prefer")
+    tau: Var = var("N.m", "torque transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.tau == self.c * (self.phi_rel - self.phi_rel0)
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+
+class Damper(Component):
+    """Linear viscous damper: ``tau = d w_rel``, ``w_rel = der(phi_b - phi_a)``."""
+
+    flange_a = Flange()
+    flange_b = Flange()
+    d: Param = param("N.m.s/rad", "viscous damping", min=0)
+    phi_rel: Var = var("rad", "relative angle")
+    w_rel: Var = var("rad/s", "relative angular velocity")
+    tau: Var = var("N.m", "torque transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.w_rel == der(self.phi_rel)
+        yield self.tau == self.d * self.w_rel
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+
+class SpringDamper(Component):
+    """Spring and damper in parallel: ``tau = c (phi_rel - phi_rel0) + d w_rel``."""
+
+    flange_a = Flange()
+    flange_b = Flange()
+    c: Param = param("N.m/rad", "torsional stiffness", above=0)
+    d: Param = param("N.m.s/rad", "viscous damping", 0.0, min=0)
+    phi_rel0: Param = param("rad", "twist without torque", 0.0)
+    phi_rel: Var = var("rad", "twist", state="prefer")
+    w_rel: Var = var("rad/s", "relative angular velocity")
+    tau: Var = var("N.m", "torque transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.w_rel == der(self.phi_rel)
+        yield self.tau == self.c * (self.phi_rel - self.phi_rel0) + self.d * self.w_rel
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau

@@ -1,0 +1,28 @@
+"""Rotating bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Equation, Flange, Param, Var, der, param, var
+
+__all__ = ["Inertia"]
+
+
+class Inertia(Component):
+    """Rigid body turning about a fixed axis between two flanges.
+
+    ``J der(w) = tau_a + tau_b``, ``w = der(phi)``. Either flange may stay open (free shaft end).
+    """
+
+    flange_a = Flange(free=True)
+    flange_b = Flange(free=True)
+    J: Param = param("kg.m2", "moment of inertia", above=0)
+    phi: Var = var("rad", "angle")
+    w: Var = var("rad/s", "angular velocity")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.phi == self.phi
+        yield self.flange_b.phi == self.phi
+        yield der(self.phi) == self.w
+        yield self.J * der(self.w) == self.flange_a.tau + self.flange_b.tau

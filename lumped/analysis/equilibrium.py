@@ -1,0 +1,87 @@
+"""States at which nothing changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.linalg import lstsq
+
+from lumped.analysis.result import OperatingPoint
+from lumped.analysis.start import modes_at, start_point
+from lumped.errors import SolverError
+from lumped.system import Name, System
+
+__all__ = ["equilibrium"]
+
+
+def equilibrium(
+    system: System,
+    *,
+    parameters: Mapping[Name, float] | None = None,
+    start: Mapping[Name, float] | None = None,
+    time: float = 0.0,
+    tolerance: float = 1e-10,
+) -> OperatingPoint:
+    """Find states whose derivatives all vanish, nearest to the start values.
+
+    Newton iteration with minimum-norm steps (Deuflhard, Newton Methods for Nonlinear Problems,
+    ch. 4), so that a free drive keeps a rotation near its start speed.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    parameters, start : mapping of name to float, optional
+        Parameters to change, start values to set.
+    time : float
+        Instant at which functions of time are taken, s.
+    tolerance : float
+        Largest remaining derivative, relative to the derivatives' own scale.
+
+    Raises
+    ------
+    SolverError
+        If there is no equilibrium near the start; the text names the worst equation.
+    """
+    begin = start_point(system, parameters, start)
+    modes = modes_at(system, begin.theta, time + 1e-300)
+    x = begin.x.copy()
+    args = (begin.theta, time, modes)
+    residual = np.asarray(system.rhs(x, *args)).ravel()
+    for _ in range(100):
+        if not np.isfinite(residual).all():
+            break
+        jacobian = np.asarray(system.jacobian(x, *args)[0].full())
+        scale = np.abs(jacobian) @ (np.abs(x) + 1e-3) + 1e-9
+        if (np.abs(residual) <= tolerance * scale).all():
+            return OperatingPoint(system, time, x, begin.theta, modes)
+        step = lstsq(jacobian / scale[:, None], -residual / scale, lapack_driver="gelsy")[0]
+        x, residual, moved = _line_search(system, x, step, residual, scale, args)
+        if not moved:
+            break
+    worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
+    name = system.state_names[worst]
+    raise SolverError(
+        f"{system.name}: no equilibrium near the start values: der({name}) stays at "
+        f"{residual[worst]:.4g}. A free drive with a net torque accelerates for ever: add a load "
+        "or damper, or set torques that balance."
+    )
+
+
+def _line_search(
+    system: System,
+    x: np.ndarray,
+    step: np.ndarray,
+    residual: np.ndarray,
+    scale: np.ndarray,
+    args: tuple[np.ndarray, float, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Shorten the step until it helps."""
+    before = float(np.linalg.norm(residual / scale))
+    for power in range(12):
+        trial = x + 0.5**power * step
+        found = np.asarray(system.rhs(trial, *args)).ravel()
+        if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
+            return trial, found, True
+    return x, residual, False

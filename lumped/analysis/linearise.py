@@ -1,0 +1,115 @@
+"""Linearisation at an operating point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from scipy.sparse import csc_array
+
+from lumped.analysis.result import OperatingPoint
+from lumped.analysis.start import start_point
+from lumped.errors import SolverError, UnknownNameError
+from lumped.system import Name, System
+from lumped.table import number, table
+
+__all__ = ["Linearisation", "linearise"]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """``der(x) = A x + B u``, ``y = C x + D u`` for small deviations.
+
+    Attributes
+    ----------
+    A, B, C, D : ndarray
+        Shapes (n, n), (n, inputs), (outputs, n), (outputs, inputs).
+    states, inputs, outputs : tuple of str
+        Names.
+    point : OperatingPoint
+        Where it holds.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    point: OperatingPoint
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, *(number(v, 4) for v in row)) for name, row in zip(self.states, self.A[:10, :8])
+        ]
+        head = (f"der of, A {self.A.shape[0]}x{self.A.shape[1]}", *self.states[:8])
+        return table(head, rows)
+
+
+def linearise(
+    system: System,
+    *,
+    at: OperatingPoint | None = None,
+    inputs: Iterable[Name] = (),
+    outputs: Iterable[Name] = (),
+    parameters: Mapping[Name, float] | None = None,
+) -> Linearisation:
+    """Linearise a system; all derivatives are exact.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    at : OperatingPoint, optional
+        Where; default is the start point.
+    inputs : iterable of names
+        Parameters (or inputs given as numbers) that vary.
+    outputs : iterable of names
+        Quantities to observe.
+    parameters : mapping of name to float, optional
+        Parameters to change, if `at` is not given.
+
+    Raises
+    ------
+    UnknownNameError
+        If an input or output does not exist.
+    SolverError
+        If a derivative is not finite at the point.
+    """
+    if at is not None and parameters:
+        raise ValueError("linearise: give the parameters when making the operating point `at`.")
+    point = at or start_point(system, parameters)
+    p = system._flat.parameters
+    place = {p.names[i]: k for k, i in enumerate(p.free)}
+    inputs = [system._tree.key(name) for name in inputs]
+    for name in inputs:
+        if name not in place:
+            system.theta({name: 0.0})
+            raise UnknownNameError(f"'{name}' is not a parameter that can vary.")
+    outputs = [system._tree.key(name) for name in outputs]
+    x, theta, _, _ = system._inputs
+    u = theta[[place[name] for name in inputs]] if inputs else ca.SX(0, 1)
+    y = system.expressions(outputs)
+    function = ca.Function(
+        "linear",
+        system._inputs,
+        [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
+    )
+    found = [
+        np.asarray(ca.DM(m)) for m in function(point.x, point.theta, point.time, point.modes)
+    ]
+    if not all(np.isfinite(m).all() for m in found):
+        raise SolverError(
+            f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
+        )
+    names = tuple(system.state_names)
+    return Linearisation(*found, names, tuple(inputs), tuple(outputs), point)
+
+
+def sparse_state_matrix(system: System, point: OperatingPoint) -> csc_array:
+    """A as a sparse matrix."""
+    matrix = system.jacobian(point.x, point.theta, point.time, point.modes)[0]
+    return csc_array(matrix.sparse())
