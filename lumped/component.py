@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from lumped.errors import ConnectionError, DeclarationError, UnknownNameError, nearest
 from lumped.expression import Equation, Expr, Ref
@@ -12,6 +13,7 @@ from lumped.port import Port
 from lumped.quantity import Input, Output, Quantity
 
 __all__ = ["Component", "Connection", "chain", "compose", "connect"]
+
 
 class Connection:
     """Ports or signals that meet."""
@@ -68,34 +70,33 @@ class Component:
         If a value is of the wrong sort.
     """
 
-    _quantities: dict[str, Quantity]
-    _ports: dict[str, Port]
-    _parts: dict[str, Any]
-    _fields: dict[str, Any]
-
-    _quantities, _ports, _parts, _fields = {}, {}, {}, {}
+    _quantities: ClassVar[dict[str, Quantity]] = {}
+    _ports: ClassVar[dict[str, Port]] = {}
+    _parts: ClassVar[dict[str, Any]] = {}
+    _fields: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
         for base in reversed(cls.__mro__[1:]):
             if isinstance(base, type) and issubclass(base, Component):
-                own = (base._quantities, base._ports, base._parts, base._fields)
-                for table, inherited in zip(tables, own, strict=True):
-                    table.update(inherited)
+                tables[0].update(base._quantities)
+                tables[1].update(base._ports)
+                tables[2].update(base._parts)
+                tables[3].update(base._fields)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
         for name, value in list(vars(cls).items()):
             if name.startswith("_"):
                 continue
-            table = _table_of(tables, name, value, vars(cls).get("__annotations__", {}))
-            if table is None:
+            home = _table_of(tables, name, value, vars(cls).get("__annotations__", {}))
+            if home is None:
                 continue
-            for other in tables:
-                other.pop(name, None)
-            table[name] = value
-            if table is cls._parts:
+            for table in tables:
+                table.pop(name, None)
+            home[name] = value
+            if home is cls._parts:
                 setattr(cls, name, _PartSlot(name, value))
-            elif table is cls._fields:
+            elif home is cls._fields:
                 setattr(cls, name, _FieldSlot(name, value))
         _refuse_shared(cls.__name__, cls._parts)
 
@@ -228,7 +229,6 @@ class Component:
             else:
                 for part in held.values() if isinstance(held, Mapping) else held:
                     yield part._place[1], part
-
 
 
 def _table_of(
@@ -368,7 +368,7 @@ def chain(*parts: Component | Port) -> Iterator[Connection]:
     ConnectionError
         If a part lacks the port needed at its place.
     """
-    for before, after in zip(parts, parts[1:], strict=False):
+    for before, after in itertools.pairwise(parts):
         yield connect(_end(before, "b"), _end(after, "a"))
 
 
@@ -423,4 +423,3 @@ def compose(
     cls = type(name, (Component,), {"__doc__": name, **members, "connections": joined})
     model: Component = cls()
     return model
-

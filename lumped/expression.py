@@ -72,7 +72,7 @@ class Expr:
     def __eq__(self, other: object) -> Equation:  # type: ignore[override]
         return Equation(self, as_expr(other))
 
-    def __ne__(self, other: object) -> NoReturn:  # type: ignore[override]
+    def __ne__(self, other: object) -> NoReturn:
         raise EquationError(f"{self} != {other} is not an equation; write ==.")
 
     def __lt__(self, other: Number) -> Compare:
@@ -159,6 +159,7 @@ class Call(Expr):
         self.args = args
 
     def children(self) -> tuple[Expr, ...]:
+        """Operands, in order."""
         return self.args
 
 
@@ -184,6 +185,7 @@ class Partial(Expr):
         self.by = by
 
     def children(self) -> tuple[Expr, ...]:
+        """The expression and the quantity."""
         return (self.of, self.by)
 
 
@@ -319,8 +321,8 @@ def _text_of(
     if isinstance(node, Call) and node.op in _RANK:
         rank = _RANK[node.op]
         if node.op == "neg":
-            inner, r = parts[0]
-            return f"-{inner}" if r >= rank else f"-({inner})", rank
+            operand, r = parts[0]
+            return f"-{operand}" if r >= rank else f"-({operand})", rank
         (left, l_rank), (right, r_rank) = parts
         left = left if l_rank >= rank else f"({left})"
         right = right if r_rank > rank else f"({right})"

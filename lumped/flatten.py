@@ -87,7 +87,9 @@ class Parameters:
         """Refuse values out of range, all in one error."""
         found = self.faults(values)
         if found:
-            raise ParameterError(f"{model}: {len(found)} parameter fault(s):\n  " + "\n  ".join(found))
+            raise ParameterError(
+                f"{model}: {len(found)} parameter fault(s):\n  " + "\n  ".join(found)
+            )
 
 
 @dataclass(eq=False)
@@ -174,7 +176,7 @@ def flatten(model: Component) -> FlatModel:
 def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
     groups: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
-        if type(node.component).equations is Component.equations and not node.layout.needed:
+        if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
             continue
         key = template_key(node.component)
@@ -240,14 +242,10 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
 
 def _needed(node: Node, joints: Joints) -> int:
     """Equations that a component must bring: one per variable, free output and outer port."""
-    count = 0
-    for name, local in node.layout.unknowns.items():
-        quantity = node.layout.quantities[local]
-        if isinstance(quantity, Var):
-            count += 1
-        elif quantity.kind == "output" and node.first_unknown + local not in joints.driven:
-            count += 1
-        del name
+    count = node.layout.variables
+    for local, quantity in enumerate(node.layout.quantities):
+        if quantity.kind == "output":
+            count += node.first_unknown + local not in joints.driven
     for port in range(len(node.layout.ports)):
         count += (node.first_port + port) not in joints.inside
     return count
@@ -330,9 +328,7 @@ def _parameters(tree: Tree) -> Parameters:
         values[free] = theta
     symbols: dict[int, ca.SX] = {}
     _bind(tree, expressions, values, symbols, names)
-    result = Parameters(
-        free, theta, np.array([numbers[i] for i in free]), values, declared, names
-    )
+    result = Parameters(free, theta, np.array([numbers[i] for i in free]), values, declared, names)
     if expressions:
         at_default = np.asarray(ca.Function("p", [theta], [values])(result.defaults)).ravel()
         result.check(at_default, type(tree.model).__name__)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,10 +77,10 @@ def join(tree: Tree) -> Joints:
                 )
             if isinstance(connection.ends[0], Port):
                 terminals = [_terminal(tree, node, end, ends) for end in connection.ends]
-                pairs += list(zip(terminals, terminals[1:], strict=False))
+                pairs += list(itertools.pairwise(terminals))
             else:
                 numbers = [_signal(tree, node, end, sides) for end in connection.ends]
-                signals += list(zip(numbers, numbers[1:], strict=False))
+                signals += list(itertools.pairwise(numbers))
     for node in tree.nodes:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
@@ -153,7 +154,7 @@ def _tie(
     if len(members) > 1:
         where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
         where += " = ..." if len(members) > 4 else ""
-        equal += [(a, b, where) for a, b in zip(potentials, potentials[1:], strict=False)]
+        equal += [(a, b, where) for a, b in itertools.pairwise(potentials)]
         sums.append((flows, signs, where))
         return
     node, number = members[0].node, members[0].port
@@ -204,7 +205,7 @@ def _signal_sets(
             )
         roots[sources[0]] = group
         where = " = ".join(tree.unknown_name(n) for n in group[:4])
-        equal += [(a, b, where) for a, b in zip(group, group[1:], strict=False)]
+        equal += [(a, b, where) for a, b in itertools.pairwise(group)]
     return {
         n
         for n, roles in sides.items()

@@ -134,7 +134,9 @@ class Incidence:
                 places = np.flatnonzero(wanted & (orders[span] == order))
                 parts.append(self._component_part(block, int(order), places, first, at))
         rows = np.arange(self.first_sum, self.count)
-        for row in rows if picked is None else rows[picked[self.first_sum :]]:
+        if picked is not None:
+            rows = rows[picked[self.first_sum :]]
+        for row in rows.tolist():
             classes, shifts, values = self.sum_terms(row)
             n = len(classes)
             kinds = np.zeros(n, dtype=int)
@@ -202,9 +204,7 @@ def _merged(
     rows, classes, orders = rows[order], classes[order], orders[order]
     kinds, values = kinds[order], values[order]
     new = np.ones(len(rows), dtype=bool)
-    new[1:] = (
-        (rows[1:] != rows[:-1]) | (classes[1:] != classes[:-1]) | (orders[1:] != orders[:-1])
-    )
+    new[1:] = (rows[1:] != rows[:-1]) | (classes[1:] != classes[:-1]) | (orders[1:] != orders[:-1])
     starts = np.flatnonzero(new)
     if len(starts):
         kinds = np.maximum.reduceat(kinds, starts)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-__all__ = ["Entry", "SingularBlock", "solve"]
+__all__ = ["Entry", "SingularBlockError", "solve"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Entry:
     value: float
 
 
-class SingularBlock(Exception):
+class SingularBlockError(Exception):
     """No pivot is left; the argument lists the rows without one."""
 
 
@@ -44,7 +44,7 @@ def solve(rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]) -> lis
 
     Raises
     ------
-    SingularBlock
+    SingularBlockError
         If the system is singular at the generic point.
     """
     n = len(rows)
@@ -57,7 +57,7 @@ def solve(rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]) -> lis
     while open_rows:
         pivot = _best(rows, holders, open_rows)
         if pivot is None:
-            raise SingularBlock(sorted(open_rows))
+            raise SingularBlockError(sorted(open_rows))
         i, j = pivot
         order.append(pivot)
         open_rows.discard(i)

@@ -73,7 +73,7 @@ def lower(
             value = ca.SX(node.value)
         elif isinstance(node, Call):
             table = _UNARY if len(args) == 1 else _BINARY
-            value = table[node.op](*args)  # type: ignore[operator]
+            value = table[node.op](*args)
         elif isinstance(node, Time):
             if time is None:
                 raise refuse("the time")

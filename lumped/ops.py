@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from lumped.errors import EquationError
@@ -18,6 +19,7 @@ __all__ = [
     "log",
     "maximum",
     "minimum",
+    "pi",
     "sign",
     "sin",
     "sinh",
@@ -27,6 +29,9 @@ __all__ = [
     "tanh",
     "where",
 ]
+
+pi = 3.141592653589793
+"""Ratio of a circle's circumference to its diameter."""
 
 
 def sin(x: Number) -> Expr:
@@ -149,7 +154,7 @@ def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
         raise EquationError(
             f"table: {len(t)} times and {len(y)} values; as many of each, at least one."
         )
-    for before, after in zip(t, t[1:], strict=False):
+    for before, after in itertools.pairwise(t):
         if not after >= before:
             raise EquationError(f"table: the times must not decrease, but {before} -> {after} s.")
     pieces: list[tuple[float, Expr]] = []

@@ -151,9 +151,7 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
     """
     known = {(id(p.owner), p.across().name): p for p in ports}
     left = relation.left
-    explicit = (
-        known.get((id(left.owner), left.name)) if isinstance(left, Ref) else None
-    )
+    explicit = known.get((id(left.owner), left.name)) if isinstance(left, Ref) else None
     if explicit is None:
         raise EquationError(
             f"lossless('{relation!r}', ...): the left side must be the potential of one of the "
@@ -163,9 +161,9 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
     for node in walk(relation.right):
         if isinstance(node, Ref) and (id(node.owner), node.name) in known:
             used.setdefault((id(node.owner), node.name), node)
-    if (id(left.owner), explicit.across().name) in used:
+    if (id(explicit.owner), explicit.across().name) in used:
         raise EquationError(f"lossless('{relation!r}', ...): {left!r} stands on both sides.")
-    drive: Expr = explicit.through()
+    drive = explicit.through()
     flows = []
     for key, port in known.items():
         if port is not explicit:

@@ -173,7 +173,8 @@ def _dependent(
     unused = selection.unused
     expected = int(times.sum())
     if unused or len(selection.dependent) < expected:
-        listed = [equation_text(incidence, *incidence.origin(labels[i][0])) for i in unused[:8]]
+        involved = sorted({labels[i][0] for i in unused})
+        listed = [equation_text(incidence, *incidence.origin(row)) for row in involved[:8]]
         raise SingularModelError(
             f"{incidence.flat.name}: constraints are redundant or contradict each other; nothing "
             "is left to solve for in\n  " + "\n  ".join(listed) + "\n"
@@ -287,7 +288,7 @@ def _ordered(
             if not waiting[user]:
                 queue.append(user)
     place = {component: i for i, component in enumerate(order)}
-    blocks = []
+    blocks: list[Block] = []
     block_of = np.full(node_count, -1)
     for component in order:
         own = [int(unknown[match[r]]) for r in members[component]]

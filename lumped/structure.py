@@ -7,6 +7,8 @@ unmatched ones reach, the over-determined part of Dulmage and Mendelsohn.
 
 from __future__ import annotations
 
+import itertools
+
 import networkx as nx
 import numpy as np
 from scipy.sparse import csr_array
@@ -159,15 +161,15 @@ def _circle(incidence: Incidence, row: int) -> list[str]:
     graph = nx.Graph()
     for i, (_, _, unknowns) in enumerate(aliases.used):
         members = unknowns if len(unknowns) > 1 else [*unknowns, -1]
-        for a, b in zip(members, members[1:], strict=False):
+        for a, b in itertools.pairwise(members):
             graph.add_edge(a, b, used=i)
     raw = _raw_unknowns(incidence, kind, number)
     targets = raw if len(raw) > 1 else [*raw, -1]
     lines = [equation_text(incidence, kind, number)]
-    for a, b in zip(targets, targets[1:], strict=False):
+    for a, b in itertools.pairwise(targets):
         if a in graph and b in graph and nx.has_path(graph, a, b):
             path = nx.shortest_path(graph, a, b)
-            for u, v in zip(path, path[1:], strict=False):
+            for u, v in itertools.pairwise(path):
                 kind_used, number_used, _ = aliases.used[graph.edges[u, v]["used"]]
                 line = equation_text(incidence, kind_used, number_used)
                 if line not in lines:

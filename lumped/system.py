@@ -97,7 +97,7 @@ class System:
     def _node_name(self, node: int) -> str:
         if node in self._members:
             return self._tree.unknown_name(self._members[node])
-        number, order = self._reduced.class_and_order(node)
+        order = self._reduced.class_and_order(node)[1]
         inner = self._node_name(node - order)
         return "der(" * order + inner + ")" * order
 
@@ -127,9 +127,7 @@ class System:
         used[ca.jacobian_sparsity(rates, values.states).get_triplet()[1]] = True
         wanted = self._states_of(kept)
         return [
-            i
-            for i, n in enumerate(reduced.states)
-            if used[i] or n in wanted or n not in positions
+            i for i, n in enumerate(reduced.states) if used[i] or n in wanted or n not in positions
         ]
 
     def _states_of(self, unknowns: Iterable[int]) -> set[int]:
@@ -367,7 +365,8 @@ def assemble(
     UnknownNameError
         If `outputs` or `keep` names something the model does not have.
     """
-    if not isinstance(model, Component):
-        hint = " Write it with parentheses." if isinstance(model, type) else ""
-        raise DeclarationError(f"assemble needs a component, not {model!r}.{hint}")
-    return System(model, outputs, keep)
+    given: object = model
+    if not isinstance(given, Component):
+        hint = " Write it with parentheses." if isinstance(given, type) else ""
+        raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
+    return System(given, outputs, keep)

@@ -209,10 +209,7 @@ class Template:
             )
         rate = float(slope)
         at_zero = ca.substitute(g, self.time, 0)
-        if rate == 0.0:
-            threshold = ca.if_else(at_zero >= 0, -ca.inf, ca.inf)
-        else:
-            threshold = -at_zero / rate
+        threshold = ca.if_else(at_zero >= 0, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
         self.thresholds.append((threshold, -1 if rate < 0 else 1))
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[-1]
@@ -249,5 +246,3 @@ class Template:
             affine=affine,
             homogeneous=homogeneous,
         )
-
-

@@ -25,6 +25,8 @@ class Layout:
         Their declarations.
     parameters : dict of str to int
         Local number of each parameter.
+    variables : int
+        Number of variables proper, ports and signals not counted.
     """
 
     def __init__(self, cls: type[Component]) -> None:
@@ -41,7 +43,7 @@ class Layout:
             n: q for n, q in cls._quantities.items() if isinstance(q, Param)
         }
         self.parameters = {name: i for i, name in enumerate(self.declared)}
-        self.needed = sum(isinstance(q, Var) for q in self.quantities)
+        self.variables = sum(isinstance(q, Var) for q in self.quantities)
 
 
 @dataclass(eq=False)

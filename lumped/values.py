@@ -15,8 +15,8 @@ import numpy as np
 
 from lumped.errors import EquationError, SingularModelError
 from lumped.incidence import Incidence, Occurrence
-from lumped.linear import Entry, SingularBlock, solve
-from lumped.reduce import Reduced
+from lumped.linear import Entry, SingularBlockError, solve
+from lumped.reduce import Block, Reduced
 from lumped.structure import class_names, equation_text
 from lumped.template import CONSTANT
 
@@ -100,7 +100,7 @@ class Values:
             self._level([self.reduced.blocks[b] for b in levels[level]])
             self._done[levels[level]] = True
 
-    def _level(self, blocks: list) -> None:  # type: ignore[type-arg]
+    def _level(self, blocks: list[Block]) -> None:
         singles: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
         sums: list[tuple[int, int, int]] = []
         coupled = []
@@ -121,9 +121,7 @@ class Values:
             nodes = np.array([m[1] for m in members])
             repeated = self._scalars(incidence.occurrence(origin, order, places), nodes)
             coupled += [
-                block
-                for block in blocks
-                if len(block.nodes) == 1 and block.nodes[0] in repeated
+                block for block in blocks if len(block.nodes) == 1 and block.nodes[0] in repeated
             ]
         self._sums(sums)
         for block in coupled:
@@ -131,9 +129,14 @@ class Values:
 
     def _nodes(self, seen: Occurrence) -> np.ndarray:
         first = self.reduced.first
-        return np.where(seen.classes >= 0, first[seen.classes] + seen.orders, first[-1])
+        nodes: np.ndarray = np.where(
+            seen.classes >= 0, first[seen.classes] + seen.orders, first[-1]
+        )
+        return nodes
 
-    def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> tuple[list[ca.SX], list[np.ndarray]]:
+    def _arguments(
+        self, seen: Occurrence, nodes: np.ndarray
+    ) -> tuple[list[ca.SX], list[np.ndarray]]:
         """Arguments of a template's functions, one column per instance; symbols and numbers."""
         m, n = nodes.shape
         flat_nodes = nodes.ravel()
@@ -143,9 +146,12 @@ class Values:
             symbols[negative] = -symbols[negative]
         group, template = seen.group, seen.group.template
         parameters = group.parameters[seen.instances].ravel()
-        modes = group.first_mode + (
-            seen.instances[:, None] * len(template.modes) + np.arange(len(template.modes))
-        ).ravel()
+        modes = (
+            group.first_mode
+            + (
+                seen.instances[:, None] * len(template.modes) + np.arange(len(template.modes))
+            ).ravel()
+        )
         values = self.flat.parameters.values
         return (
             [
@@ -185,9 +191,7 @@ class Values:
             self._store(targets[mask], function(*symbols), function(*numbers), part.signs[:, i])
         return {int(t) for t in targets[repeated]}
 
-    def _store(
-        self, targets: np.ndarray, result: ca.SX, number: object, signs: np.ndarray
-    ) -> None:
+    def _store(self, targets: np.ndarray, result: ca.SX, number: object, signs: np.ndarray) -> None:
         column = ca.vec(result)
         negative = np.flatnonzero(signs < 0).tolist()
         if negative:
@@ -225,7 +229,7 @@ class Values:
             right.append(rest)
         try:
             result = solve(rows, right)
-        except SingularBlock as error:
+        except SingularBlockError as error:
             lost = [equations[i][0] for i in error.args[0]]
             raise self._singular(lost, nodes) from None
         self._sx[nodes] = ca.vertcat(*result)
@@ -236,9 +240,7 @@ class Values:
         inputs = [self.states, parameters.theta, self.time, self.modes]
         function = ca.Function("f", inputs, [self._sx[nodes]])
         states = self._number[self.reduced.states]
-        return np.asarray(
-            function(states, parameters.defaults, 0.7, self._mode_numbers)
-        ).ravel()
+        return np.asarray(function(states, parameters.defaults, 0.7, self._mode_numbers)).ravel()
 
     def _equation(
         self, row: int, order: int, index: dict[int, int], incidence: Incidence

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
-from lumped.errors import SolverError, UnknownNameError
+from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -43,7 +43,8 @@ class Linearisation:
 
     def __repr__(self) -> str:
         rows = [
-            (name, *(number(v, 4) for v in row)) for name, row in zip(self.states, self.A[:10, :8])
+            (name, *(number(v, 4) for v in row))
+            for name, row in zip(self.states, self.A[:10, :8], strict=False)
         ]
         head = (f"der of, A {self.A.shape[0]}x{self.A.shape[1]}", *self.states[:8])
         return table(head, rows)
@@ -84,29 +85,27 @@ def linearise(
     point = at or start_point(system, parameters)
     p = system._flat.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
-    inputs = [system._tree.key(name) for name in inputs]
-    for name in inputs:
+    given = tuple(system._tree.key(name) for name in inputs)
+    observed = tuple(system._tree.key(name) for name in outputs)
+    for name in given:
         if name not in place:
-            system.theta({name: 0.0})
-            raise UnknownNameError(f"'{name}' is not a parameter that can vary.")
-    outputs = [system._tree.key(name) for name in outputs]
+            raise UnknownNameError(
+                f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
+            )
     x, theta, _, _ = system._inputs
-    u = theta[[place[name] for name in inputs]] if inputs else ca.SX(0, 1)
-    y = system.expressions(outputs)
+    u = theta[[place[name] for name in given]] if given else ca.SX(0, 1)
+    y = system.expressions(observed)
     function = ca.Function(
         "linear",
         system._inputs,
         [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
     )
-    found = [
-        np.asarray(ca.DM(m)) for m in function(point.x, point.theta, point.time, point.modes)
-    ]
-    if not all(np.isfinite(m).all() for m in found):
+    A, B, C, D = (ca.DM(m).full() for m in function(point.x, point.theta, point.time, point.modes))
+    if not all(np.isfinite(m).all() for m in (A, B, C, D)):
         raise SolverError(
             f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
         )
-    names = tuple(system.state_names)
-    return Linearisation(*found, names, tuple(inputs), tuple(outputs), point)
+    return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)
 
 
 def sparse_state_matrix(system: System, point: OperatingPoint) -> csc_array:

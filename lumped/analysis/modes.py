@@ -1,10 +1,4 @@
-"""Natural frequencies, damping ratios and mode shapes.
-
-Where the linearised drive is undamped it is scaled to a skew-symmetric matrix whose blocks couple
-torsions and speeds; its natural frequencies are singular values (the SVD of ``M^-1/2 B C^1/2``),
-which keeps the digits of low modes beside extreme stiffness and counts the rigid-body modes
-exactly. Otherwise the eigenvalues of the scaled matrix are taken.
-"""
+"""Natural frequencies, damping ratios and mode shapes."""
 
 from __future__ import annotations
 
@@ -15,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import eig, eigh, matrix_balance, svd
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import connected_components
 
+from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
@@ -31,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Modes", "modes"]
 
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
 
 @dataclass(frozen=True, eq=False)
 class Modes:
@@ -40,8 +38,6 @@ class Modes:
     ----------
     eigenvalues : ndarray of complex, shape (k,)
         One of each conjugate pair of the oscillating modes, 1/s.
-    rigid : int
-        Number of rigid-body modes.
     decays : ndarray, shape (r,)
         Real eigenvalues other than those of rigid-body modes, 1/s.
     point : OperatingPoint
@@ -49,30 +45,31 @@ class Modes:
     """
 
     system: System
-    eigenvalues: np.ndarray
-    vectors: np.ndarray
-    rigid_vectors: np.ndarray
-    decays: np.ndarray
+    eigenvalues: Complex
+    vectors: Complex
+    rigid_vectors: Real
+    decays: Real
     point: OperatingPoint
 
     @property
-    def hertz(self) -> np.ndarray:
+    def hertz(self) -> Real:
         """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz."""
         return np.abs(self.eigenvalues) / (2 * np.pi)
 
     @property
-    def damped_hertz(self) -> np.ndarray:
+    def damped_hertz(self) -> Real:
         """Frequencies of the damped oscillation ``imag(eigenvalue) / (2 pi)``, Hz."""
         return self.eigenvalues.imag / (2 * np.pi)
 
     @property
-    def damping(self) -> np.ndarray:
+    def damping(self) -> Real:
         """Damping ratios ``-real(eigenvalue) / abs(eigenvalue)``."""
-        return -self.eigenvalues.real / np.abs(self.eigenvalues)
+        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
 
     @property
     def rigid(self) -> int:
-        return self.rigid_vectors.shape[1]
+        """Number of rigid-body modes."""
+        return int(self.rigid_vectors.shape[1])
 
     @property
     def rigid_names(self) -> tuple[str, ...]:
@@ -86,7 +83,7 @@ class Modes:
             found.append(", ".join(moving[:6]) + more)
         return tuple(found)
 
-    def shape(self, name: Name) -> np.ndarray:
+    def shape(self, name: Name) -> Real | Complex:
         """Amplitudes of a quantity in all oscillating modes, shape (k,).
 
         Each mode is scaled so that the largest angle (position) of a body is 1. Real if the
@@ -101,12 +98,12 @@ class Modes:
         real = np.abs(values.imag) <= 1e-9 * np.maximum(np.abs(values), 1e-12)
         return values.real if (self.damping == 0).all() and real.all() else values
 
-    def rigid_shape(self, name: Name) -> np.ndarray:
+    def rigid_shape(self, name: Name) -> Real:
         """Relative speeds (or angles) of a quantity in all rigid-body modes."""
         raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid)).real
         return raw / self._rigid_scale
 
-    def _amplitudes(self, name: Name, vectors: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
         unknown = self.system._tree.unknown(name)
         node = self.system._reduced.node(unknown)
         if node is None:
@@ -118,8 +115,8 @@ class Modes:
         return sign * found[0]
 
     def _of_nodes(
-        self, nodes: list[int], vectors: np.ndarray, values: np.ndarray
-    ) -> np.ndarray | None:
+        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
         system, reduced = self.system, self.system._reduced
         states = set(system.states)
@@ -134,9 +131,9 @@ class Modes:
             rows.append(node + depth)
             power.append(depth)
         x = system._inputs[0]
-        matrix = ca.Function(
-            "C", system._inputs, [ca.jacobian(system._values.of(rows), x)]
-        )(self.point.x, self.point.theta, self.point.time, self.point.modes)
+        matrix = ca.Function("C", system._inputs, [ca.jacobian(system._values.of(rows), x)])(
+            self.point.x, self.point.theta, self.point.time, self.point.modes
+        )
         amplitudes = np.asarray(csr_array(matrix.sparse()) @ vectors, dtype=complex)
         for i, depth in enumerate(power):
             if depth:
@@ -151,7 +148,7 @@ class Modes:
         return self.system._values.ancestors([node])[1] <= states - self.system.cyclic
 
     @cached_property
-    def _positions(self) -> tuple[list[str], np.ndarray]:
+    def _positions(self) -> tuple[list[str], Complex]:
         """Names and amplitudes of all angles and positions of ports in the oscillating modes."""
         nodes = self._position_nodes
         names = [self.system._node_name(n) for n in nodes]
@@ -176,7 +173,9 @@ class Modes:
         span = range(node, node + int(reduced.highest[number_]) - order + 1)
         return any(self._usable(n, states) for n in span)
 
-    def _required(self, nodes: list[int], vectors: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def _required(
+        self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex:
         if not nodes:
             return np.abs(vectors).astype(complex)
         found = self._of_nodes(nodes, vectors, values)
@@ -184,21 +183,21 @@ class Modes:
         return found
 
     @cached_property
-    def _scale(self) -> np.ndarray:
+    def _scale(self) -> Complex:
         amplitudes = self._positions[1]
         largest = np.abs(amplitudes).argmax(axis=0)
         scale = amplitudes[largest, np.arange(amplitudes.shape[1])]
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
     @cached_property
-    def _rigid_scale(self) -> np.ndarray:
+    def _rigid_scale(self) -> Real:
         raw = self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
         largest = np.abs(raw).argmax(axis=0) if raw.size else np.zeros(self.rigid, dtype=int)
         scale = raw[largest, np.arange(self.rigid)]
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
     @cached_property
-    def _scaled_rigid(self) -> np.ndarray:
+    def _scaled_rigid(self) -> Real:
         raw = self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
         return raw / self._rigid_scale
 
@@ -217,7 +216,7 @@ class Modes:
         )
         rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
-            order = np.argsort(-np.abs(scaled[:, i]))[:3] if names else []
+            order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
             rows.append((str(i + 1), number(f, 9), number(z, 4), "; ".join(parts)))
         lines = [head, table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows)]
@@ -277,7 +276,7 @@ def modes(
         own = np.flatnonzero((label == part) & used)
         if not len(own):
             continue
-        found = _analysed(matrix[own][:, own].toarray())
+        found = eigenpairs(matrix[own][:, own].toarray())
         for value, vector in zip(*found, strict=True):
             full = np.zeros(n, dtype=complex)
             full[own] = vector
@@ -288,7 +287,7 @@ def modes(
                 vectors.append(full)
             elif value.imag == 0:
                 decays.append(float(value.real))
-    order = np.argsort(np.abs(np.array(values)), kind="stable") if values else []
+    order = np.argsort(np.abs(np.array(values, dtype=complex)), kind="stable").tolist()
     return Modes(
         system,
         np.array([values[i] for i in order], dtype=complex),
@@ -297,77 +296,3 @@ def modes(
         np.sort(np.array(decays)),
         point,
     )
-
-
-def _analysed(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (exact zeros for rigid-body modes) and eigenvectors as rows."""
-    scale = _skew_scaling(a)
-    if scale is None:
-        return _general(a)
-    skew = scale[:, None] * a / scale[None, :]
-    colour = _two_colours(a)
-    if colour is None:
-        angular, vectors = eigh(1j * skew)
-        values = -1j * angular
-    else:
-        values, vectors = _by_singular_values(skew, colour)
-    values = _zeroed(values, len(a))
-    return values, (vectors / scale[:, None]).T
-
-
-def _by_singular_values(skew: np.ndarray, colour: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
-    left, angular, right = svd(skew[np.ix_(one, two)])
-    n, pairs = len(skew), len(angular)
-    values = np.zeros(n, dtype=complex)
-    vectors = np.zeros((n, n), dtype=complex)
-    for k in range(pairs):
-        for sign, column in ((1, 2 * k), (-1, 2 * k + 1)):
-            values[column] = sign * 1j * angular[k]
-            vectors[one, column] = left[:, k]
-            vectors[two, column] = sign * 1j * right[k]
-    for k in range(pairs, len(one)):
-        vectors[one, 2 * pairs + k - pairs] = left[:, k]
-    for k in range(pairs, len(two)):
-        vectors[two, 2 * pairs + max(len(one) - pairs, 0) + k - pairs] = right[k]
-    return values, vectors
-
-
-def _general(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    balanced, transform = matrix_balance(a)
-    values, vectors = eig(balanced)
-    values = _zeroed(values, len(a))
-    return values, (transform @ vectors).T
-
-
-def _zeroed(values: np.ndarray, n: int) -> np.ndarray:
-    """Values that are zero to rounding become exactly zero."""
-    limit = 1e-13 * n * np.abs(values).max(initial=0.0)
-    return np.where(np.abs(values) <= limit, 0.0, values)
-
-
-def _skew_scaling(a: np.ndarray) -> np.ndarray | None:
-    """Scaling s so that ``s_i a_ij / s_j`` is skew-symmetric, or None if there is none."""
-    if np.diag(a).any() or ((a != 0) != (a != 0).T).any():
-        return None
-    i, j = np.nonzero(a)
-    ratio = -a[j, i] / a[i, j]
-    if not len(i) or (ratio <= 0).any():
-        return None
-    order, before = breadth_first_order(csr_array(a != 0), 0)
-    scale = np.ones(len(a))
-    for k in order[1:]:
-        p = before[k]
-        scale[k] = scale[p] * np.sqrt(-a[p, k] / a[k, p])
-    fits = np.abs((scale[i] / scale[j]) ** 2 / ratio - 1) < 1e-9
-    return scale if fits.all() else None
-
-
-def _two_colours(a: np.ndarray) -> np.ndarray | None:
-    """Split into two sets that couple only with each other, or None."""
-    order, before = breadth_first_order(csr_array(a != 0), 0)
-    colour = np.zeros(len(a), dtype=bool)
-    for k in order[1:]:
-        colour[k] = not colour[before[k]]
-    i, j = np.nonzero(a)
-    return colour if (colour[i] != colour[j]).all() else None

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -172,4 +171,3 @@ class Trajectory:
 
 
 Changes = Mapping[Name, float]
-

@@ -200,7 +200,6 @@ class _Run:
         for t in np.unique(found[inside]).tolist():
             if not edges or t - edges[-1] > 1e-12 * max(1.0, t):
                 edges.append(t)
-        flat = self.system._flat
         for t in edges:
             names = []
             for group in self.system._flat.groups:
@@ -223,9 +222,7 @@ class _Run:
         while head[0] < end:
             stepper = _stepper(system, self.method, self.times is not None)
             started = clock.perf_counter()
-            found = stepper.many(
-                head, x, f, theta, modes, end, self.rtol, self.atol
-            )
+            found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
             self.seconds += clock.perf_counter() - started
             head, new_x, new_f = (np.asarray(found[i]).ravel() for i in range(3))
             self._collect(stepper, x, np.asarray(found[3]), np.asarray(found[4]).T, found[5])
@@ -300,9 +297,7 @@ class _Run:
         bad = np.flatnonzero(~np.isfinite(f))
         if len(bad):
             names = self.system.state_names
-            where = ", ".join(
-                f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8]
-            )
+            where = ", ".join(f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8])
             raise SolverError(
                 f"{self.system.name}: the derivative of {names[bad[0]]} is not a finite number at "
                 f"t = {t:g} s, where {where}. A division by zero or a function outside its range; "
@@ -321,9 +316,7 @@ class _Run:
             self.trajectory(),
         )
 
-    def _check_jump(
-        self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray
-    ) -> None:
+    def _check_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:
         """Refuse a jump of a position or speed that bodies would have to follow."""
         names, function = _followers(self.system)
         if not names:

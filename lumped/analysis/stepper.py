@@ -98,11 +98,13 @@ class Stepper:
         x = theta[:, None]
         if self.method == "implicit":
             inner = dense[:, 0] + x * (dense[:, 1] + x * dense[:, 2])
-            return (1 - x) * before + x * (after + (1 - x) * inner)
+            y: np.ndarray = (1 - x) * before + x * (after + (1 - x) * inner)
+            return y
         y = np.zeros_like(before)
         for i in range(7):
             y = (y + dense[:, 6 - i]) * (x if i % 2 == 0 else 1 - x)
-        return before + y
+        y += before
+        return y
 
 
 def _skip(attempt: ca.Function) -> ca.Function:

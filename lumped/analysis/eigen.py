@@ -1,0 +1,105 @@
+"""Eigenvalues of a linearised drive, with the digits of the low modes kept.
+
+An undamped drive has a diagonal scaling that makes its matrix skew-symmetric; where it couples
+only torsions with speeds, its natural frequencies are singular values of one block (the SVD of
+``M^-1/2 B C^1/2``), which extreme stiffness elsewhere does not spoil.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eig, eigh, matrix_balance, svd
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order
+
+__all__ = ["eigenpairs"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+def eigenpairs(a: Real) -> tuple[Complex, Complex]:
+    """Eigenvalues and eigenvectors of a real matrix that does not fall into parts.
+
+    Parameters
+    ----------
+    a : ndarray, shape (n, n)
+
+    Returns
+    -------
+    values : ndarray of complex, shape (n,)
+        Those that are zero to rounding are exactly zero.
+    vectors : ndarray of complex, shape (n, n)
+        One in each row.
+    """
+    scale = _skew_scaling(a)
+    if scale is None:
+        return _general(a)
+    skew = scale[:, None] * a / scale[None, :]
+    colour = _two_colours(a)
+    if colour is None:
+        angular, vectors = eigh(1j * skew)
+        values = -1j * angular
+    else:
+        values, vectors = _by_singular_values(skew, colour)
+    values = _zeroed(values, len(a))
+    return values, (vectors / scale[:, None]).T
+
+
+def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex, Complex]:
+    one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
+    left, angular, right = svd(skew[np.ix_(one, two)])
+    n, pairs = len(skew), len(angular)
+    values = np.zeros(n, dtype=complex)
+    vectors = np.zeros((n, n), dtype=complex)
+    for k in range(pairs):
+        for sign, column in ((1, 2 * k), (-1, 2 * k + 1)):
+            values[column] = sign * 1j * angular[k]
+            vectors[one, column] = left[:, k]
+            vectors[two, column] = sign * 1j * right[k]
+    for k in range(pairs, len(one)):
+        vectors[one, 2 * pairs + k - pairs] = left[:, k]
+    for k in range(pairs, len(two)):
+        vectors[two, 2 * pairs + max(len(one) - pairs, 0) + k - pairs] = right[k]
+    return values, vectors
+
+
+def _general(a: Real) -> tuple[Complex, Complex]:
+    balanced, transform = matrix_balance(a)
+    values, vectors = eig(balanced)
+    values = _zeroed(values, len(a))
+    return values, (transform @ vectors).T
+
+
+def _zeroed(values: Complex, n: int) -> Complex:
+    """Values that are zero to rounding become exactly zero."""
+    limit = 1e-13 * n * np.abs(values).max(initial=0.0)
+    return np.where(np.abs(values) <= limit, 0.0, values)
+
+
+def _skew_scaling(a: Real) -> Real | None:
+    """Scaling s so that ``s_i a_ij / s_j`` is skew-symmetric, or None if there is none."""
+    if np.diag(a).any() or ((a != 0) != (a != 0).T).any():
+        return None
+    i, j = np.nonzero(a)
+    ratio = -a[j, i] / a[i, j]
+    if not len(i) or (ratio <= 0).any():
+        return None
+    order, before = breadth_first_order(csr_array(a != 0), 0)
+    scale = np.ones(len(a))
+    for k in order[1:]:
+        p = before[k]
+        scale[k] = scale[p] * np.sqrt(-a[p, k] / a[k, p])
+    fits = np.abs((scale[i] / scale[j]) ** 2 / ratio - 1) < 1e-9
+    return scale if fits.all() else None
+
+
+def _two_colours(a: Real) -> NDArray[np.bool_] | None:
+    """Split into two sets that couple only with each other, or None."""
+    order, before = breadth_first_order(csr_array(a != 0), 0)
+    colour = np.zeros(len(a), dtype=bool)
+    for k in order[1:]:
+        colour[k] = not colour[before[k]]
+    i, j = np.nonzero(a)
+    return colour if (colour[i] != colour[j]).all() else None
