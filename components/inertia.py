@@ -12,7 +12,7 @@ __all__ = ["Inertia"]
 class Inertia(Component):
     """Rigid body turning about a fixed axis between two flanges.
 
-    ``J der(w) = tau_a + tau_b``, ``w = der(phi)``. Either flange may stay open (free shaft end).
+    ``J a = tau_a + tau_b`` with ``w = der(phi)``, ``a = der(w)``. Either flange may stay open (free shaft end).
     """
 
     flange_a = Flange(free=True)
@@ -20,9 +20,11 @@ class Inertia(Component):
     J: Param = param("kg.m2", "moment of inertia", above=0)
     phi: Var = var("rad", "angle")
     w: Var = var("rad/s", "angular velocity")
+    a: Var = var("rad/s2", "angular acceleration")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange_a.phi == self.phi
         yield self.flange_b.phi == self.phi
-        yield der(self.phi) == self.w
-        yield self.J * der(self.w) == self.flange_a.tau + self.flange_b.tau
+        yield self.w == der(self.phi)
+        yield self.a == der(self.w)
+        yield self.J * self.a == self.flange_a.tau + self.flange_b.tau

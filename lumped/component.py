@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import inspect
-import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, ClassVar, Self
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from lumped.errors import ConnectionError, DeclarationError, UnknownNameError, nearest
-from lumped.expression import Equation, Expr, Ref
+from lumped.errors import DeclarationError, UnknownNameError, nearest
+from lumped.expression import Equation, Expr
 from lumped.port import Port
-from lumped.quantity import Input, Output, Quantity
+from lumped.quantity import Output, Quantity
 
-__all__ = ["Component", "Connection", "chain", "compose", "connect"]
+if TYPE_CHECKING:
+    from lumped.connection import Connection
 
-
-class Connection:
-    """Ports or signals that meet."""
-
-    __slots__ = ("ends",)
-
-    def __init__(self, ends: tuple[Port | Ref, ...]) -> None:
-        self.ends = ends
+__all__ = ["Component", "is_part", "path_of"]
 
 
 class _PartSlot:
@@ -85,6 +78,7 @@ class Component:
                 tables[2].update(base._parts)
                 tables[3].update(base._fields)
         cls._quantities, cls._ports, cls._parts, cls._fields = tables
+        _refuse_slips(cls)
         for name, value in list(vars(cls).items()):
             if name.startswith("_"):
                 continue
@@ -190,7 +184,7 @@ class Component:
                     f"({quantity.text}) is needed."
                 ) from None
         if name in self._parts:
-            if not _is_part(value):
+            if not is_part(value):
                 raise DeclarationError(
                     f"{kind}({name}={value!r}): a component (or list or dictionary of "
                     "components) is needed."
@@ -238,14 +232,37 @@ def _table_of(
         return tables[0]
     if isinstance(value, Port):
         return tables[1]
-    if _is_part(value) and (value or name in annotations or name in tables[2]):
+    if is_part(value) and (value or name in annotations or name in tables[2]):
         return tables[2]
     if inspect.isroutine(value) or isinstance(value, property | classmethod | staticmethod):
         return None
     return tables[3] if name in annotations or name in tables[3] else None
 
 
-def _is_part(value: object) -> bool:
+def _refuse_slips(cls: type[Component]) -> None:
+    """Refuse declarations that Python accepts and that cannot be meant."""
+    own = vars(cls)
+    for name in own.get("__annotations__", {}):
+        if name not in own and not name.startswith("_"):
+            raise DeclarationError(
+                f"{cls.__name__}.{name} is annotated but has no value; write for example "
+                f"{name}: Param = param(unit, text), or give a structural field its default."
+            )
+    for name, value in own.items():
+        if isinstance(value, type) and issubclass(value, Component | Port | Quantity):
+            raise DeclarationError(
+                f"{cls.__name__}.{name} is the class {value.__name__} itself; "
+                f"write {value.__name__}(...), with parentheses."
+            )
+        if isinstance(value, Component | Port | Quantity) and hasattr(Component, name):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
+                "choose another."
+            )
+
+
+def is_part(value: object) -> bool:
+    """Whether a value is a component, or a list or dictionary of components."""
     if isinstance(value, Component):
         return True
     if isinstance(value, Mapping):
@@ -301,53 +318,6 @@ def _replaced(held: Any, key: str | None, value: Any) -> Any:
     return members
 
 
-def connect(*ends: Port | Expr) -> Connection:
-    """Join ports (or signals) of the same kind in one node.
-
-    Parameters
-    ----------
-    *ends : Port or signal reference
-        Two or more.
-
-    Raises
-    ------
-    ConnectionError
-        If the ends are of different kinds, fewer than two, or not ports.
-    """
-    checked: list[Port | Ref] = []
-    for end in ends:
-        signal = isinstance(end, Ref) and isinstance(end.quantity, Input | Output)
-        if not (isinstance(end, Port) or signal):
-            what = type(end).__name__
-            hint = ""
-            if isinstance(end, Component):
-                hint = f" Name one of its ports: {', '.join(end._ports) or 'it has none'}."
-            elif isinstance(end, Ref):
-                what, hint = f"the quantity '{end.name}'", " Only ports and signals connect."
-            raise ConnectionError(f"connect: {what} is not a port.{hint}")
-        checked.append(end)  # type: ignore[arg-type]
-    if len(checked) < 2:
-        raise ConnectionError("connect needs at least two ports.")
-    kinds = {_kind(end) for end in checked}
-    if len(kinds) > 1:
-        listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
-        raise ConnectionError(
-            f"connect: ports of different kinds meet: {listed}. Put a component between them "
-            "that has both kinds (for rotation and translation: RackAndPinion)."
-        )
-    return Connection(tuple(checked))
-
-
-def _kind(end: Port | Ref) -> str:
-    return end.kind if isinstance(end, Port) else "signal"
-
-
-def label(end: Port | Ref) -> str:
-    """Dotted name of a port or signal from the top of its tree."""
-    prefix = path_of(end.owner)
-    return f"{prefix}.{end.name}" if prefix else end.name
-
-
 def path_of(component: Component) -> str:
     """Dotted path of a component from the top of its tree."""
     names: list[str] = []
@@ -355,71 +325,3 @@ def path_of(component: Component) -> str:
         component, name = component._place
         names.append(name)
     return ".".join(reversed(names))
-
-
-def chain(*parts: Component | Port) -> Iterator[Connection]:
-    """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
-
-    A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
-    named instead of a part.
-
-    Raises
-    ------
-    ConnectionError
-        If a part lacks the port needed at its place.
-    """
-    for before, after in itertools.pairwise(parts):
-        yield connect(_end(before, "b"), _end(after, "a"))
-
-
-def _end(part: Component | Port, side: str) -> Port:
-    if isinstance(part, Port):
-        return part
-    name = f"flange_{side}"
-    if name not in part._ports:
-        if "flange" not in part._ports:
-            raise ConnectionError(
-                f"chain: {type(part).__name__} {path_of(part)} has no '{name}'; "
-                f"name one of its ports instead: {', '.join(part._ports) or 'it has none'}."
-            )
-        name = "flange"
-    port: Port = getattr(part, name)
-    return port
-
-
-def compose(
-    *,
-    connections: Iterable[Connection] | Callable[[Any], Iterable[Connection]] = (),
-    name: str = "Model",
-    **members: Any,
-) -> Component:
-    """Build a model without writing a class.
-
-    Parameters
-    ----------
-    connections : iterable of Connection, or callable
-        Connections between the given parts; a callable gets the finished model.
-    name : str
-        Name of the model in texts.
-    **members
-        Parts (components, lists or dictionaries of them), ports and parameters, by name.
-
-    Raises
-    ------
-    DeclarationError
-        If a member is none of these.
-    """
-    joints = connections if callable(connections) else tuple(connections)
-
-    def joined(self: Component) -> Iterable[Connection]:
-        return joints(self) if callable(joints) else joints
-
-    for key, value in members.items():
-        if not (_is_part(value) or isinstance(value, Port | Quantity)):
-            raise DeclarationError(
-                f"compose({key}={value!r}): a component, a list or dictionary of components, "
-                "a port or a parameter is needed."
-            )
-    cls = type(name, (Component,), {"__doc__": name, **members, "connections": joined})
-    model: Component = cls()
-    return model

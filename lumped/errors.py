@@ -82,8 +82,10 @@ def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
         for n in get_close_matches(name.lower(), lowered, most, 0.5)
         if lowered[n] not in close
     ]
-    tail = name.rsplit(".", 1)[-1]
-    close += [n for n in names if n.rsplit(".", 1)[-1] == tail and n not in close]
+    path, _, tail = name.rpartition(".")
+    close += [n for n in names if n.rpartition(".")[2] == tail and n not in close]
+    if path:
+        close += [n for n in names if n.rpartition(".")[0] == path and n not in close]
     if close:
         return "Nearest: " + ", ".join(close[:most]) + "."
     if not names:

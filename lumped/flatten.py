@@ -9,15 +9,15 @@ import casadi as ca
 import numpy as np
 
 from lumped.component import Component
-from lumped.errors import EquationError, ParameterError, SingularModelError
-from lumped.expression import Equation, Expr, Ref, text, walk
+from lumped.errors import SingularModelError
+from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
-from lumped.lower import lower
+from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
 from lumped.template import Template, template_key
 from lumped.tree import Node, Tree
 
-__all__ = ["FlatModel", "Group", "Parameters", "flatten"]
+__all__ = ["FlatModel", "Group", "flatten"]
 
 
 @dataclass(eq=False)
@@ -49,47 +49,6 @@ class Group:
     parameters: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
     first_equation: int = 0
     first_mode: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Parameters:
-    """Parameters of a flat model.
-
-    Attributes
-    ----------
-    free : list of int
-        Numbers of the parameters that have a value of their own (the others are bound).
-    theta : SX, shape (free, 1)
-        Their symbols.
-    defaults : ndarray, shape (free,)
-        Their values in the model.
-    values : SX, shape (all, 1)
-        Every parameter as an expression of `theta`.
-    """
-
-    free: list[int]
-    theta: ca.SX
-    defaults: np.ndarray
-    values: ca.SX
-    declared: list[Param]
-    names: list[str]
-
-    def faults(self, values: np.ndarray) -> list[str]:
-        """Texts of all values out of range."""
-        found = []
-        for name, quantity, value in zip(self.names, self.declared, values, strict=True):
-            why = quantity.fault(value)
-            if why:
-                found.append(f"{name} = {value:g} {quantity.unit} ({quantity.text}) {why}")
-        return found
-
-    def check(self, values: np.ndarray, model: str) -> None:
-        """Refuse values out of range, all in one error."""
-        found = self.faults(values)
-        if found:
-            raise ParameterError(
-                f"{model}: {len(found)} parameter fault(s):\n  " + "\n  ".join(found)
-            )
 
 
 @dataclass(eq=False)
@@ -145,7 +104,11 @@ class FlatModel:
         def name(ref: Ref) -> str:
             scope = self.tree.nodes[self.tree._number[id(sample)]]
             below = self.tree.below(ref.owner, scope) or ""
-            return node.name(f"{below}.{ref.name}" if below else ref.name)
+            full = node.name(f"{below}.{ref.name}" if below else ref.name)
+            number = self.tree.input_parameters.get(full)
+            if number is not None and isinstance(ref.quantity, Param):
+                return f"{self.parameters.defaults[self.parameters.free.index(number)]:g}"
+            return full
 
         equation = template.equations[number]
         return f"{text(equation.left, name)} = {text(equation.right, name)}"
@@ -166,10 +129,10 @@ def flatten(model: Component) -> FlatModel:
         A component whose own equations do not match its own unknowns.
     """
     tree = Tree(model)
-    parameters = _parameters(tree)
+    parameters = collect(tree)
     joints = join(tree)
     groups, equation_count, mode_count = _groups(tree, joints)
-    given, starts = _starts(tree, parameters)
+    given, starts = start_values(tree, parameters)
     return FlatModel(tree, joints, groups, equation_count, mode_count, parameters, given, starts)
 
 
@@ -279,143 +242,3 @@ def _check_balance(tree: Tree, node: Node, template: Template, joints: Joints) -
         f"({', '.join(outs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
         "Its equations:\n" + ("\n".join(listed) or "  none")
     )
-
-
-def _parameters(tree: Tree) -> Parameters:
-    expressions: dict[int, tuple[Expr, Node]] = {}
-    numbers: dict[int, float] = {}
-    declared: list[Param] = []
-    names: list[str] = []
-    missing: list[str] = []
-    for node in tree.nodes:
-        given = node.component._values
-        for local, quantity in node.layout.declared.items():
-            number = len(declared)
-            declared.append(quantity)
-            names.append(node.name(local))
-            value, scope = quantity.default, node
-            if local in given:
-                value = given[local]
-                scope = tree.nodes[max(node.parent, 0)]
-            if value is None:
-                missing.append(f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value")
-            elif isinstance(value, Expr):
-                expressions[number] = (value, scope)
-            else:
-                numbers[number] = float(value)
-    for node in tree.nodes:
-        for local, signal in node.component._quantities.items():
-            number_given = node.component._values.get(local)
-            if isinstance(signal, Input) and isinstance(number_given, float):
-                tree.input_parameters[node.name(local)] = len(declared)
-                numbers[len(declared)] = number_given
-                declared.append(param(signal.unit, signal.text))
-                names.append(node.name(local))
-    faults = missing + [
-        f"{names[i]} = {v:g} {declared[i].unit} ({declared[i].text}) {why}"
-        for i, v in numbers.items()
-        if (why := declared[i].fault(v))
-    ]
-    if faults:
-        raise ParameterError(
-            f"{type(tree.model).__name__}: {len(faults)} parameter fault(s):\n  "
-            + "\n  ".join(faults)
-        )
-    free = list(numbers)
-    theta = ca.SX.sym("p", len(free))
-    values = ca.SX.zeros(len(declared))
-    if free:
-        values[free] = theta
-    symbols: dict[int, ca.SX] = {}
-    _bind(tree, expressions, values, symbols, names)
-    result = Parameters(free, theta, np.array([numbers[i] for i in free]), values, declared, names)
-    if expressions:
-        at_default = np.asarray(ca.Function("p", [theta], [values])(result.defaults)).ravel()
-        result.check(at_default, type(tree.model).__name__)
-    return result
-
-
-def _bind(
-    tree: Tree,
-    expressions: dict[int, tuple[Expr, Node]],
-    values: ca.SX,
-    done: dict[int, ca.SX],
-    names: list[str],
-) -> None:
-    """Lower the bound parameters in an order in which each finds what it needs."""
-
-    def source(leaf: Expr, scope: Node) -> int:
-        return _source(tree, leaf, scope)
-
-    for start in expressions:
-        stack = [start]
-        on_stack = {start}
-        while stack:
-            number = stack[-1]
-            if number in done:
-                stack.pop()
-                continue
-            expression, scope = expressions[number]
-            needs = [source(leaf, scope) for leaf in _leaves(expression)]
-            waiting = [n for n in needs if n in expressions and n not in done]
-            if not waiting:
-                lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
-                done[number] = lowered
-                values[number] = lowered
-                stack.pop()
-                on_stack.discard(number)
-                continue
-            for n in waiting:
-                if n in on_stack:
-                    raise ParameterError(
-                        f"{names[number]} and {names[n]} are bound to each other in a circle."
-                    )
-                on_stack.add(n)
-                stack.append(n)
-
-
-def _leaves(expression: Expr) -> list[Expr]:
-    return [node for node in walk(expression) if isinstance(node, Param | Ref)]
-
-
-def _source(tree: Tree, leaf: Expr, scope: Node) -> int:
-    """Number of the parameter that a leaf of a binding means, seen from `scope`."""
-    node: Node | None = scope
-    if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
-        node, name = tree.find(leaf.owner, scope), leaf.name
-    elif isinstance(leaf, Param):
-        name = leaf.name
-    else:
-        raise EquationError(
-            f"{scope.label}: '{leaf!r}' is not a parameter; parameters and start values are bound "
-            "to numbers and parameters only."
-        )
-    if node is None or name not in node.layout.parameters:
-        raise EquationError(
-            f"{scope.label}: a part is bound to the parameter '{name}', which "
-            f"{scope.label} does not have."
-        )
-    return node.first_parameter + node.layout.parameters[name]
-
-
-def _starts(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], dict[int, ca.SX]]:
-    given: dict[int, ca.SX] = {}
-    starts: dict[int, ca.SX] = {}
-
-    def value(number: object, scope: Node) -> ca.SX:
-        if not isinstance(number, Expr):
-            return ca.SX(float(number))  # type: ignore[arg-type]
-        return lower(number, lambda leaf: parameters.values[_source(tree, leaf, scope)])
-
-    for node in tree.nodes:
-        values = node.component._values
-        parent = tree.nodes[max(node.parent, 0)]
-        for local, i in node.layout.unknowns.items():
-            quantity = node.layout.quantities[i]
-            if not isinstance(quantity, Var):
-                continue
-            if local in values:
-                given[node.first_unknown + i] = value(values[local], parent)
-            elif isinstance(quantity.start, Expr) or quantity.start != 0.0:
-                starts[node.first_unknown + i] = value(quantity.start, node)
-    return given, starts

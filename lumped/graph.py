@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from lumped.component import Connection, label
+from lumped.connection import Connection, label
 from lumped.errors import ConnectionError, EquationError
 from lumped.port import Port
 from lumped.quantity import Input, Output

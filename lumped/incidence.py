@@ -166,12 +166,17 @@ class Incidence:
 
 
 class Point:
-    """A generic point: one value for every class at every order, defaults for parameters."""
+    """A generic point: one value for every class at every order, defaults for parameters.
+
+    Where an expression is not finite there (a root or logarithm outside its range), another
+    point is tried.
+    """
 
     def __init__(self, flat: FlatModel, orders: np.ndarray) -> None:
         rng = np.random.default_rng(0)
         self.flat = flat
-        self.values = rng.uniform(0.3, 0.9, (len(orders), int(orders.max(initial=0)) + 3))
+        shape = (len(orders), int(orders.max(initial=0)) + 3)
+        self.choices = [rng.uniform(low, 3 * low, shape) for low in (0.3, 0.01, 1.5)]
         parameters = flat.parameters
         evaluate = ca.Function("p", [parameters.theta], [parameters.values])
         self.parameters = np.asarray(evaluate(parameters.defaults)).ravel()
@@ -179,17 +184,23 @@ class Point:
 
     def coefficients(self, seen: Occurrence) -> np.ndarray:
         """Coefficients of all symbols of an occurrence, shape (m, symbols)."""
-        values = np.where(seen.classes >= 0, self.values[seen.classes, seen.orders], 0.0)
         group, template = seen.group, seen.group.template
         m = len(seen.instances)
         evaluate = seen.residual.coefficients.map(m)
-        result = evaluate(
-            (values * seen.signs).T,
-            self.parameters[group.parameters[seen.instances]].T,
-            np.full((1, m), self.time),
-            np.ones((len(template.modes), m)),
-        )
-        return np.asarray(result).T
+        parameters = self.parameters[group.parameters[seen.instances]].T
+        result = np.full(seen.classes.shape, np.nan)
+        for choice in self.choices:
+            values = np.where(seen.classes >= 0, choice[seen.classes, seen.orders], 0.0)
+            found = evaluate(
+                (values * seen.signs).T,
+                parameters,
+                np.full((1, m), self.time),
+                np.ones((len(template.modes), m)),
+            )
+            result = np.where(np.isfinite(result), result, np.asarray(found).T)
+            if np.isfinite(result).all():
+                break
+        return result
 
 
 def _merged(

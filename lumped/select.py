@@ -89,7 +89,7 @@ def _pivot(
         value, kind = rows[i][column]
         if kind == VARYING and not allow_varying:
             continue
-        if abs(value) <= 1e-9 * max(abs(v) for v, _ in rows[i].values()):
+        if not abs(value) > 1e-9 * max(abs(v) for v, _ in rows[i].values()):
             continue
         if best is None or len(rows[i]) < length:
             best, length = i, len(rows[i])

@@ -138,15 +138,19 @@ def _under(
 
 
 def _hint(incidence: Incidence, unmatched: np.ndarray) -> str:
-    joints = incidence.flat.joints
+    flat, aliases = incidence.flat, incidence.aliases
     touched = {u for r in unmatched for u in _raw_unknowns(incidence, *incidence.origin(int(r)))}
-    potentials = {u for u in touched if incidence.flat.tree.quantity(u).kind == "potential"}
-    if potentials:
-        meeting = [where for a, b, where in joints.equal if a in potentials or b in potentials]
-        place = f" at {meeting[0]}" if meeting else ""
+    motions = {int(aliases.classes[u]) for u in touched} - {-1}
+    meeting = [
+        where
+        for a, b, where in flat.joints.equal
+        if flat.tree.quantity(a).kind == "potential" and int(aliases.classes[a]) in motions
+    ]
+    meeting += [where for a, _, where in flat.joints.equal if a in touched]
+    if meeting:
         return (
-            f"Likely two supports or prescribed motions meet{place} without an elastic part "
-            "between them. Remove one, or put a spring between them."
+            f"Likely two supports or prescribed motions meet at {meeting[0]} without an elastic "
+            "part between them. Remove one, or put a spring between them."
         )
     return (
         "Look for a part that is missing, connected twice, or driven by two sources; "

@@ -1,7 +1,67 @@
-"""Published machines."""
+"""Published machines: each beside the numbers that its publication prints."""
 
 if not __name__.startswith("lumped."):
     raise ImportError(
         f"The published machines were imported as {__name__!r}; their name is 'lumped.models'. "
         "Install the project and write 'from lumped.models import ...'."
     )
+
+from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+
+from lumped.errors import UnknownNameError, nearest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["MACHINES", "Machine", "Row", "machine"]
+
+MACHINES = {
+    "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
+}
+
+
+class Row(NamedTuple):
+    """A quantity as published and as computed.
+
+    Attributes
+    ----------
+    quantity, unit : str
+        What it is.
+    published : float or None
+        Printed value; None if the source gives none.
+    computed : float
+        Value of the model.
+    place, remark : str
+        Where the printed value stands, and what explains a deviation.
+    """
+
+    quantity: str
+    unit: str
+    published: float | None
+    computed: float
+    place: str
+    remark: str
+
+
+class Machine(Protocol):
+    """What the module of a machine offers."""
+
+    def rows(self) -> list[Row]:
+        """Published and computed numbers."""
+
+    def plots(self) -> "dict[str, Figure]":
+        """Figures by name."""
+
+
+def machine(name: str) -> Machine:
+    """Import the module of a machine.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such machine.
+    """
+    if name not in MACHINES:
+        raise UnknownNameError(f"There is no machine '{name}'. {nearest(name, MACHINES)}")
+    return cast(Machine, import_module(f"lumped.models.{name}"))

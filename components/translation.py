@@ -1,0 +1,258 @@
+"""Bodies, springs, sources and sensors of straight-line motion.
+
+The names are those of the rotational twins on purpose, so import the module:
+``from lumped.components import translation``. All positions of a model count along one axis, and
+a force is positive along it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import (
+    Component,
+    Equation,
+    Input,
+    LinearFlange,
+    Output,
+    Param,
+    Var,
+    der,
+    lossless,
+    param,
+    var,
+)
+
+__all__ = [
+    "AccelerationSensor",
+    "Damper",
+    "Fixed",
+    "Force",
+    "ForceSensor",
+    "Mass",
+    "Position",
+    "PositionSensor",
+    "PowerSensor",
+    "RelativePositionSensor",
+    "RelativeSpeedSensor",
+    "Speed",
+    "SpeedSensor",
+    "Spring",
+    "SpringDamper",
+]
+
+
+class Mass(Component):
+    """Rigid body without length, sliding along the axis between two flanges.
+
+    ``m der(v) = f_a + f_b``, ``v = der(s)``. Either flange may stay open.
+    """
+
+    flange_a = LinearFlange(free=True)
+    flange_b = LinearFlange(free=True)
+    m: Param = param("kg", "mass", above=0)
+    s: Var = var("m", "position")
+    v: Var = var("m/s", "velocity")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.s == self.s
+        yield self.flange_b.s == self.s
+        yield der(self.s) == self.v
+        yield self.m * der(self.v) == self.flange_a.f + self.flange_b.f
+
+
+class Spring(Component):
+    """Linear spring: ``f = c (s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
+
+    `f` is the force transmitted, positive in tension: it acts on flange b and, reversed, on
+    flange a.
+    """
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    c: Param = param("N/m", "stiffness", above=0)
+    s_rel0: Param = param("m", "distance of the flanges without force", 0.0)
+    s_rel: Var = var("m", "distance of the flanges", state="prefer")
+    f: Var = var("N", "force transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.f == self.c * (self.s_rel - self.s_rel0)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class Damper(Component):
+    """Linear viscous damper: ``f = d v_rel``, ``v_rel = der(s_b - s_a)``."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    d: Param = param("N.s/m", "viscous damping", min=0)
+    s_rel: Var = var("m", "distance of the flanges")
+    v_rel: Var = var("m/s", "relative velocity")
+    f: Var = var("N", "force transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.v_rel == der(self.s_rel)
+        yield self.f == self.d * self.v_rel
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class SpringDamper(Component):
+    """Spring and damper in parallel: ``f = c (s_rel - s_rel0) + d v_rel``."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    c: Param = param("N/m", "stiffness", above=0)
+    d: Param = param("N.s/m", "viscous damping", 0.0, min=0)
+    s_rel0: Param = param("m", "distance of the flanges without spring force", 0.0)
+    s_rel: Var = var("m", "distance of the flanges", state="prefer")
+    v_rel: Var = var("m/s", "relative velocity")
+    f: Var = var("N", "force transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.v_rel == der(self.s_rel)
+        yield self.f == self.c * (self.s_rel - self.s_rel0) + self.d * self.v_rel
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class Fixed(Component):
+    """Flange held at a constant position: ``s = s0``."""
+
+    flange = LinearFlange()
+    s0: Param = param("m", "position", 0.0)
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.s == self.s0
+
+
+class Force(Component):
+    """Force ``f`` on what is joined to the flange: ``f_flange = -f``, ``f_support = f``.
+
+    `f` is given as a number, as an expression of the time, or connected to a signal.
+    An open support stands still.
+    """
+
+    flange = LinearFlange()
+    support = LinearFlange(grounded=True)
+    f = Input("N", "driving force")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.f == -self.f
+        yield self.support.f == self.f
+
+
+class Speed(Component):
+    """Prescribed velocity: ``der(s) = v``, whatever force that takes.
+
+    `v` is given as a number, as an expression of the time, or connected to a signal.
+    """
+
+    flange = LinearFlange()
+    v = Input("m/s", "velocity")
+
+    def equations(self) -> Iterator[Equation]:
+        yield der(self.flange.s) == self.v
+
+
+class Position(Component):
+    """Prescribed position: ``s_flange = s``, whatever force that takes.
+
+    `s` is given as a number, as an expression of the time, or connected to a signal; velocity and
+    acceleration follow by differentiation.
+    """
+
+    flange = LinearFlange()
+    s = Input("m", "position")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.s == self.s
+
+
+class PositionSensor(Component):
+    """Ideal sensor of a position: ``s = s_flange``; takes no force."""
+
+    flange = LinearFlange()
+    s = Output("m", "position")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.f == 0
+        yield self.s == self.flange.s
+
+
+class SpeedSensor(Component):
+    """Ideal sensor of a velocity: ``v = der(s_flange)``; takes no force."""
+
+    flange = LinearFlange()
+    v = Output("m/s", "velocity")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.f == 0
+        yield self.v == der(self.flange.s)
+
+
+class AccelerationSensor(Component):
+    """Ideal sensor of an acceleration: ``a = der(der(s_flange))``; takes no force."""
+
+    flange = LinearFlange()
+    a = Output("m/s2", "acceleration")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange.f == 0
+        yield self.a == der(der(self.flange.s))
+
+
+class RelativePositionSensor(Component):
+    """Ideal sensor of a distance: ``s_rel = s_b - s_a``; takes no force."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    s_rel = Output("m", "distance of the flanges")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.f == 0
+        yield self.flange_b.f == 0
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+
+
+class RelativeSpeedSensor(Component):
+    """Ideal sensor of a relative velocity: ``v_rel = der(s_b - s_a)``; takes no force."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    v_rel = Output("m/s", "relative velocity")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.f == 0
+        yield self.flange_b.f == 0
+        yield self.v_rel == der(self.flange_b.s - self.flange_a.s)
+
+
+class ForceSensor(Component):
+    """Ideal sensor in a rigid rod: ``f = f_a``, the force flowing from a to b."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    f = Output("N", "force from a to b")
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b = self.flange_a, self.flange_b
+        yield lossless(b.s == a.s, a, b)
+        yield self.f == a.f
+
+
+class PowerSensor(Component):
+    """Ideal sensor in a rigid rod: ``power = f_a der(s_a)``, power flowing from a to b."""
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    power = Output("W", "power from a to b")
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b = self.flange_a, self.flange_b
+        yield lossless(b.s == a.s, a, b)
+        yield self.power == a.f * der(a.s)

@@ -1,0 +1,7 @@
+"""``python -m lumped``: the command."""
+
+import sys
+
+from lumped.cli import main
+
+sys.exit(main())

@@ -1,0 +1,139 @@
+"""Connections between components, and models built without a class."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from lumped.component import Component, is_part, path_of
+from lumped.errors import ConnectionError, DeclarationError
+from lumped.expression import Expr, Ref
+from lumped.port import Port
+from lumped.quantity import Input, Output, Quantity
+
+__all__ = ["Connection", "chain", "compose", "connect", "label"]
+
+
+class Connection:
+    """Ports or signals that meet."""
+
+    __slots__ = ("ends",)
+
+    def __init__(self, ends: tuple[Port | Ref, ...]) -> None:
+        self.ends = ends
+
+
+def connect(*ends: Port | Expr) -> Connection:
+    """Join ports (or signals) of the same kind in one node.
+
+    Parameters
+    ----------
+    *ends : Port or signal reference
+        Two or more.
+
+    Raises
+    ------
+    ConnectionError
+        If the ends are of different kinds, fewer than two, or not ports.
+    """
+    checked: list[Port | Ref] = []
+    for end in ends:
+        signal = isinstance(end, Ref) and isinstance(end.quantity, Input | Output)
+        if not (isinstance(end, Port) or signal):
+            what = type(end).__name__
+            hint = ""
+            if isinstance(end, Component):
+                hint = f" Name one of its ports: {', '.join(end._ports) or 'it has none'}."
+            elif isinstance(end, Ref):
+                what, hint = f"the quantity '{end.name}'", " Only ports and signals connect."
+            raise ConnectionError(f"connect: {what} is not a port.{hint}")
+        checked.append(end)  # type: ignore[arg-type]
+    if len(checked) < 2:
+        raise ConnectionError("connect needs at least two ports.")
+    kinds = {_kind(end) for end in checked}
+    if len(kinds) > 1:
+        listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
+        raise ConnectionError(
+            f"connect: ports of different kinds meet: {listed}. Put a component between them "
+            "that has both kinds (for rotation and translation: RackAndPinion)."
+        )
+    return Connection(tuple(checked))
+
+
+def _kind(end: Port | Ref) -> str:
+    return end.kind if isinstance(end, Port) else "signal"
+
+
+def label(end: Port | Ref) -> str:
+    """Dotted name of a port or signal from the top of its tree."""
+    prefix = path_of(end.owner)
+    return f"{prefix}.{end.name}" if prefix else end.name
+
+
+def chain(*parts: Component | Port) -> Iterator[Connection]:
+    """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
+
+    A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
+    named instead of a part.
+
+    Raises
+    ------
+    ConnectionError
+        If a part lacks the port needed at its place.
+    """
+    for before, after in itertools.pairwise(parts):
+        yield connect(_end(before, "b"), _end(after, "a"))
+
+
+def _end(part: Component | Port, side: str) -> Port:
+    if isinstance(part, Port):
+        return part
+    name = f"flange_{side}"
+    if name not in part._ports:
+        if "flange" not in part._ports:
+            raise ConnectionError(
+                f"chain: {type(part).__name__} {path_of(part)} has no '{name}'; "
+                f"name one of its ports instead: {', '.join(part._ports) or 'it has none'}."
+            )
+        name = "flange"
+    port: Port = getattr(part, name)
+    return port
+
+
+def compose(
+    *,
+    connections: Iterable[Connection] | Callable[[Any], Iterable[Connection]] = (),
+    name: str = "Model",
+    **members: Any,
+) -> Component:
+    """Build a model without writing a class.
+
+    Parameters
+    ----------
+    connections : iterable of Connection, or callable
+        Connections between the given parts; a callable gets the finished model.
+    name : str
+        Name of the model in texts.
+    **members
+        Parts (components, lists or dictionaries of them), ports and parameters, by name.
+
+    Raises
+    ------
+    DeclarationError
+        If a member is none of these.
+    """
+    joints = connections if callable(connections) else tuple(connections)
+
+    def joined(self: Component) -> Iterable[Connection]:
+        return joints(self) if callable(joints) else joints
+
+    for key, value in members.items():
+        if not (is_part(value) or isinstance(value, Port | Quantity)):
+            raise DeclarationError(
+                f"compose({key}={value!r}): a component, a list or dictionary of components, "
+                "a port or a parameter is needed."
+            )
+    cls = type(name, (Component,), {"__doc__": name, **members, "connections": joined})
+    model: Component = cls()
+    return model

@@ -1,0 +1,120 @@
+"""Pictures of results; each function returns a matplotlib Figure that needs no display."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from lumped.analysis.modes import Modes
+from lumped.analysis.result import Trajectory
+from lumped.system import Name
+
+__all__ = ["mode_shapes", "trajectory"]
+
+_WIDTH = 8.0  # inch
+_MOST_MODES = 8
+_LINES = ("-", "--", ":", "-.")  # after ten colours
+
+
+def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
+    """Curves over time, one panel for each unit; events are thin vertical lines.
+
+    Parameters
+    ----------
+    run : Trajectory
+        From `lumped.simulate`.
+    names : iterable of names or references, optional
+        Quantities to draw; default is all states.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to draw.
+    """
+    system = run.system
+    chosen = system.state_names if names is None else names
+    panels: dict[str, list[str]] = {}
+    texts: dict[str, set[str]] = {}
+    for name in map(system._tree.key, chosen):
+        quantity = system.quantity(name)
+        panels.setdefault(quantity.unit, []).append(name)
+        texts.setdefault(quantity.unit, set()).add(quantity.text)
+    if not panels:
+        raise ValueError(f"{system.name}: no states to draw; name the quantities to see.")
+    figure = Figure((_WIDTH, 0.6 + 2.4 * len(panels)), layout="constrained")
+    axes = figure.subplots(len(panels), sharex=True, squeeze=False).ravel()
+    for axis, (unit, members) in zip(axes, panels.items(), strict=True):
+        for i, name in enumerate(members):
+            line = _LINES[i // 10 % len(_LINES)]
+            axis.plot(run.t, run[name], line, color=f"C{i % 10}", label=name)
+        for event in run.events:
+            axis.axvline(event.time, color="grey", linewidth=0.6)
+        (text,) = texts[unit] if len(texts[unit]) == 1 else ("",)
+        axis.set_ylabel(f"{text}, {unit}" if text else unit)
+        axis.grid(alpha=0.3)
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlim(run.t[0], run.t[-1])
+    figure.suptitle(system.name)
+    return figure
+
+
+def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
+    """Amplitudes along the drive, one panel for each of the lowest modes.
+
+    Where modes are damped the parts do not pass zero together; dashed lines then show what moves
+    a quarter of a period apart.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`.
+    names : iterable of names or references, optional
+        Quantities in the order along the drive; default is all angles and positions in the
+        order of their declaration.
+
+    Raises
+    ------
+    ValueError
+        If there is no oscillating mode.
+    """
+    system = modes.system
+    count = min(len(modes.hertz), _MOST_MODES)
+    if not count:
+        raise ValueError(f"{system.name}: no oscillating mode to draw.")
+    chosen = modes._positions[0] if names is None else [system._tree.key(n) for n in names]
+    shapes = np.array([modes.shape(name)[:count] for name in chosen])
+    columns = 1 if count <= 4 else 2
+    lines = -(-count // columns)
+    figure = Figure((_WIDTH, 1.2 + 1.9 * lines), layout="constrained")
+    grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+    place = np.arange(len(chosen))
+    damped = np.abs(shapes.imag).max() > 1e-6
+    for i, axis in enumerate(grid.T.ravel()[:count]):
+        axis.axhline(0, color="black", linewidth=0.8)
+        axis.plot(place, shapes[:, i].real, "o-", markersize=4, label="in phase")
+        if damped:
+            axis.plot(
+                *(place, shapes[:, i].imag, "o--"),
+                color="grey",
+                markersize=3,
+                label="a quarter of a period apart",
+            )
+        axis.set_title(
+            f"{modes.hertz[i]:.4g} Hz, damping ratio {modes.damping[i]:.3g}", fontsize="medium"
+        )
+        axis.grid(alpha=0.3)
+        axis.set_ylim(-1.15, 1.15)
+    for axis in grid.T.ravel()[count:]:
+        axis.set_visible(False)
+    for axis in grid[-1]:
+        angle = 30 if len(chosen) * columns <= 10 else 90
+        axis.set_xticks(place, chosen, rotation=angle, ha="right", rotation_mode="anchor")
+    if damped:
+        lines_drawn, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(lines_drawn, labels, loc="outside lower center", ncols=2)
+    figure.supylabel("relative amplitude")
+    figure.suptitle(system.name)
+    return figure

@@ -1,0 +1,282 @@
+"""Rules that every component of the library obeys, found by walking the package.
+
+A new component is covered as it is. It needs an entry below only if it stores, dissipates or
+supplies energy, or if a random number is no sensible value for one of its fields.
+"""
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import lumped as lp
+import lumped.components
+from lumped.components import Inertia, Torque, signals, sources, translation
+from lumped.components import compliance as rotation
+from lumped.quantity import Quantity
+
+STATES = 25
+TOLERANCE = 1e-12
+
+UNITS = {
+    *("1", "s", "Hz", "W"),
+    *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
+    *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
+}
+
+FIELDS = {signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)}}
+"""Structural fields without a usable default."""
+
+
+def discovered() -> Iterator[type[lp.Component]]:
+    package = lumped.components
+    for entry in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        module = importlib.import_module(entry.name)
+        for _, cls in inspect.getmembers(module, inspect.isclass):
+            if issubclass(cls, lp.Component) and cls.__module__ == entry.name:
+                yield cls
+
+
+LIBRARY = list(discovered())
+
+
+def every(classes: list[type[lp.Component]]) -> pytest.MarkDecorator:
+    names = [f"{cls.__module__.rsplit('.', 1)[1]}.{cls.__name__}" for cls in classes]
+    return pytest.mark.parametrize("cls", classes, ids=names)
+
+
+def declared(cls: type[lp.Component], kind: type) -> dict[str, object]:
+    return {name: item for name, item in inspect.getmembers(cls) if isinstance(item, kind)}
+
+
+def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
+    """A random value in the range of a parameter, away from its ends."""
+    low = quantity.min if quantity.above is None else quantity.above
+    high = quantity.max if quantity.below is None else quantity.below
+    if low is not None and high is not None:
+        return low + (high - low) * rng.uniform(0.1, 0.9)
+    size = rng.uniform(0.5, 2.0)
+    if low is not None:
+        return low + size
+    if high is not None:
+        return high - size
+    return size * rng.choice([-1.0, 1.0])
+
+
+def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
+    """Random values of the parameters and inputs."""
+    found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
+    return found | {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is joined to a port of one kind: a body, a load, and the names of their quantities."""
+
+    body: type[lp.Component]
+    mass: str
+    speed: str
+    load: type[lp.Component]
+    effort: str
+
+
+KINDS = {
+    lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
+    lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+}
+
+
+def kinds(cls: type[lp.Component]) -> dict[str, Kind]:
+    return {name: KINDS[type(port)] for name, port in declared(cls, lp.Port).items()}
+
+
+def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
+    """The component with a loaded body at each of its ports."""
+    part = cls(**FIELDS.get(cls, {}), **values(cls, rng))
+    joined = kinds(cls)
+    if not joined:
+        return part
+
+    def connections(model: lp.Component) -> Iterator[lp.Connection]:
+        for name, body in model.bodies.items():
+            yield lp.connect(getattr(model.part, name), body.flange_a)
+            yield lp.connect(body.flange_b, model.loads[name].flange)
+
+    return lp.compose(
+        part=part,
+        bodies={name: kind.body(**{kind.mass: 1.0}) for name, kind in joined.items()},
+        loads={name: kind.load(**{kind.effort: 0.0}) for name, kind in joined.items()},
+        connections=connections,
+    )
+
+
+@pytest.mark.parametrize("module", ["inertia", "compliance", "gears", "sources", "sensors"])
+def test_the_walk_finds_the_modules(module: str) -> None:
+    received = {cls.__module__ for cls in LIBRARY}
+    expected = f"lumped.components.{module}"
+    assert expected in received
+
+
+@every(LIBRARY)
+def test_a_user_finds_it_where_the_library_says(cls: type[lp.Component]) -> None:
+    place = translation if cls.__module__ == translation.__name__ else lumped.components
+    received = getattr(place, cls.__name__)
+    expected = cls
+    assert received is expected
+    assert cls.__name__ in place.__all__
+
+
+@pytest.mark.parametrize("place", [lumped.components, translation], ids=["library", "translation"])
+def test_public_names_are_sorted_and_unique(place: object) -> None:
+    received = place.__all__
+    expected = sorted(set(received))
+    assert received == expected
+
+
+@every([cls for cls in LIBRARY if not declared(cls, lp.Component)])
+def test_it_brings_one_equation_per_variable_output_and_port(cls: type[lp.Component]) -> None:
+    yielded = list(cls(**FIELDS.get(cls, {})).equations())
+    received = sum(len(item) if isinstance(item, tuple) else 1 for item in yielded)
+    expected = sum(len(declared(cls, kind)) for kind in (lp.Var, lp.Output, lp.Port))
+    assert received == expected
+
+
+@every(LIBRARY)
+def test_it_assembles_with_a_body_at_each_port(cls: type[lp.Component]) -> None:
+    system = lp.assemble(rig(cls, np.random.default_rng(1)))
+    received = np.isfinite(lp.start_point(system).x).all()
+    expected = True
+    assert received == expected
+
+
+@every(LIBRARY)
+def test_each_quantity_has_a_text_and_a_unit_of_the_si(cls: type[lp.Component]) -> None:
+    quantities = list(declared(cls, Quantity).values())
+    for port in declared(cls, lp.Port).values():
+        quantities += [port.potential, port.flow]
+    received = {quantity.unit for quantity in quantities}
+    expected = UNITS
+    assert received <= expected
+    assert all(quantity.text.strip() for quantity in quantities)
+
+
+@every(LIBRARY)
+def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
+    received = vars(cls).get("__doc__") or ""
+    expected = "="
+    assert expected in received
+
+
+# -- power balance -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Parameters, and positions, velocities and accelerations by port, as plain numbers."""
+
+    p: dict[str, float]
+    q: dict[str, complex]
+    v: dict[str, complex]
+    a: dict[str, float]
+
+    def rel(self, by: dict[str, complex]) -> complex:
+        return by["flange_b"] - by["flange_a"]
+
+
+Energy = Callable[[Motion], complex]
+Power = Callable[[Motion], float]
+
+
+def elastic(free_length: str) -> Energy:
+    return lambda at: at.p["c"] * (at.rel(at.q) - at.p[free_length]) ** 2 / 2
+
+
+def kinetic(mass: str) -> Energy:
+    return lambda at: at.p[mass] * at.v["flange_a"] ** 2 / 2
+
+
+def viscous(at: Motion) -> float:
+    return at.p["d"] * at.rel(at.v) ** 2
+
+
+def driving(effort: str) -> Power:
+    return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
+
+
+STORED: dict[type[lp.Component], Energy] = {
+    Inertia: kinetic("J"),
+    rotation.Spring: elastic("phi_rel0"),
+    rotation.SpringDamper: elastic("phi_rel0"),
+    translation.Mass: kinetic("m"),
+    translation.Spring: elastic("s_rel0"),
+    translation.SpringDamper: elastic("s_rel0"),
+}
+DISSIPATED: dict[type[lp.Component], Power] = {
+    rotation.Damper: viscous,
+    rotation.SpringDamper: viscous,
+    translation.Damper: viscous,
+    translation.SpringDamper: viscous,
+}
+SUPPLIED: dict[type[lp.Component], Power] = {
+    Torque: driving("tau"),
+    translation.Force: driving("f"),
+}
+# A prescribed motion takes or gives whatever power the drive asks for.
+PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+
+
+def rate(energy: Energy, at: Motion) -> float:
+    """Time derivative of an energy along the motion, by a complex step: exact to rounding."""
+    h = 1e-30
+    q = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
+    v = {port: at.v[port] + 1j * h * at.a[port] for port in at.v}
+    return energy(Motion(at.p, q, v, at.a)).imag / h
+
+
+def nothing(at: Motion) -> float:
+    return 0.0
+
+
+def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
+    """Random parameters, bodies, loads and states of the rig, and the power into each port."""
+    rng = np.random.default_rng(20)
+    ports, joined = declared(cls, lp.Port), kinds(cls)
+    positions = [f"part.{name}.{port.potential_name}" for name, port in ports.items()]
+    speeds = [f'bodies["{name}"].{kind.speed}' for name, kind in joined.items()]
+    flows = [f"part.{name}.{port.flow_name}" for name, port in ports.items()]
+    system = lp.assemble(rig(cls, rng), keep=positions)
+    read = system.function([*positions, *speeds, *flows])
+    for _ in range(STATES):
+        own = values(cls, rng)
+        mass, load = rng.uniform(0.5, 2.0, len(ports)), rng.uniform(-2.0, 2.0, len(ports))
+        changed = {f"part.{name}": value for name, value in own.items()}
+        for i, (name, kind) in enumerate(joined.items()):
+            changed[f'bodies["{name}"].{kind.mass}'] = mass[i]
+            changed[f'loads["{name}"].{kind.effort}'] = load[i]
+        start = {name: rng.uniform(-2.0, 2.0) for name in system.state_names}
+        point = lp.start_point(system, parameters=changed, start=start)
+        found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
+        q, v, flow = found.reshape(3, -1)
+        a = (load - flow) / mass
+        yield Motion(own, *(dict(zip(ports, y, strict=True)) for y in (q, v, a))), flow * v
+
+
+@every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
+def test_power_into_its_ports_is_stored_or_dissipated(cls: type[lp.Component]) -> None:
+    worst = 0.0
+    for at, power in motions(cls):
+        received = power.sum()
+        stored = rate(STORED.get(cls, nothing), at)
+        dissipated = DISSIPATED.get(cls, nothing)(at)
+        supplied = SUPPLIED.get(cls, nothing)(at)
+        expected = stored + dissipated - supplied
+        scale = np.abs(power).sum() + abs(stored) + abs(dissipated) + abs(supplied)
+        error = abs(received - expected)
+        assert error <= TOLERANCE * scale
+        assert received - stored + supplied >= -TOLERANCE * scale
+        worst = max(worst, error / scale if scale else 0.0)
+    print(f"{cls.__name__}: power balance, largest relative error {worst:.1e}")

@@ -1,0 +1,162 @@
+"""Sensors against the quantities that they measure."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import components as rotation
+from lumped.components import (
+    IdealGear,
+    Inertia,
+    RelativeAngleSensor,
+    RelativeSpeedSensor,
+    Speed,
+    Spring,
+    Torque,
+    TorqueSensor,
+    translation,
+)
+
+GRID = np.linspace(0.0, 2.0, 41)
+TIGHT = {"until": 2.0, "rtol": 1e-11, "grid": GRID}
+
+
+def assert_close(received, expected, rtol, what):
+    error = np.abs(received - expected).max() / np.abs(expected).max()
+    print(f"{what}: largest error {error:.1e} of the largest value")
+    assert error <= rtol
+
+
+class Turning(lp.Component):
+    """A body under a torque with sensors on it: J der(w) = 6 cos(3 t)."""
+
+    drive: Torque = Torque(tau=6 * lp.ops.cos(3 * lp.time))
+    body: Inertia = Inertia(J=4.0, phi=0.5, w=2.0)
+    position: rotation.AngleSensor = rotation.AngleSensor()
+    speed: rotation.SpeedSensor = rotation.SpeedSensor()
+    acceleration: rotation.AccelerationSensor = rotation.AccelerationSensor()
+    names = ("position.phi", "speed.w", "acceleration.a")
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.body)
+        sensors = (self.position, self.speed, self.acceleration)
+        yield lp.connect(self.body.flange_b, *(sensor.flange for sensor in sensors))
+
+
+class Sliding(Turning):
+    """The same in a straight line: m der(v) = 6 cos(3 t)."""
+
+    drive: translation.Force = translation.Force(f=6 * lp.ops.cos(3 * lp.time))
+    body: translation.Mass = translation.Mass(m=4.0, s=0.5, v=2.0)
+    position: translation.PositionSensor = translation.PositionSensor()
+    speed: translation.SpeedSensor = translation.SpeedSensor()
+    acceleration: translation.AccelerationSensor = translation.AccelerationSensor()
+    names = ("position.s", "speed.v", "acceleration.a")
+
+
+@pytest.mark.parametrize("model", [Turning, Sliding])
+def test_position_speed_and_acceleration_are_those_of_the_body(model):
+    found = lp.simulate(lp.assemble(model(), keep=[model.names[0]]), **TIGHT)
+    angle = 3 * GRID
+    expected = (
+        0.5 + 2.0 * GRID + (1 - np.cos(angle)) / 6,
+        2.0 + np.sin(angle) / 2,
+        1.5 * np.cos(angle),
+    )
+    for name, values in zip(model.names, expected, strict=True):
+        assert_close(found[name], values, 1e-9, f"{model.__name__} {name}")
+
+
+class Twisting(lp.Component):
+    """Two bodies on a spring with sensors across it: tau = c (phi_b - phi_a)."""
+
+    a: Inertia = Inertia(J=3.0, w=0.0)
+    spring: Spring = Spring(c=96.0, phi_rel=0.25)
+    b: Inertia = Inertia(J=6.0, w=0.0)
+    distance: RelativeAngleSensor = RelativeAngleSensor()
+    speed: RelativeSpeedSensor = RelativeSpeedSensor()
+    names = ("distance.phi_rel", "speed.w_rel")
+
+    def connections(self):
+        yield from lp.chain(self.a, self.spring, self.b)
+        yield from lp.chain(self.a, self.distance, self.b)
+        yield from lp.chain(self.a, self.speed, self.b)
+
+
+class Stretching(Twisting):
+    """The same in a straight line: f = c (s_b - s_a)."""
+
+    a: translation.Mass = translation.Mass(m=3.0, v=0.0)
+    spring: translation.Spring = translation.Spring(c=96.0, s_rel=0.25)
+    b: translation.Mass = translation.Mass(m=6.0, v=0.0)
+    distance: translation.RelativePositionSensor = translation.RelativePositionSensor()
+    speed: translation.RelativeSpeedSensor = translation.RelativeSpeedSensor()
+    names = ("distance.s_rel", "speed.v_rel")
+
+
+@pytest.mark.parametrize("model", [Twisting, Stretching])
+def test_relative_position_and_speed_are_those_of_b_seen_from_a(model):
+    found = lp.simulate(lp.assemble(model(), keep=model.names), **TIGHT)
+    w = np.sqrt(96.0 * (1 / 3.0 + 1 / 6.0))
+    expected = (0.25 * np.cos(w * GRID), -0.25 * w * np.sin(w * GRID))
+    for name, values in zip(model.names, expected, strict=True):
+        assert_close(found[name], values, 1e-9, f"{model.__name__} {name}")
+
+
+class Shaft(lp.Component):
+    """A torque accelerates two bodies through two sensors: tau_ab = tau J_b / (J_a + J_b)."""
+
+    drive: Torque = Torque(tau=10.0)
+    a: Inertia = Inertia(J=2.0, w=-3.0)
+    effort: TorqueSensor = TorqueSensor()
+    power: rotation.PowerSensor = rotation.PowerSensor()
+    b: Inertia = Inertia(J=3.0)
+    effort_name = "effort.tau"
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.a, self.effort, self.power, self.b)
+
+
+class Rod(Shaft):
+    """The same in a straight line: f_ab = f m_b / (m_a + m_b)."""
+
+    drive: translation.Force = translation.Force(f=10.0)
+    a: translation.Mass = translation.Mass(m=2.0, v=-3.0)
+    effort: translation.ForceSensor = translation.ForceSensor()
+    power: translation.PowerSensor = translation.PowerSensor()
+    b: translation.Mass = translation.Mass(m=3.0)
+    effort_name = "effort.f"
+
+
+@pytest.mark.parametrize("model", [Shaft, Rod])
+def test_effort_and_power_count_positive_from_a_to_b(model):
+    found = lp.simulate(lp.assemble(model()), **TIGHT)
+    effort = np.full(len(GRID), 6.0)
+    power = 6.0 * (2.0 * GRID - 3.0)
+    assert_close(found[model.effort_name], effort, 1e-14, f"{model.__name__} effort")
+    assert_close(found["power.power"], power, 1e-10, f"{model.__name__} power")
+
+
+def test_a_torque_sensor_before_a_gear_shows_the_reflected_inertia():
+    ratio, J = 3.0, 1.8
+    drive = Speed(w=lp.ops.sin(2 * lp.time))
+    row = [drive, TorqueSensor(), IdealGear(ratio=ratio), Inertia(J=J)]
+    found = lp.simulate(lp.assemble(lp.compose(row=row, connections=lp.chain(*row))), **TIGHT)
+    expected = J / ratio**2 * 2 * np.cos(2 * GRID)
+    assert_close(found["row[1].tau"], expected, 1e-14, "torque")
+
+
+def test_a_speed_sensor_closes_a_loop():
+    class Governed(lp.Component):
+        """A torque source that a speed sensor drives: J der(w) = w."""
+
+        body: Inertia = Inertia(J=2.0, w=1.0)
+        sensor: rotation.SpeedSensor = rotation.SpeedSensor()
+        drive: Torque = Torque()
+
+        def connections(self):
+            yield lp.connect(self.body.flange_b, self.sensor.flange, self.drive.flange)
+            yield lp.connect(self.sensor.w, self.drive.tau)
+
+    found = lp.simulate(lp.assemble(Governed()), **TIGHT)
+    assert_close(found["body.w"], np.exp(GRID / 2), 1e-10, "speed")

@@ -1,0 +1,330 @@
+"""Index reduction and state selection against formulations written by hand."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, IdealGear, Inertia, Position, Spring, SpringDamper, Torque
+from lumped.ops import atan2, cos, sin
+
+
+def relative(received, expected):
+    error = np.max(np.abs(np.asarray(received) - expected) / np.maximum(np.abs(expected), 1e-12))
+    print(f"relative error {error:.2e}")
+    return error
+
+
+class Pair(lp.Component):
+    """Two inertias and a rigid gear: phi_a = ratio phi_b."""
+
+    drive: Torque = Torque(tau=7.0)
+    a: Inertia = Inertia(J=2.0)
+    gear: IdealGear = IdealGear(ratio=3.0)
+    b: Inertia = Inertia(J=5.0)
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.a, self.gear, self.b)
+
+
+def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
+    system = lp.assemble(Pair(), keep=["a.phi"])
+    assert system.state_names == ["a.phi", "a.w"]
+    assert system.report()["index"] == 3
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        ja, jb, ratio, tau = rng.uniform(0.1, 10, 4)
+        parameters = {"a.J": ja, "b.J": jb, "gear.ratio": ratio, "drive.tau": tau}
+        point = lp.start_point(system, parameters, {"a.w": 4.0})
+        expected = tau / (ja + jb / ratio**2)
+        assert relative(point["a.a"], expected) < 1e-14
+        assert relative(point["b.a"], expected / ratio) < 1e-14
+        assert relative(point["b.w"], 4.0 / ratio) < 1e-14
+        assert relative(point["gear.flange_b.tau"], -jb * expected / ratio) < 1e-13
+    lone = lp.assemble(Pair())
+    assert lone.state_names == ["a.w"]
+
+
+def test_rigidly_coupled_inertias_share_one_speed():
+    n = 40
+    values = np.random.default_rng(3).uniform(0.5, 2, n)
+    model = lp.compose(
+        drive=Torque(tau=11.0),
+        body=[Inertia(J=j) for j in values],
+        connections=lambda m: lp.chain(m.drive, *m.body),
+    )
+    system = lp.assemble(model)
+    point = lp.start_point(system)
+    assert system.state_names == ["body[0].w"]
+    expected = 11.0 / values.sum()
+    assert relative([point[f"body[{i}].a"] for i in (0, 17, n - 1)], expected) < 1e-14
+    torque = values[18:].sum() * expected
+    assert relative(point["body[17].flange_b.tau"], -torque) < 1e-13
+
+
+def test_a_train_of_rigid_gears_collapses_to_one_speed():
+    n = 12
+    rng = np.random.default_rng(4)
+    inertia, ratio = rng.uniform(0.5, 2, n + 1), rng.uniform(0.5, 2, n)
+    model = lp.compose(
+        drive=Torque(tau=1.0),
+        body=[Inertia(J=j) for j in inertia],
+        gear=[IdealGear(ratio=r) for r in ratio],
+        connections=lambda m: [
+            *lp.chain(m.drive, m.body[0]),
+            *(c for i in range(n) for c in lp.chain(m.body[i], m.gear[i], m.body[i + 1])),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model))
+    speed = 1 / np.concatenate([[1.0], np.cumprod(ratio)])
+    expected = speed / np.sum(inertia * speed**2)
+    assert relative([point[f"body[{i}].a"] for i in range(n + 1)], expected) < 1e-12
+
+
+def test_the_housing_of_a_gear_takes_the_difference_of_the_torques():
+    model = lp.compose(
+        drive=Torque(tau=6.0),
+        a=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        b=Inertia(J=2.0),
+        housing=Inertia(J=3.0),
+        connections=lambda m: [
+            *lp.chain(m.drive, m.a, m.gear, m.b),
+            lp.connect(m.gear.support, m.housing.flange_a),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model))
+    # accelerations x = (a, b, h) with a - h = 4 (b - h): minimise Gauss' constraint
+    constraint = np.array([[1.0, -4.0, 3.0]])
+    masses = np.diag([1.0, 2.0, 3.0])
+    kkt = np.block([[masses, constraint.T], [constraint, np.zeros((1, 1))]])
+    expected = np.linalg.solve(kkt, [6.0, 0, 0, 0])[:3]
+    assert relative([point[n] for n in ("a.a", "b.a", "housing.a")], expected) < 1e-13
+
+
+class EllipticalPair(lp.Component):
+    """Two equal ellipses in mesh: phi_b = -phi_a - 2 atan2(e sin phi_a, 1 - e cos phi_a)."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    e: lp.Param = lp.param("1", "eccentricity", min=0, below=1)
+
+    def equations(self):
+        a, b = self.flange_a, self.flange_b
+        bend = 2 * atan2(self.e * sin(a.phi), 1 - self.e * cos(a.phi))
+        yield lp.lossless(b.phi == -(a.phi + bend), a, b)
+
+
+class EllipticalDrive(lp.Component):
+    """Inertia, elliptical gear, inertia: J_a, J_b, e."""
+
+    a: Inertia = Inertia(J=1.3)
+    gear: EllipticalPair = EllipticalPair(e=0.5)
+    b: Inertia = Inertia(J=0.7)
+
+    def connections(self):
+        yield from lp.chain(self.a, self.gear, self.b)
+
+
+def test_a_variable_ratio_keeps_the_driving_angle_as_state():
+    system = lp.assemble(EllipticalDrive())
+    assert system.state_names == ["a.phi", "a.w"]
+    e = 0.5
+    for phi, w in np.random.default_rng(5).uniform(-9, 9, (20, 2)):
+        point = lp.start_point(system, start={"a.phi": phi, "a.w": w})
+        # ratio and its slope from dphi_b/dphi_a = -(1 - e^2)/(1 + e^2 - 2 e cos phi)
+        d = 1 + e * e - 2 * e * np.cos(phi)
+        g, slope = -(1 - e * e) / d, (1 - e * e) * 2 * e * np.sin(phi) / d**2
+        expected = -0.7 * g * slope * w**2 / (1.3 + 0.7 * g * g)
+        assert abs(point["a.a"] - expected) < 1e-12 * max(1, w * w)
+        assert relative(point["b.w"], g * w) < 1e-13
+
+
+def test_energy_stays_constant_over_a_hundred_turns_of_an_elliptical_gear():
+    system = lp.assemble(EllipticalDrive(a=Inertia(J=1.3, w=20.0)))
+    run = lp.simulate(system, until=35.0, rtol=1e-10)
+    assert run["a.phi"][-1] > 100 * 2 * np.pi
+    energy = 0.5 * 1.3 * run["a.w"] ** 2 + 0.5 * 0.7 * run["b.w"] ** 2
+    drift = np.ptp(energy) / energy[0]
+    print(f"relative energy drift {drift:.2e} over {run['a.phi'][-1] / 2 / np.pi:.0f} turns")
+    assert drift < 1e-7
+
+
+def test_a_prescribed_angle_gives_the_torque_it_takes():
+    angle = 3 * lp.time + 0.2 * sin(5 * lp.time)
+
+    class Driven(EllipticalDrive):
+        """Elliptical drive with prescribed angle: phi_a = angle."""
+
+        guide: Position = Position(phi=angle)
+
+        def connections(self):
+            yield from super().connections()
+            yield lp.connect(self.guide.flange, self.a.flange_a)
+
+    system = lp.assemble(Driven())
+    assert system.state_names == []
+    run = lp.simulate(system, until=3.0, grid=50)
+    t, e = run.t, 0.5
+    phi, w, a = 3 * t + 0.2 * np.sin(5 * t), 3 + np.cos(5 * t), -5 * np.sin(5 * t)
+    d = 1 + e * e - 2 * e * np.cos(phi)
+    g, slope = -(1 - e * e) / d, (1 - e * e) * 2 * e * np.sin(phi) / d**2
+    expected = (1.3 + 0.7 * g * g) * a + 0.7 * g * slope * w**2
+    error = np.abs(-run["guide.flange.tau"] - expected).max() / np.abs(expected).max()
+    print(f"relative error of the torque {error:.2e}")
+    assert error < 1e-13
+
+
+class Differential(lp.Component):
+    """Planetary set with three free shafts: phi_c = (phi_s + k phi_r) / (1 + k)."""
+
+    sun = lp.Flange()
+    carrier = lp.Flange()
+    ring = lp.Flange()
+    k: lp.Param = lp.param("1", "teeth of ring over teeth of sun", above=0)
+
+    def equations(self):
+        s, c, r = self.sun, self.carrier, self.ring
+        yield lp.lossless(c.phi == (s.phi + self.k * r.phi) / (1 + self.k), s, c, r)
+
+
+def test_a_planetary_set_has_the_projected_mass_matrix():
+    model = lp.compose(
+        gear=Differential(k=2.5),
+        s=Inertia(J=1.0),
+        c=Inertia(J=4.0),
+        r=Inertia(J=2.0),
+        drive=Torque(tau=3.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.s.flange_a, m.gear.sun),
+            lp.connect(m.c.flange_a, m.gear.carrier),
+            lp.connect(m.r.flange_a, m.gear.ring),
+        ],
+    )
+    system = lp.assemble(model)
+    assert len(system.state_names) == 2
+    point = lp.start_point(system)
+    basis = np.array([[1, 0], [1 / 3.5, 2.5 / 3.5], [0, 1]])
+    mass = basis.T @ np.diag([1.0, 4.0, 2.0]) @ basis
+    expected = basis @ np.linalg.solve(mass, basis.T @ [3.0, 0, 0])
+    assert relative([point[n] for n in ("s.a", "c.a", "r.a")], expected) < 1e-13
+
+
+def random_drive(rng):
+    """A random drive of inertias joined by springs, spring-dampers and a forest of gears."""
+    n = int(rng.integers(2, 9))
+    inertia = rng.uniform(0.2, 3, n)
+    links, gears, group = [], [], list(range(n))
+    for i in range(1, n):
+        j = int(rng.integers(0, i))
+        if rng.random() < 0.3 and group[i] != group[j]:
+            gears.append((i, j, float(rng.choice([-1, 1]) * rng.uniform(0.4, 3))))
+            old, new = group[i], group[j]
+            group = [new if g == old else g for g in group]
+        else:
+            links.append((i, j, rng.uniform(50, 500), rng.choice([0.0, 1.0]) * rng.uniform(0, 2)))
+    for _ in range(int(rng.integers(0, 3))):
+        i, j = rng.choice(n, 2, replace=False).tolist()
+        links.append((i, j, rng.uniform(50, 500), 0.0))
+    model = lp.compose(
+        body=[Inertia(J=x) for x in inertia],
+        link=[SpringDamper(c=c, d=d) for _, _, c, d in links] or [Fixed()],
+        gear=[IdealGear(ratio=r) for _, _, r in gears] or {"none": Fixed(phi0=0.0)},
+        connections=lambda m: [
+            *(
+                lp.connect(a, b)
+                for (i, j, *_), part in zip(links, m.link, strict=False)
+                for a, b in (
+                    (m.body[i].flange_b, part.flange_a),
+                    (m.body[j].flange_b, part.flange_b),
+                )
+            ),
+            *(
+                lp.connect(a, b)
+                for (i, j, _), part in zip(gears, m.gear, strict=False)
+                for a, b in (
+                    (m.body[i].flange_b, part.flange_a),
+                    (m.body[j].flange_b, part.flange_b),
+                )
+            ),
+            *((lp.connect(m.gear["none"].flange, m.body[0].flange_a),) if not gears else ()),
+            *((lp.connect(m.link[0].flange, m.body[0].flange_a),) if not links else ()),
+        ],
+    )
+    return model, inertia, links, gears, not gears, not links
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_random_drive_accelerates_as_its_constrained_mass_matrix_says(seed):
+    rng = np.random.default_rng(seed)
+    model, inertia, links, gears, held_by_gear, held_by_link = random_drive(rng)
+    n = len(inertia)
+    rows = [np.eye(n)[i] - r * np.eye(n)[j] for i, j, r in gears]
+    if held_by_gear or held_by_link:
+        rows.append(np.eye(n)[0])
+    constraint = np.array(rows).reshape(-1, n)
+    space = np.linalg.svd(constraint)[2][np.linalg.matrix_rank(constraint) :].T
+    system = lp.assemble(model, keep=[f"body[{i}].phi" for i in range(n)])
+    free = space.shape[1]
+    loops = len(links) if not held_by_link else 0
+    print(f"{n} bodies, {loops} links, {len(gears)} gears: {len(system.state_names)} states")
+    assert len(system.state_names) == 2 * free
+    phi, w = space @ rng.normal(size=free), space @ rng.normal(size=free)
+    names = [s for s in system.state_names if s.startswith("body")]
+    start = {s: float((phi if s.endswith("phi") else w)[int(s[5:-5] if s.endswith("phi") else s[5:-3])]) for s in names}
+    for k, (i, j, _, _) in enumerate(links if not held_by_link else []):
+        if f"link[{k}].phi_rel" in system.state_names:
+            start[f"link[{k}].phi_rel"] = float(phi[j] - phi[i])
+    point = lp.start_point(system, start=start)
+    force = np.zeros(n)
+    for i, j, c, d in links if not held_by_link else []:
+        tau = c * (phi[j] - phi[i]) + d * (w[j] - w[i])
+        force[i] += tau
+        force[j] -= tau
+    expected = space @ np.linalg.solve(
+        space.T @ np.diag(inertia) @ space, space.T @ force
+    ) if free else np.zeros(n)
+    received = np.array([point[f"body[{i}].a"] for i in range(n)])
+    error = np.abs(received - expected).max() / max(1.0, np.abs(expected).max())
+    print(f"error {error:.2e}")
+    assert error < 1e-11
+
+
+def test_springs_in_series_without_inertia_between_them_add_their_compliances():
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        one=Spring(c=100.0),
+        two=Spring(c=300.0),
+        b=Inertia(J=2.0),
+        connections=lambda m: lp.chain(m.a, m.one, m.two, m.b),
+    )
+    system = lp.assemble(model)
+    assert len(system.state_names) == 3
+    expected = np.sqrt(75.0 * 1.5) / (2 * np.pi)
+    assert relative(lp.modes(system).hertz, expected) < 1e-14
+
+
+def test_requested_outputs_decide_what_is_computed():
+    model = lp.compose(
+        one=Inertia(J=1.0, w=1.0),
+        shaft=Spring(c=4.0),
+        two=Inertia(J=1.0),
+        apart=Inertia(J=2.0, w=3.0),
+        connections=lambda m: lp.chain(m.one, m.shaft, m.two),
+    )
+    everything = lp.assemble(model)
+    assert everything.state_names == ["one.w", "shaft.phi_rel", "two.w", "apart.w"]
+    assert {x.what for x in everything.left_out} >= {"one.phi", "apart.phi"}
+    only = lp.assemble(model, outputs=["apart.phi"])
+    assert only.state_names == ["apart.phi", "apart.w"]
+    assert {x.what for x in only.left_out} >= {"one.w", "shaft.phi_rel", "two.w"}
+    run = lp.simulate(only, until=2.0, grid=2)
+    assert run["apart.phi"] == pytest.approx([0, 3, 6], rel=1e-12)
+    assert "not needed" in repr(only)
+    assert "cyclic coordinate" in repr(everything)
+
+
+def test_the_same_model_gives_the_same_system_every_time():
+    model = random_drive(np.random.default_rng(11))[0]
+    first, second = lp.assemble(model), lp.assemble(model)
+    assert str(first.rates) == str(second.rates)
+    assert first.state_names == second.state_names
