@@ -45,7 +45,7 @@ __all__ = [
 class Mass(Component):
     """Rigid body without length, sliding along the axis between two flanges.
 
-    ``m der(v) = f_a + f_b``, ``v = der(s)``. Either flange may stay open.
+    ``m a = f_a + f_b`` with ``v = der(s)``, ``a = der(v)``. Either flange may stay open.
     """
 
     flange_a = LinearFlange(free=True)
@@ -53,12 +53,14 @@ class Mass(Component):
     m: Param = param("kg", "mass", above=0)
     s: Var = var("m", "position")
     v: Var = var("m/s", "velocity")
+    a: Var = var("m/s2", "acceleration")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange_a.s == self.s
         yield self.flange_b.s == self.s
-        yield der(self.s) == self.v
-        yield self.m * der(self.v) == self.flange_a.f + self.flange_b.f
+        yield self.v == der(self.s)
+        yield self.a == der(self.v)
+        yield self.m * self.a == self.flange_a.f + self.flange_b.f
 
 
 class Spring(Component):

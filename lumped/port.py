@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any, ClassVar, Self
 
 from lumped.errors import EquationError
@@ -49,8 +48,8 @@ class Port:
     def __get__(self, obj: Any, owner: type) -> Self:
         if obj is None:
             return self
-        bound = copy.copy(self)
-        bound.owner = obj
+        bound = object.__new__(type(self))
+        bound.__dict__.update(self.__dict__, owner=obj)
         return bound
 
     def across(self) -> Ref:

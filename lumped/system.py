@@ -143,13 +143,12 @@ class System:
             found.append(LeftOut(f"{equal} aliases", "equal to another quantity"))
         if zero:
             found.append(LeftOut(f"{zero} quantities", "always zero"))
+        in_use = set(self.states)
+        why = "cyclic coordinate: nothing depends on it"
+        if self._outputs is not None:
+            why = "not needed for the requested outputs"
         for node in self._reduced.states:
-            if node not in set(self.states):
-                why = (
-                    "not needed for the requested outputs"
-                    if self._outputs is not None
-                    else "cyclic coordinate: nothing depends on it"
-                )
+            if node not in in_use:
                 found.append(LeftOut(self._node_name(node), why))
         return found
 

@@ -16,10 +16,10 @@ print (55) leaves out the inertia of the rolls and is wrong for small K_s. Torqu
 angles of both branches count positive in the direction of rolling, and a shaft torque is
 positive when the motor drives. The motions are deviations from steady idling.
 
-The printed frequencies follow from the printed parameters to 0.6 % and no better: within half a
-unit of the last digit of every J and C (J1 = 3.0102, J3 = 2.4467, rolls 0.15842 kgf m s2,
-C1 = 26233, C2 = 9180 kgf m) all three come out as printed. Not reproduced is the statement that
-the mass of the shafts changes them by less than 0.1 Hz: the shafts' dimensions are not given.
+The printed frequencies follow from the printed parameters to 0.6 % and no better, but within the
+rounding of every J and C (for example J1 = 3.0102, J3 = 2.4467, rolls 0.15842 kgf m s2,
+C1 = 26233, C2 = 9180 kgf m) all three come out to the printed digit. Not reproduced is the
+statement that the mass of the shafts changes them by less than 0.1 Hz: no dimensions are given.
 """
 
 from __future__ import annotations
@@ -231,8 +231,8 @@ def _draw_entry() -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure((8, 6), layout="constrained")
-    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
     axes = figure.subplots(2, sharex=True, sharey=True)
+    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
     for axis, (title, motor_torque) in zip(axes, cases, strict=True):
         run = strip_entry(ClosedGap(), motor_torque, grid=1000)
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
@@ -258,17 +258,15 @@ def _draw_eccentricity() -> Figure:
         hertz = lp.modes(lp.assemble(gap)).hertz
         orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
         if label == "closed gap":
-            critical = [(f * np.pi * BACKUP_DIAMETER / n, f) for f in hertz for n in range(1, 5)]
-            orders.plot(
-                *np.transpose(critical), "o", color="C3", zorder=3, label="critical speed, closed"
-            )
+            critical = [(f / n / eccentricity_hertz(1), f) for f in hertz for n in range(1, 5)]
+            orders.plot(*np.transpose(critical), "oC3", zorder=3, label="critical, closed gap")
     for n in range(1, 5):
         orders.plot(speeds, n * eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
         speed = min(21.5, 43 / n / eccentricity_hertz(1))
         orders.text(speed, n * eccentricity_hertz(speed) + 1, f"order {n}", color="C0", ha="right")
     gains.set(title="Eccentricity, order 1: torque on the joined rolls, or on each pair if open")
-    gains.set(ylabel="torque / exciting torque")
-    gains.legend(ncols=2, fontsize="small", loc="lower right")
+    gains.set_ylabel("torque / exciting torque")
+    gains.legend(fontsize="small", loc="lower right")
     orders.set(title="Critical speeds", ylabel="frequency, Hz", ylim=(0, 47))
     orders.set(xlabel="strip speed, m/s", xlim=(0, speeds[-1]))
     orders.legend(loc="lower right", fontsize="small")
@@ -293,7 +291,8 @@ def _draw_creep() -> Figure:
     K_s, damping, hertz = np.transpose(points)
     dots = axis.scatter(K_s, damping, s=6, c=hertz, cmap="turbo")
     figure.colorbar(dots, label="natural frequency, Hz")
-    axis.set(xscale="log", yscale="log", xlim=(1, 1e4), title="Damping by creep in the gap")
+    axis.loglog()
+    axis.set(title="Damping by creep in the gap", xlim=(1, 1e4))
     axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
     axis.grid(alpha=0.3)
     axis.legend()

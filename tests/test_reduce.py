@@ -270,7 +270,10 @@ def test_a_random_drive_accelerates_as_its_constrained_mass_matrix_says(seed):
     assert len(system.state_names) == 2 * free
     phi, w = space @ rng.normal(size=free), space @ rng.normal(size=free)
     names = [s for s in system.state_names if s.startswith("body")]
-    start = {s: float((phi if s.endswith("phi") else w)[int(s[5:-5] if s.endswith("phi") else s[5:-3])]) for s in names}
+    start = {
+        s: float((phi if s.endswith("phi") else w)[int(s[5:-5] if s.endswith("phi") else s[5:-3])])
+        for s in names
+    }
     for k, (i, j, _, _) in enumerate(links if not held_by_link else []):
         if f"link[{k}].phi_rel" in system.state_names:
             start[f"link[{k}].phi_rel"] = float(phi[j] - phi[i])
@@ -280,9 +283,11 @@ def test_a_random_drive_accelerates_as_its_constrained_mass_matrix_says(seed):
         tau = c * (phi[j] - phi[i]) + d * (w[j] - w[i])
         force[i] += tau
         force[j] -= tau
-    expected = space @ np.linalg.solve(
-        space.T @ np.diag(inertia) @ space, space.T @ force
-    ) if free else np.zeros(n)
+    expected = (
+        space @ np.linalg.solve(space.T @ np.diag(inertia) @ space, space.T @ force)
+        if free
+        else np.zeros(n)
+    )
     received = np.array([point[f"body[{i}].a"] for i in range(n)])
     error = np.abs(received - expected).max() / max(1.0, np.abs(expected).max())
     print(f"error {error:.2e}")

@@ -129,6 +129,7 @@ def test_a_prescribed_position_takes_mass_times_acceleration():
         joined(Position(s=0.1 * lp.ops.cos(5.0 * lp.time)), Mass(m=3.0)), until=2.0, grid=GRID
     )
     assert_close(found["row[1].v"], -0.5 * np.sin(5.0 * GRID), 1e-14, "velocity")
+    assert_close(found["row[1].a"], -2.5 * np.cos(5.0 * GRID), 1e-14, "acceleration")
     assert_close(found["row[0].flange.f"], 7.5 * np.cos(5.0 * GRID), 1e-14, "force")
 
 

@@ -1,0 +1,163 @@
+"""Modes against closed forms and independent eigenvalue calculations."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, IdealGear, Inertia, Spring, SpringDamper
+
+
+def chain_of(n, j, c):
+    return lp.compose(
+        body=[Inertia(J=j) for _ in range(n)],
+        shaft=[Spring(c=c) for _ in range(n - 1)],
+        connections=lambda m: [
+            x for i in range(n - 1) for x in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
+        ],
+    )
+
+
+@pytest.mark.parametrize("n", [2, 5, 40, 300])
+def test_a_uniform_free_chain_has_its_closed_form_frequencies(n):
+    received = lp.modes(lp.assemble(chain_of(n, 0.3, 2e4)))
+    k = np.arange(1, n)
+    expected = 2 * np.sqrt(2e4 / 0.3) * np.sin(k * np.pi / (2 * n)) / (2 * np.pi)
+    error = np.abs(received.hertz / expected - 1).max()
+    print(f"relative error {error:.2e}")
+    assert error < 1e-12
+    assert received.rigid == 1
+    assert (received.damping == 0).all()
+    shape = np.array([received.shape(f"body[{i}].phi") for i in range(n)])
+    form = np.cos(np.outer(np.arange(n) + 0.5, k) * np.pi / n)
+    form /= form[np.abs(shape).argmax(axis=0), np.arange(n - 1)]
+    assert np.abs(shape - form).max() < 1e-9
+    assert received.rigid_shape("body[0].phi") == pytest.approx([1.0])
+
+
+def test_extreme_stiffness_beside_soft_shafts_keeps_the_digits_of_low_modes():
+    inertia = np.array([1.0, 1e-3, 1e-3, 2.0])
+    soft, stiff = 1e3, 1e12
+    model = lp.compose(
+        body=[Inertia(J=j) for j in inertia],
+        shaft=[Spring(c=c) for c in (soft, stiff, soft)],
+        connections=lambda m: [
+            x for i in range(3) for x in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
+        ],
+    )
+    received = lp.modes(lp.assemble(model)).hertz
+    # stiff shaft as rigid: three masses 1, 0.002, 2; its correction is of order soft/stiff
+    a1, a2 = soft / 1.0 + soft / 2e-3, soft / 2e-3 + soft / 2.0
+    middle = (a1 + a2) / 2
+    root = np.sqrt((a1 - a2) ** 2 / 4 + (soft / 2e-3) ** 2)
+    product = a1 * a2 - (soft / 2e-3) ** 2
+    expected = np.sqrt([product / (middle + root), middle + root]) / (2 * np.pi)
+    error = np.abs(received[:2] / expected - 1)
+    print(f"relative errors {error}")
+    assert error.max() < 1e-8
+    assert received[2] == pytest.approx(np.sqrt(stiff * 2e3) / (2 * np.pi), rel=1e-8)
+
+
+def test_damped_modes_have_the_damping_ratio_of_the_closed_form(two_mass):
+    for zeta in (1e-6, 0.02, 0.7):
+        w0 = np.sqrt(300.0 * 1.5)
+        d = 2 * zeta * w0 / 1.5
+        model = two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})
+        free = lp.modes(lp.assemble(model))
+        print(f"zeta {free.damping[0]:.12e}, expected {zeta:.12e}")
+        assert free.hertz == pytest.approx([w0 / (2 * np.pi)], rel=1e-12)
+        assert free.damping == pytest.approx([zeta], rel=1e-8)
+        expected = w0 * np.sqrt(1 - zeta**2) / (2 * np.pi)
+        assert free.damped_hertz == pytest.approx([expected], rel=1e-10)
+        assert free.rigid == 1
+
+
+def test_an_overdamped_shaft_gives_two_decays(two_mass):
+    w0 = np.sqrt(300.0 * 1.5)
+    model = two_mass.with_({"shaft": SpringDamper(c=300.0, d=2 * 3.0 * w0 / 1.5)})
+    free = lp.modes(lp.assemble(model))
+    expected = w0 * (-3.0 + np.array([-1, 1]) * np.sqrt(8.0))
+    assert len(free.hertz) == 0
+    assert free.decays == pytest.approx(np.sort(expected), rel=1e-12)
+
+
+def test_shapes_follow_a_gear():
+    model = lp.compose(
+        motor=Inertia(J=1.0),
+        shaft=Spring(c=900.0),
+        gear=IdealGear(ratio=3.0),
+        load=Inertia(J=9.0),
+        connections=lambda m: lp.chain(m.motor, m.shaft, m.gear, m.load),
+    )
+    free = lp.modes(lp.assemble(model))
+    assert free.hertz == pytest.approx([np.sqrt(900.0 * 2) / (2 * np.pi)], rel=1e-13)
+    received = [free.shape(n)[0] for n in ("motor.phi", "gear.flange_a.phi", "load.phi")]
+    assert received == pytest.approx([1.0, -1.0, -1 / 3], rel=1e-12)
+    w = 2 * np.pi * free.hertz[0]
+    assert abs(free.shape("load.w")[0]) == pytest.approx(w / 3, rel=1e-12)
+    assert free.rigid_shape("load.phi") == pytest.approx([1 / 3], rel=1e-12)
+
+
+def test_separate_drives_have_separate_rigid_modes():
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        one=Spring(c=100.0),
+        b=Inertia(J=1.0),
+        c=Inertia(J=2.0),
+        two=Spring(c=100.0),
+        d=Inertia(J=2.0),
+        lone=Inertia(J=1.0),
+        held=Inertia(J=1.0),
+        wall=Fixed(),
+        three=Spring(c=50.0),
+        connections=lambda m: [
+            *lp.chain(m.a, m.one, m.b),
+            *lp.chain(m.c, m.two, m.d),
+            *lp.chain(m.held, m.three, m.wall),
+        ],
+    )
+    free = lp.modes(lp.assemble(model))
+    assert free.rigid == 3
+    assert set(free.rigid_names) == {"a.phi, b.phi", "c.phi, d.phi", "lone.phi"}
+    expected = np.sqrt(np.sort([100 * 2, 100 * 1, 50])) / (2 * np.pi)
+    assert free.hertz == pytest.approx(expected, rel=1e-13)
+    assert free.shape("c.phi")[2] == 0.0
+
+
+def test_keeping_the_absolute_angle_changes_no_mode(two_mass):
+    plain = lp.modes(lp.assemble(two_mass))
+    kept = lp.modes(lp.assemble(two_mass, keep=["a.phi"]))
+    assert kept.hertz == pytest.approx(plain.hertz, rel=1e-14)
+    assert kept.rigid == plain.rigid == 1
+    assert kept.shape("b.phi") == pytest.approx(plain.shape("b.phi"), rel=1e-12)
+
+
+class Pendulum(lp.Component):
+    """Gravity pendulum: J a = -m g l sin(phi)."""
+
+    flange = lp.Flange(free=True)
+    J: lp.Param = lp.param("kg.m2", "inertia", 2.0, above=0)
+    weight: lp.Param = lp.param("N.m", "weight times arm", 30.0)
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "speed")
+
+    def equations(self):
+        yield self.flange.phi == self.phi
+        yield self.w == lp.der(self.phi)
+        yield self.J * lp.der(self.w) == self.flange.tau - self.weight * lp.ops.sin(self.phi)
+
+
+def test_modes_hold_at_the_operating_point_asked_for():
+    system = lp.assemble(lp.compose(p=Pendulum()))
+    below = lp.modes(system)
+    assert below.hertz == pytest.approx([np.sqrt(15.0) / (2 * np.pi)], rel=1e-14)
+    above = lp.modes(system, at=lp.start_point(system, start={"p.phi": lp.ops.pi}))
+    assert above.decays == pytest.approx([-np.sqrt(15.0), np.sqrt(15.0)], rel=1e-12)
+    sideways = lp.modes(system, at=lp.start_point(system, start={"p.phi": 1.0}))
+    assert sideways.hertz == pytest.approx([np.sqrt(15 * np.cos(1.0)) / (2 * np.pi)], rel=1e-13)
+
+
+def test_a_table_of_modes_is_readable(two_mass):
+    text = repr(lp.modes(lp.assemble(two_mass)))
+    assert "natural frequency, Hz" in text
+    assert "b.phi +1.000; a.phi -0.500" in text
+    assert "rigid body: a.phi, b.phi" in text

@@ -1,0 +1,144 @@
+"""Start points, equilibria and linearisations."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import SolverError
+
+
+def test_a_start_angle_of_the_load_turns_the_drive_and_does_not_twist_the_shaft(two_mass):
+    system = lp.assemble(two_mass, keep=["a.phi"])
+    point = lp.start_point(system, start={"b.phi": 0.7})
+    received = [point[n] for n in ("a.phi", "b.phi", "shaft.phi_rel")]
+    assert received == pytest.approx([0.7, 0.7, 0.0], abs=1e-15)
+
+
+def test_two_start_angles_twist_the_shaft(two_mass):
+    model = two_mass.with_({"a.phi": 0.2, "b.phi": 0.5})
+    point = lp.start_point(lp.assemble(model))
+    assert point["shaft.phi_rel"] == pytest.approx(0.3, rel=1e-14)
+    assert point["shaft.tau"] == pytest.approx(90.0, rel=1e-14)
+
+
+def test_a_start_acceleration_sets_the_twist(two_mass):
+    point = lp.start_point(lp.assemble(two_mass), start={"b.a": -6.0})
+    assert point["shaft.tau"] == pytest.approx(6.0, rel=1e-12)
+    assert point["shaft.phi_rel"] == pytest.approx(0.02, rel=1e-12)
+
+
+def test_a_start_value_bound_to_a_parameter_follows_it():
+    class Rig(lp.Component):
+        """Body with bound speed: w0 = 2 v."""
+
+        v: lp.Param = lp.param("rad/s", "half the speed", 3.0)
+        body: Inertia = Inertia(J=1.0, w=2 * v)
+
+    system = lp.assemble(Rig())
+    assert lp.start_point(system)["body.w"] == 6.0
+    assert lp.start_point(system, parameters={"v": 5.0})["body.w"] == 10.0
+
+
+def test_start_values_pass_through_gears():
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        b=Inertia(J=1.0, w=3.0, phi=0.1),
+        connections=lambda m: lp.chain(m.a, m.gear, m.b),
+    )
+    point = lp.start_point(lp.assemble(model, keep=["a.phi"]))
+    assert [point["a.w"], point["a.phi"]] == pytest.approx([12.0, 0.4], rel=1e-14)
+
+
+def test_a_loaded_shaft_comes_to_rest_twisted():
+    model = lp.compose(
+        drive=Torque(tau=12.0),
+        body=Inertia(J=1.0),
+        shaft=Spring(c=400.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    )
+    point = lp.equilibrium(lp.assemble(model))
+    assert point["body.phi"] == pytest.approx(12.0 / 400.0, rel=1e-12)
+    assert point["body.w"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
+    model = lp.compose(
+        drive=Torque(tau=12.0),
+        a=Inertia(J=1.0),
+        shaft=SpringDamper(c=400.0, d=0.2),
+        b=Inertia(J=2.0),
+        load=Damper(d=0.5),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b, m.load, m.ground),
+    )
+    system = lp.assemble(model)
+    point = lp.equilibrium(system)
+    received = [point[n] for n in ("a.w", "b.w", "shaft.phi_rel")]
+    assert received == pytest.approx([24.0, 24.0, -0.03], rel=1e-10)
+    run = lp.simulate(system, until=160.0, grid=[160.0], rtol=1e-9)
+    assert run["b.w"][-1] == pytest.approx(24.0, rel=1e-7)
+
+
+class Cubic(lp.Component):
+    """Hardening spring to ground: tau = c phi + k phi**3."""
+
+    flange = lp.Flange()
+    c: lp.Param = lp.param("N.m/rad", "stiffness", 2.0)
+    k: lp.Param = lp.param("N.m/rad3", "hardening", 5.0)
+
+    def equations(self):
+        yield self.flange.tau == self.c * self.flange.phi + self.k * self.flange.phi**3
+
+
+def test_an_equilibrium_of_a_nonlinear_spring_solves_its_cubic():
+    model = lp.compose(
+        drive=Torque(tau=100.0),
+        body=Inertia(J=1.0),
+        spring=Cubic(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.spring),
+    )
+    point = lp.equilibrium(lp.assemble(model))
+    roots = np.roots([5.0, 0.0, 2.0, -100.0])
+    expected = roots[np.abs(roots.imag) < 1e-9].real[0]
+    assert point["body.phi"] == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_linearisation_is_the_closed_form(two_mass):
+    model = lp.compose(
+        drive=Torque(tau=1.0),
+        a=Inertia(J=2.0),
+        shaft=SpringDamper(c=300.0, d=0.6),
+        b=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b),
+    )
+    linear = lp.linearise(
+        lp.assemble(model), inputs=["drive.tau"], outputs=["shaft.tau", "b.w", "a.a"]
+    )
+    assert linear.states == ("a.w", "shaft.phi_rel", "b.w")
+    A = [[-0.3, 150, 0.3], [-1, 0, 1], [0.6, -300, -0.6]]
+    assert linear.A == pytest.approx(np.array(A), rel=1e-14)
+    assert linear.B == pytest.approx(np.array([[0.5], [0], [0]]), rel=1e-14)
+    C = [[-0.6, 300, 0.6], [0, 0, 1], [-0.3, 150, 0.3]]
+    assert linear.C == pytest.approx(np.array(C), rel=1e-14)
+    assert linear.D == pytest.approx(np.array([[0], [0], [0.5]]), rel=1e-14)
+    assert "shaft.phi_rel" in repr(linear)
+
+
+class Hot(lp.Component):
+    """Damping with a root: J der(w) = -sqrt(w)."""
+
+    w: lp.Var = lp.var("rad/s", "speed", 1.0)
+
+    def equations(self):
+        yield lp.der(self.w) == -lp.ops.sqrt(self.w)
+
+
+def test_a_linearisation_that_is_not_finite_is_refused():
+    system = lp.assemble(lp.compose(h=Hot()))
+    with pytest.raises(SolverError, match=r"h\.w"):
+        lp.linearise(system, at=lp.start_point(system, start={"h.w": 0.0}))
+    with pytest.raises(SolverError, match="not finite"):
+        lp.modes(system, at=lp.start_point(system, start={"h.w": 0.0}))

@@ -1,0 +1,198 @@
+"""Simulation against closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.ops import sin, table, where
+
+
+def worst(received, expected):
+    error = np.abs(received - expected).max() / max(np.abs(expected).max(), 1e-300)
+    print(f"error over range {error:.2e}")
+    return error
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit", "auto"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7, 1e-10])
+def test_a_free_vibration_stays_within_a_hundred_times_the_tolerance(two_mass, method, rtol):
+    system = lp.assemble(two_mass)
+    run = lp.simulate(system, until=3.0, start={"a.w": 1.5}, rtol=rtol, method=method)
+    w = np.sqrt(300.0 * 1.5)
+    expected = -1.5 / w * np.sin(w * run.t)
+    assert worst(run["shaft.phi_rel"], expected) < 100 * rtol
+    momentum = 2 * run["a.w"] + run["b.w"]
+    assert worst(momentum, np.full_like(momentum, 3.0)) < 1e-10
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_the_steps_of_the_solver_and_a_grid_agree(two_mass, method):
+    system = lp.assemble(two_mass)
+    options = {"until": 2.0, "start": {"a.w": 1.0}, "rtol": 1e-9, "method": method}
+    steps = lp.simulate(system, grid=None, **options)
+    assert len(steps.t) == steps.steps + 1
+    grid = lp.simulate(system, grid=steps.t, **options)
+    assert worst(grid["b.w"], steps["b.w"]) < 1e-8
+    between = (steps.t[1:] + steps.t[:-1]) / 2
+    inside = lp.simulate(system, grid=between, **options)
+    w = np.sqrt(300.0 * 1.5)
+    assert worst(inside["shaft.phi_rel"], -np.sin(w * between) / w) < 1e-7
+
+
+@pytest.mark.parametrize(("method", "order"), [("explicit", 7), ("implicit", 4)])
+def test_the_error_falls_with_the_order_of_the_method(two_mass, method, order):
+    system = lp.assemble(two_mass)
+    w = np.sqrt(300.0 * 1.5)
+    errors, steps = [], []
+    for rtol in (1e-4, 1e-6, 1e-8):
+        run = lp.simulate(
+            system, until=2.0, start={"a.w": 1.0}, rtol=rtol, method=method, grid=[2.0]
+        )
+        errors.append(abs(run["shaft.phi_rel"][-1] + np.sin(w * 2.0) / w) * w)
+        steps.append(run.steps)
+    slope = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    print(f"observed order {slope:.1f} from errors {errors} in {steps} steps")
+    assert slope > order
+
+
+def test_a_torque_that_jumps_is_integrated_exactly():
+    model = lp.compose(
+        drive=Torque(tau=where(lp.time >= 0.3, 5.0, 1.0)),
+        body=Inertia(J=2.0),
+        connections=lambda m: lp.chain(m.drive, m.body),
+    )
+    run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=1.0, grid=20)
+    assert [e.time for e in run.events] == [0.3]
+    assert run.events[0].what == "drive.tau"
+    expected = np.where(run.t < 0.3, 0.5 * run.t, 0.15 + 2.5 * (run.t - 0.3))
+    assert worst(run["body.w"], expected) < 1e-14
+    both = run["drive.tau"][run.t == 0.3]
+    assert both.tolist() == [1.0, 5.0]
+    assert len(run.t) == 22
+
+
+def test_a_jump_costs_no_accuracy_and_no_rejected_steps_beyond_the_restart():
+    times = [0.2, 0.45, 0.7]
+    model = lp.compose(
+        drive=Torque(tau=sum((where(lp.time >= t, 10.0, 0.0) for t in times), start=lp.time * 0)),
+        body=Inertia(J=1.0),
+        shaft=Spring(c=400.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-10, grid=200)
+    expected = sum(
+        np.where(run.t >= t, 10 / 400 * (1 - np.cos(20 * np.clip(run.t - t, 0, None))), 0)
+        for t in times
+    )
+    assert worst(-run["shaft.phi_rel"], expected) < 1e-9
+    assert run.statistics.segments == 4
+
+
+def test_output_times_given_by_the_user_are_kept_exactly():
+    model = lp.compose(
+        drive=Torque(tau=table([0, 0.5, 0.5, 1], [0, 1, -1, -1])),
+        body=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.drive, m.body),
+    )
+    times = [0.0, 0.25, 0.5, 0.5000001, 0.75, 1.0]
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=times)
+    assert run.t.tolist() == times
+    assert run["drive.tau"] == pytest.approx([0, 0.5, -1, -1, -1, -1], abs=1e-12)
+    expected = [0, 0.0625, 0.25, 0.25 - 1e-7, 0, -0.25]
+    assert run["body.w"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_an_instant_of_change_is_a_parameter_like_any_other():
+    class Rig(lp.Component):
+        """Torque from an instant on: tau = height after begin."""
+
+        begin: lp.Param = lp.param("s", "instant", 0.5)
+        height: lp.Param = lp.param("N.m", "torque", 2.0)
+        drive: Torque = Torque(tau=where(lp.time >= begin, height, 0.0))
+        body: Inertia = Inertia(J=1.0)
+
+        def connections(self):
+            yield from lp.chain(self.drive, self.body)
+
+    system = lp.assemble(Rig())
+    for begin, height in ((0.5, 2.0), (0.125, 3.0), (-1.0, 4.0), (7.0, 5.0)):
+        run = lp.simulate(system, until=1.0, parameters={"begin": begin, "height": height}, grid=1)
+        expected = height * (1 - np.clip(begin, 0, 1))
+        assert run["body.w"][-1] == pytest.approx(expected, abs=1e-13)
+
+
+def test_a_harmonic_torque_near_resonance_follows_its_closed_form():
+    w0, w = 20.0, 19.0
+    model = lp.compose(
+        drive=Torque(tau=3 * sin(w * lp.time)),
+        body=Inertia(J=1.0),
+        shaft=Spring(c=w0**2),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0, rtol=1e-9)
+    expected = 3 / (w0**2 - w**2) * (np.sin(w * run.t) - w / w0 * np.sin(w0 * run.t))
+    assert worst(run["body.phi"], expected) < 1e-7
+
+
+def test_a_damped_vibration_loses_the_energy_its_damper_takes(two_mass):
+    model = two_mass.with_({"shaft": SpringDamper(c=300.0, d=0.5)})
+    run = lp.simulate(lp.assemble(model), until=5.0, start={"a.w": 1.0}, rtol=1e-10, grid=4000)
+    stored = run["a.w"] ** 2 + 0.5 * run["b.w"] ** 2 + 150 * run["shaft.phi_rel"] ** 2
+    loss = 0.5 * run["shaft.w_rel"] ** 2
+    taken = np.concatenate(
+        [[0], np.cumsum((loss[1:] + loss[:-1]) / 2 * np.diff(run.t))]
+    )  # trapezoidal rule, step 1.25 ms
+    assert worst(stored + taken, np.full_like(stored, 1.0)) < 1e-4
+
+
+def test_a_stiff_shaft_switches_to_the_implicit_method_and_keeps_the_slow_motion():
+    model = lp.compose(
+        drive=Torque(tau=10.0),
+        motor=Inertia(J=1e-4),
+        coupling=SpringDamper(c=1e9, d=1e3),
+        rotor=Inertia(J=1.0),
+        load=Damper(d=2.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.rotor, m.load, m.ground),
+    )
+    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8)
+    print(run.statistics)
+    assert run.statistics.method == "explicit then implicit"
+    assert run.steps < 2000
+    late = run.t > 0.01
+    expected = 5 * (1 - np.exp(-2 * run.t / 1.0001))
+    assert worst(run["rotor.w"][late], expected[late]) < 1e-6
+
+
+def test_an_undamped_stiff_mode_that_nothing_excites_does_not_disturb_the_rest():
+    model = lp.compose(
+        a=Inertia(J=1.0, w=1.0),
+        soft=Spring(c=100.0),
+        b=Inertia(J=1e-3),
+        stiff=Spring(c=1e9),
+        c=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.a, m.soft, m.b, m.stiff, m.c),
+    )
+    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-6, method="implicit")
+    w = np.sqrt(100.0 * (1 + 1 / 1.001))
+    print(run.statistics)
+    assert worst(run["soft.phi_rel"], -np.sin(w * run.t) / w) < 1e-4
+
+
+def test_parameters_of_one_run_do_not_change_the_next(driven_mass):
+    system = lp.assemble(driven_mass)
+    changed = lp.simulate(system, until=1.0, parameters={"body.J": 6.0}, grid=1)["body.w"][-1]
+    plain = lp.simulate(system, until=1.0, grid=1)["body.w"][-1]
+    assert [changed, plain] == pytest.approx([0.5, 1.5], rel=1e-12)
+
+
+def test_statistics_count_what_was_done(two_mass):
+    run = lp.simulate(lp.assemble(two_mass), until=1.0, start={"a.w": 1.0}, grid=None)
+    s = run.statistics
+    assert s.steps == len(run.t) - 1
+    assert s.evaluations == 12 * (s.steps + s.rejected)
+    assert f"{s.steps} steps" in repr(run)
+    assert "rad/s" in repr(run)

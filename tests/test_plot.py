@@ -1,0 +1,167 @@
+"""Figures show what they were asked for, with units."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+
+
+class Rig(lp.Component):
+    """Two bodies, driven from 0.1 s on."""
+
+    motor: Torque = Torque(tau=lp.ops.where(lp.time >= 0.1, 5.0, 0.0))
+    rotor: Inertia = Inertia(J=1.0)
+    shaft: Spring = Spring(c=1e3)
+    load: Inertia = Inertia(J=2.0)
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.rotor, self.shaft, self.load)
+
+
+class DampedRig(Rig):
+    """The same with damping."""
+
+    shaft: SpringDamper = SpringDamper(c=1e3, d=10.0)
+    brake: SpringDamper = SpringDamper(c=1e3, d=1.0)
+    end: Inertia = Inertia(J=0.5)
+
+    def connections(self):
+        yield from super().connections()
+        yield from lp.chain(self.load, self.brake, self.end)
+
+
+@pytest.fixture(scope="module")
+def run() -> lp.Trajectory:
+    return lp.simulate(lp.assemble(Rig()), until=0.3)
+
+
+def panels(figure: Figure) -> list:
+    return [axis for axis in figure.axes if axis.get_visible()]
+
+
+def legend(axis) -> list[str]:
+    return [text.get_text() for text in axis.get_legend().get_texts()]
+
+
+def chain_of(count: int) -> lp.Component:
+    return lp.compose(
+        bodies=[Inertia(J=1.0 + 0.1 * i) for i in range(count)],
+        springs=[Spring(c=1e3) for _ in range(count - 1)],
+        connections=lambda m: [
+            joint
+            for i in range(count - 1)
+            for joint in lp.chain(m.bodies[i], m.springs[i], m.bodies[i + 1])
+        ],
+    )
+
+
+def test_trajectory_has_one_panel_for_each_unit_of_the_states(run: lp.Trajectory):
+    received = {axis.get_ylabel(): legend(axis) for axis in run.plot().axes}
+    assert received == {
+        "angular velocity, rad/s": ["rotor.w", "load.w"],
+        "twist, rad": ["shaft.phi_rel"],
+    }
+    assert run.plot().axes[-1].get_xlabel() == "time, s"
+
+
+def test_trajectory_draws_the_named_quantities(run: lp.Trajectory):
+    figure = run.plot(["shaft.tau", "load.w"])
+    received = [legend(axis) for axis in figure.axes]
+    assert received == [["shaft.tau"], ["load.w"]]
+    line = figure.axes[0].lines[0]
+    assert np.array_equal(line.get_xdata(), run.t)
+    assert np.array_equal(line.get_ydata(), run["shaft.tau"])
+
+
+def test_panel_of_different_quantities_names_only_their_unit(run: lp.Trajectory):
+    received = [axis.get_ylabel() for axis in run.plot(["shaft.tau", "motor.tau"]).axes]
+    assert received == ["N.m"]
+
+
+def test_trajectory_marks_events_in_every_panel(run: lp.Trajectory):
+    for axis in run.plot().axes:
+        instants = [line.get_xdata()[0] for line in axis.lines if len(line.get_xdata()) == 2]
+        assert instants == [0.1]
+
+
+def test_more_than_ten_curves_remain_distinct():
+    run = lp.simulate(lp.assemble(chain_of(12)), until=0.1)
+    lines = run.plot([f"bodies[{i}].w" for i in range(12)]).axes[0].lines
+    assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == 12
+
+
+def test_system_without_states_is_refused():
+    class Held(lp.Component):
+        motor: Torque = Torque(tau=1.0)
+        ground: Fixed = Fixed()
+
+        def connections(self):
+            yield from lp.chain(self.motor, self.ground)
+
+    run = lp.simulate(lp.assemble(Held()), until=1.0)
+    with pytest.raises(ValueError, match="no states to draw"):
+        run.plot()
+
+
+def test_mode_panels_state_frequency_and_damping_ratio():
+    received = [axis.get_title() for axis in panels(lp.modes(lp.assemble(Rig())).plot())]
+    expected = np.sqrt(1e3 * (1 / 1.0 + 1 / 2.0)) / (2 * np.pi)
+    assert received == [f"{expected:.4g} Hz, damping ratio 0"]
+
+
+def test_mode_shape_runs_along_the_drive_in_the_order_of_declaration():
+    modes = lp.modes(lp.assemble(Rig()))
+    (axis,) = panels(modes.plot())
+    received = [label.get_text() for label in axis.get_xticklabels()]
+    assert received == ["rotor.phi", "load.phi"]
+    shape = axis.lines[1].get_ydata()
+    assert np.allclose(shape, [1.0, -0.5], rtol=1e-12)  # the heavier body moves half as much
+
+
+def test_mode_shape_shows_the_named_quantities_in_the_given_order():
+    (axis,) = panels(lp.modes(lp.assemble(Rig())).plot(["load.phi", "rotor.phi"]))
+    received = [label.get_text() for label in axis.get_xticklabels()]
+    assert received == ["load.phi", "rotor.phi"]
+
+
+def test_damped_mode_shows_what_moves_a_quarter_of_a_period_apart():
+    modes = lp.modes(lp.assemble(DampedRig()))
+    figure = modes.plot(["rotor.phi", "load.phi", "end.phi"])
+    expected = [modes.shape(name) for name in ("rotor.phi", "load.phi", "end.phi")]
+    for axis, shape in zip(panels(figure), np.transpose(expected), strict=True):
+        _, real, imaginary = axis.lines
+        assert np.array_equal(real.get_ydata(), shape.real)
+        assert np.array_equal(imaginary.get_ydata(), shape.imag)
+    (text, other) = figure.legends[0].get_texts()
+    assert (text.get_text(), other.get_text()) == ("in phase", "a quarter of a period apart")
+
+
+def test_long_drive_shows_the_eight_lowest_modes():
+    modes = lp.modes(lp.assemble(chain_of(12)))
+    received = {axis.get_title() for axis in panels(modes.plot())}
+    assert received == {f"{f:.4g} Hz, damping ratio 0" for f in modes.hertz[:8]}
+
+
+def test_odd_number_of_modes_leaves_no_empty_panel():
+    assert len(panels(lp.modes(lp.assemble(chain_of(6))).plot())) == 5
+
+
+def test_system_without_oscillation_is_refused():
+    with pytest.raises(ValueError, match="no oscillating mode"):
+        lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0)))).plot()
+
+
+def test_figures_need_no_display_and_no_pyplot():
+    code = (
+        "import io, sys, lumped as lp\n"
+        "from lumped.components import Inertia\n"
+        "model = lp.compose(a=Inertia(J=1.0, w=1.0))\n"
+        "lp.simulate(lp.assemble(model), until=1.0).plot().savefig(io.BytesIO())\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
