@@ -26,9 +26,7 @@ def chain(n: int) -> lp.Component:
         body=[Inertia(J=1.0) for _ in range(n)],
         shaft=[Spring(c=1e3) for _ in range(n - 1)],
         connections=lambda m: (
-            joint
-            for i in range(n - 1)
-            for joint in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
+            joint for i in range(n - 1) for joint in lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
         ),
     )
 

@@ -23,9 +23,7 @@ class IdealGear(Component):
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
         a, b, housing = self.flange_a, self.flange_b, self.support
-        yield lossless(
-            a.phi == housing.phi + self.ratio * (b.phi - housing.phi), a, b, housing
-        )
+        yield lossless(a.phi == housing.phi + self.ratio * (b.phi - housing.phi), a, b, housing)
 
 
 class RackAndPinion(Component):

@@ -12,7 +12,8 @@ __all__ = ["Inertia"]
 class Inertia(Component):
     """Rigid body turning about a fixed axis between two flanges.
 
-    ``J a = tau_a + tau_b`` with ``w = der(phi)``, ``a = der(w)``. Either flange may stay open (free shaft end).
+    ``J a = tau_a + tau_b`` with ``w = der(phi)``, ``a = der(w)``.
+    Either flange may stay open (free shaft end).
     """
 
     flange_a = Flange(free=True)

@@ -20,7 +20,7 @@ class Fixed(Component):
 
 
 class Torque(Component):
-    """Torque on a shaft: ``tau`` drives the flange, its reaction goes into the support.
+    """Torque on a shaft: ``tau_flange = -tau`` (it drives the shaft), ``tau_support = tau``.
 
     `tau` is given as a number, as an expression of the time, or connected to a signal.
     An open support stands still.

@@ -191,7 +191,7 @@ class Component:
                 )
             return value
         if name in self._fields:
-            return value
+            return _frozen(value)
         known = [*self._quantities, *self._parts, *self._fields]
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
@@ -259,6 +259,13 @@ def _refuse_slips(cls: type[Component]) -> None:
                 f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
                 "choose another."
             )
+
+
+def _frozen(value: Any) -> Any:
+    """Arrays and lists as tuples, so that equal choices compare equal."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value
 
 
 def is_part(value: object) -> bool:

@@ -56,7 +56,7 @@ def connect(*ends: Port | Expr) -> Connection:
         listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
         raise ConnectionError(
             f"connect: ports of different kinds meet: {listed}. Put a component between them "
-            "that has both kinds (for rotation and translation: RackAndPinion)."
+            "that has both kinds (for rotation and translation a rack and pinion)."
         )
     return Connection(tuple(checked))
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.component import Component
-from lumped.errors import SingularModelError
+from lumped.errors import EquationError, SingularModelError
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
 from lumped.parameters import Parameters, collect, start_values
@@ -164,7 +164,10 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
 def _template(
     tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]]
 ) -> Template:
-    return Template(scope.component, lambda c: tree.below(c, scope), equations)
+    try:
+        return Template(scope.component, lambda c: tree.below(c, scope), equations)
+    except EquationError as error:
+        raise EquationError(f"{scope.label}: {error}") from None
 
 
 def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:

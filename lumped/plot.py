@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from lumped.analysis.modes import Modes
-from lumped.analysis.result import Trajectory
 from lumped.system import Name
+
+if TYPE_CHECKING:
+    from lumped.analysis.modes import Modes
+    from lumped.analysis.result import Trajectory
 
 __all__ = ["mode_shapes", "trajectory"]
 

@@ -30,8 +30,6 @@ class Block:
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
         Blocks whose unknowns stand in its equations.
-    needs_states : list of int
-        Nodes of states that stand in its equations.
     level : int
         All blocks that it needs have a lower level.
     """
@@ -39,7 +37,6 @@ class Block:
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
-    needs_states: list[int]
     level: int
 
 
@@ -264,14 +261,9 @@ def _ordered(
     for row, component in enumerate(label.tolist()):
         members[component].append(row)
     needs: list[set[int]] = [set() for _ in range(count)]
-    needs_states: list[set[int]] = [set() for _ in range(count)]
-    columns = column[nodes]
-    for row, node, c in zip(rows.tolist(), nodes.tolist(), columns.tolist(), strict=True):
-        mine = label[row]
-        if c < 0:
-            needs_states[mine].add(node)
-        elif label[row_of[c]] != mine:
-            needs[mine].add(int(label[row_of[c]]))
+    for row, c in zip(rows.tolist(), column[nodes].tolist(), strict=True):
+        if c >= 0 and label[row_of[c]] != label[row]:
+            needs[label[row]].add(int(label[row_of[c]]))
     users: list[list[int]] = [[] for _ in range(count)]
     waiting = [len(n) for n in needs]
     for component, wanted in enumerate(needs):
@@ -298,7 +290,6 @@ def _ordered(
                 [labels[r] for r in members[component]],
                 own,
                 sorted(place[c] for c in needs[component]),
-                sorted(needs_states[component]),
                 level[component],
             )
         )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import gc
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +15,7 @@ from lumped.component import Component
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import flatten
+from lumped.prune import independent_of, needed_states, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.values import Values
@@ -64,7 +67,6 @@ class System:
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
-        self._rates = [n + 1 for n in self._reduced.states]
         self._in_use = self._needed_states(kept)
         self.states = [self._reduced.states[i] for i in self._in_use]
         self.state_names = [self._node_name(n) for n in self.states]
@@ -102,37 +104,46 @@ class System:
         return "der(" * order + inner + ")" * order
 
     def _needed_states(self, kept: list[int]) -> list[int]:
-        """Positions of the states that must be integrated."""
-        reduced, values = self._reduced, self._values
-        place = {n: i for i, n in enumerate(reduced.states)}
-        if self._outputs is not None:
-            todo = self._states_of([*self._outputs, *kept])
-            needed: set[int] = set()
-            while todo:
-                state = todo.pop()
-                if state not in needed:
-                    needed.add(state)
-                    todo |= values.ancestors([state + 1])[1] - needed
-            return sorted(place[n] for n in needed)
+        """Numbers of the states that must be integrated."""
+        reduced, aliases = self._reduced, self._reduced.aliases
+        place = {node: i for i, node in enumerate(reduced.states)}
         positions = set()
-        aliases = reduced.aliases
         for node in self._tree.nodes:
             for i, quantity in enumerate(node.layout.quantities):
-                if quantity.kind == "potential":
-                    u = node.first_unknown + i
-                    if aliases.classes[u] >= 0 and aliases.shifts[u] == 0:
-                        positions.add(int(reduced.first[aliases.classes[u]]))
-        rates = values.of(self._rates)
-        used = np.zeros(len(reduced.states), dtype=bool)
-        used[ca.jacobian_sparsity(rates, values.states).get_triplet()[1]] = True
-        wanted = self._states_of(kept)
-        return [
-            i for i, n in enumerate(reduced.states) if used[i] or n in wanted or n not in positions
-        ]
+                u = node.first_unknown + i
+                if quantity.kind == "potential" and aliases.shifts[u] == 0:
+                    number = reduced.node(u)
+                    if number in place:
+                        positions.add(place[number])
+        outputs = None if self._outputs is None else self._raw(self._outputs)
+        return needed_states(self._values, positions, outputs, self._raw(kept))
 
-    def _states_of(self, unknowns: Iterable[int]) -> set[int]:
-        nodes = [self._reduced.node(u) for u in unknowns]
-        return self._values.ancestors([n for n in nodes if n is not None])[1]
+    def _raw(self, numbers: list[int]) -> ca.SX:
+        """Unknowns as expressions of all states, left out or not."""
+        nodes = [self._reduced.node(u) for u in numbers]
+        found = iter(ca.vertsplit(self._values.of([n for n in nodes if n is not None])))
+        signs = self._reduced.aliases.signs
+        parts = [
+            ca.SX(0) if n is None else float(signs[u]) * next(found)
+            for u, n in zip(numbers, nodes, strict=True)
+        ]
+        return ca.vertcat(ca.SX(0, 1), *parts)
+
+    def _without(self, expression: ca.SX, lost: np.ndarray) -> ca.SX:
+        """The expression with states taken out on which it does not depend."""
+        if not len(lost):
+            return expression
+        symbols = self._values.states[lost.tolist()]
+        return ca.substitute(expression, symbols, ca.SX.zeros(len(lost)))
+
+    def available(self, nodes: list[int]) -> np.ndarray:
+        """Which nodes depend only on states in use that are not cyclic."""
+        found = uses(self._values.of(nodes), self._values).tocoo()
+        states = np.array(self._reduced.states, dtype=int)
+        usable = np.isin(states, self.states) & ~np.isin(states, list(self.cyclic))
+        result = np.ones(len(nodes), dtype=bool)
+        result[found.row[~usable[found.col]]] = False
+        return result
 
     def _left_out(self) -> list[LeftOut]:
         aliases = self._reduced.aliases
@@ -190,7 +201,8 @@ class System:
     @cached_property
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression."""
-        return self._values.of([n + 1 for n in self.states])
+        rates = self._values.of([n + 1 for n in self.states])
+        return self._without(rates, np.setdiff1d(uses(rates, self._values).indices, self._in_use))
 
     @cached_property
     def rhs(self) -> ca.Function:
@@ -216,31 +228,17 @@ class System:
             If a name is unknown, or needs a state that was left out.
         """
         numbers = [self._tree.unknown(name) for name in names]
-        return self._expressions(numbers)
-
-    def _expressions(self, numbers: list[int]) -> ca.SX:
-        nodes = [self._reduced.node(u) for u in numbers]
-        lost = self._values.ancestors([n for n in nodes if n is not None])[1] - set(self.states)
-        if lost:
-            first = next(
-                u
-                for u, n in zip(numbers, nodes, strict=True)
-                if n is not None and self._values.ancestors([n])[1] & lost
-            )
-            name = self._tree.unknown_name(first)
+        expression = self._raw(numbers)
+        found = uses(expression, self._values).tocoo()
+        lost = np.setdiff1d(found.col, self._in_use)
+        if len(lost) and not independent_of(expression, lost.tolist(), self._values).all():
+            needed = [self._node_name(self._reduced.states[i]) for i in lost]
+            name = self._tree.unknown_name(numbers[found.row[np.isin(found.col, lost)][0]])
             raise UnknownNameError(
-                f"'{name}' was left out of the system: it needs "
-                f"{_shortened(sorted(self._node_name(n) for n in lost))}. "
+                f"'{name}' was left out of the system: it needs {_shortened(needed)}. "
                 f"Ask for it: assemble(model, keep=[{name!r}])."
             )
-        present = [n for n in nodes if n is not None]
-        found = iter(ca.vertsplit(self._values.of(present))) if present else iter(())
-        signs = self._reduced.aliases.signs
-        parts = [
-            ca.SX(0) if n is None else float(signs[u]) * next(found)
-            for u, n in zip(numbers, nodes, strict=True)
-        ]
-        return ca.vertcat(ca.SX(0, 1), *parts)
+        return self._without(expression, lost)
 
     def function(self, names: Iterable[Name]) -> ca.Function:
         """Function of named quantities: (x, p, t, m) -> (n,)."""
@@ -338,6 +336,18 @@ def _shortened(items: list[str], separator: str = ", ", most: int = 12) -> str:
     return separator.join(items[:most]) + more
 
 
+@contextmanager
+def _paused_collector() -> Iterator[None]:
+    """No garbage collection while many small objects are made that all stay: halves the time."""
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
+
+
 def assemble(
     model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
 ) -> System:
@@ -368,4 +378,5 @@ def assemble(
     if not isinstance(given, Component):
         hint = " Write it with parentheses." if isinstance(given, type) else ""
         raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
-    return System(given, outputs, keep)
+    with _paused_collector():
+        return System(given, outputs, keep)

@@ -28,9 +28,12 @@ CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 def template_key(component: Component) -> Hashable:
     """What two instances must share to have the same equations."""
     cls = type(component)
-    if cls._parts:
+    choices = tuple((type(v), v) for v in (getattr(component, name) for name in cls._fields))
+    try:
+        hash(choices)
+    except TypeError:
         return id(component)
-    return (cls, tuple(repr(getattr(component, name)) for name in cls._fields))
+    return id(component) if cls._parts else (cls, choices)
 
 
 @dataclass(frozen=True, eq=False)

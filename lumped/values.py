@@ -66,25 +66,6 @@ class Values:
         self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
         return self._sx[wanted] if wanted else ca.SX(0, 1)
 
-    def ancestors(self, nodes: Iterable[int]) -> tuple[set[int], set[int]]:
-        """Blocks and states that the nodes depend on."""
-        blocks: set[int] = set()
-        states: set[int] = set()
-        stack: list[int] = []
-        for node in nodes:
-            block = int(self.reduced.block_of[node])
-            if block < 0:
-                states.add(int(node))
-            else:
-                stack.append(block)
-        while stack:
-            block = stack.pop()
-            if block not in blocks:
-                blocks.add(block)
-                states.update(self.reduced.blocks[block].needs_states)
-                stack.extend(self.reduced.blocks[block].needs)
-        return blocks, states
-
     def _compute(self, wanted: set[int]) -> None:
         todo: set[int] = set()
         stack = [b for b in wanted if not self._done[b]]

@@ -17,9 +17,9 @@ angles of both branches count positive in the direction of rolling, and a shaft 
 positive when the motor drives. The motions are deviations from steady idling.
 
 The printed frequencies follow from the printed parameters to 0.6 % and no better, but within the
-rounding of every J and C (for example J1 = 3.0102, J3 = 2.4467, rolls 0.15842 kgf m s2,
-C1 = 26233, C2 = 9180 kgf m) all three come out to the printed digit. Not reproduced is the
-statement that the mass of the shafts changes them by less than 0.1 Hz: no dimensions are given.
+rounding of every J and C (for example J1 = 3.0102, J3 = 2.4467, backup roll 0.15842 kgf m s2,
+C1 = 26233, C2 = 9180 kgf m) all three come within half a unit of the printed digit. The statement
+that the mass of the shafts changes them by less than 0.1 Hz needs dimensions that are not given.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ def test_ports_of_different_kind_are_refused_at_the_call():
     text = message(ConnectionError, lambda: lp.connect(body.flange_b, rack.flange_b))
     assert "rotational flange" in text
     assert "translational flange" in text
-    assert "RackAndPinion" in text
+    assert "rack and pinion" in text
 
 
 def test_an_unconnected_needed_port_is_named():

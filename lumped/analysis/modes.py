@@ -112,24 +112,19 @@ class Modes:
         found = self._of_nodes([node], vectors, values)
         if found is None:
             raise UnknownNameError(f"'{self.system._tree.key(name)}' was left out of the system.")
-        return sign * found[0]
+        amplitudes: Complex = sign * found[0]
+        return amplitudes
 
     def _of_nodes(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
-        system, reduced = self.system, self.system._reduced
-        states = set(system.states)
-        rows, power = [], []
-        for node in nodes:
-            number_, order = reduced.class_and_order(node)
-            depth = 0
-            while not self._usable(node + depth, states):
-                depth += 1
-                if order + depth > reduced.highest[number_]:
-                    return None
-            rows.append(node + depth)
-            power.append(depth)
+        system = self.system
+        found = self._lowest(nodes)
+        rows = [n for n in found if n is not None]
+        if len(rows) < len(nodes):
+            return None
+        power = [row - node for row, node in zip(rows, nodes, strict=True)]
         x = system._inputs[0]
         matrix = ca.Function("C", system._inputs, [ca.jacobian(system._values.of(rows), x)])(
             self.point.x, self.point.theta, self.point.time, self.point.modes
@@ -140,12 +135,23 @@ class Modes:
                 amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
         return amplitudes
 
-    def _usable(self, node: int, states: set[int]) -> bool:
-        if node in self.system.cyclic:
-            return False
-        if node in states:
-            return True
-        return self.system._values.ancestors([node])[1] <= states - self.system.cyclic
+    def _lowest(self, nodes: list[int]) -> list[int | None]:
+        """For each node itself, or the lowest derivative of it that the system computes."""
+        reduced = self.system._reduced
+        result: list[int | None] = [None] * len(nodes)
+        waiting, depth = list(range(len(nodes))), 0
+        while waiting:
+            trial = [nodes[i] + depth for i in waiting]
+            usable = self.system.available(trial)
+            left = []
+            for i, node, fits in zip(waiting, trial, usable, strict=True):
+                number_, order = reduced.class_and_order(node)
+                if fits:
+                    result[i] = node
+                elif order < reduced.highest[number_]:
+                    left.append(i)
+            waiting, depth = left, depth + 1
+        return result
 
     @cached_property
     def _positions(self) -> tuple[list[str], Complex]:
@@ -160,18 +166,11 @@ class Modes:
         found = set()
         for node in system._tree.nodes:
             for i, quantity in enumerate(node.layout.quantities):
-                u = node.first_unknown + i
-                if quantity.kind == "potential" and reduced.aliases.classes[u] >= 0:
-                    n = reduced.node(u)
-                    if n is not None and self._of_nodes_possible(n):
-                        found.add(n)
-        return sorted(found, key=lambda n: system._members.get(n, n))
-
-    def _of_nodes_possible(self, node: int) -> bool:
-        reduced, states = self.system._reduced, set(self.system.states)
-        number_, order = reduced.class_and_order(node)
-        span = range(node, node + int(reduced.highest[number_]) - order + 1)
-        return any(self._usable(n, states) for n in span)
+                n = reduced.node(node.first_unknown + i)
+                if quantity.kind == "potential" and n is not None:
+                    found.add(n)
+        nodes = sorted(found, key=lambda n: system._members.get(n, n))
+        return [n for n, low in zip(nodes, self._lowest(nodes), strict=True) if low is not None]
 
     def _required(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real

@@ -14,6 +14,7 @@ from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.start import modes_at, start_point
 from lumped.analysis.stepper import ACCEPTED, REJECTED, STIFF_AFTER, Method, Stepper
 from lumped.errors import SolverError
+from lumped.prune import uses
 from lumped.system import Name, System
 
 __all__ = ["simulate"]
@@ -151,7 +152,7 @@ class _Run:
                 self._record(np.array([begin]), x[None, :])
                 self._skip_outputs(begin)
             x = self._advance(begin, end, x, modes)
-            if self.both_sides and self.times is not None:
+            if self.both_sides and self.times is not None and end > begin:
                 self._record(np.array([end]), x[None, :])
                 self._skip_outputs(end)
         if self.times is not None:
@@ -195,11 +196,11 @@ class _Run:
         if not len(directions):
             return []
         found = np.asarray(function(self.point.theta)).ravel()
-        inside = (found > 0) & (found < self.until)
+        inside = (found > 0) & (found <= self.until)
         edges: list[float] = []
         for t in np.unique(found[inside]).tolist():
             if not edges or t - edges[-1] > 1e-12 * max(1.0, t):
-                edges.append(t)
+                edges.append(self.until if self.until - t <= 1e-12 * max(1.0, t) else t)
         for t in edges:
             names = []
             for group in self.system._flat.groups:
@@ -213,6 +214,8 @@ class _Run:
 
     def _advance(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
         system, theta = self.system, self.point.theta
+        if end <= begin:
+            return x
         if not len(x):
             self._static(end)
             return x
@@ -328,9 +331,11 @@ class _Run:
         if jump.any():
             i = int(np.argmax(jump))
             raise SolverError(
-                f"{self.system.name}: {names[i]} would have to jump from {old[i]:.6g} to "
-                f"{new[i]:.6g} at t = {t:g} s, because a prescribed motion jumps there. Prescribe "
-                "a motion without jumps (a Ramp instead of a Step), or put a spring in between.",
+                f"{self.system.name}: {names[i]} would have to jump from {old[i] + 0.0:.6g} to "
+                f"{new[i] + 0.0:.6g} at t = {t:g} s, because a prescribed motion jumps or has a "
+                "kink there that a body or damper must follow. Prescribe a smoother motion (no "
+                "jump of the angle or position, for bodies none of the speed either), or put a "
+                "spring without damper in between.",
                 self.trajectory(),
             )
 
@@ -354,9 +359,11 @@ def _stepper(system: System, method: Method, dense: bool) -> Stepper:
 def _followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
     if "followers" not in system.made:
-        reduced, values = system._reduced, system._values
-        states = set(system.states)
-        nodes = [n for n in reduced.dependent if values.ancestors([n])[1] <= states]
+        values, lost = system._values, set(range(len(system._reduced.states))) - set(system._in_use)
+        nodes = system._reduced.dependent
+        rows = uses(values.of(nodes), values).tocoo()
+        blind = set(rows.row[np.isin(rows.col, list(lost))].tolist())
+        nodes = [n for i, n in enumerate(nodes) if i not in blind]
         found = values.of(nodes)
         touched = sorted(set(ca.jacobian_sparsity(found, values.modes).get_triplet()[0]))
         names = [system._node_name(nodes[i]) for i in touched]

@@ -104,6 +104,15 @@ def test_output_times_given_by_the_user_are_kept_exactly():
     assert run["body.w"] == pytest.approx(expected, abs=1e-12)
 
 
+def test_a_jump_at_the_end_is_seen(driven_mass):
+    model = driven_mass.with_({"drive.tau": where(lp.time >= 1.0, 4.0, 2.0)})
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=1.0, grid=2)
+    assert run["drive.tau"].tolist() == [2.0, 2.0, 2.0, 4.0]
+    assert lp.simulate(system, until=1.0, grid=[0.5, 1.0])["drive.tau"].tolist() == [2.0, 4.0]
+    assert run["body.w"][-1] == pytest.approx(1.0, rel=1e-13)
+
+
 def test_an_instant_of_change_is_a_parameter_like_any_other():
     class Rig(lp.Component):
         """Torque from an instant on: tau = height after begin."""
