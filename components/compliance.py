@@ -12,7 +12,8 @@ __all__ = ["Damper", "Spring", "SpringDamper"]
 class Spring(Component):
     """Linear torsional spring: ``tau = c (phi_rel - phi_rel0)``, ``phi_rel = phi_b - phi_a``.
 
-    `tau` is the torque transmitted: it acts on flange b and, reversed, on flange a.
+    `tau` acts on the spring at flange b and, reversed, at flange a: it is positive when flange b
+    leads, and negative while flange a drives, as in the Modelica library.
     """
 
     flange_a = Flange()

@@ -40,7 +40,7 @@ def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
     chosen = system.state_names if names is None else names
     panels: dict[str, list[str]] = {}
     texts: dict[str, set[str]] = {}
-    for name in map(system._tree.key, chosen):
+    for name in map(system.key, chosen):
         quantity = system.quantity(name)
         panels.setdefault(quantity.unit, []).append(name)
         texts.setdefault(quantity.unit, set()).add(quantity.text)
@@ -87,7 +87,7 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
     count = min(len(modes.hertz), _MOST_MODES)
     if not count:
         raise ValueError(f"{system.name}: no oscillating mode to draw.")
-    chosen = modes._positions[0] if names is None else [system._tree.key(n) for n in names]
+    chosen = modes.angles if names is None else [system.key(n) for n in names]
     shapes = np.array([modes.shape(name)[:count] for name in chosen])
     columns = 1 if count <= 4 else 2
     lines = -(-count // columns)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 
-import networkx as nx
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
@@ -160,6 +159,8 @@ def _hint(incidence: Incidence, unmatched: np.ndarray) -> str:
 
 def _circle(incidence: Incidence, row: int) -> list[str]:
     """The used-up equations that together say the same as a redundant one."""
+    import networkx as nx
+
     aliases = incidence.aliases
     kind, number = incidence.origin(row)
     graph = nx.Graph()

@@ -20,9 +20,10 @@ from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.values import Values
 
-__all__ = ["LeftOut", "System", "assemble"]
+__all__ = ["Changes", "LeftOut", "Name", "System", "assemble"]
 
 Name = str | Expr
+Changes = Mapping[str, float] | Mapping[Name, float]
 
 
 class LeftOut:
@@ -288,11 +289,15 @@ class System:
         """Names of all quantities."""
         return list(self._tree.unknown_names())
 
+    def key(self, name: Name) -> str:
+        """Dotted name of what is meant by a name or a reference."""
+        return self._tree.key(name)
+
     def quantity(self, name: Name) -> Quantity:
         """Declaration of a quantity: unit and text."""
         return self._tree.quantity(self._tree.unknown(name))
 
-    def theta(self, changes: Mapping[Name, float] | None) -> np.ndarray:
+    def theta(self, changes: Changes | None) -> np.ndarray:
         """Parameter vector with changes applied and checked.
 
         Raises

@@ -68,6 +68,7 @@ def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex,
 def _general(a: Real) -> tuple[Complex, Complex]:
     balanced, transform = matrix_balance(a)
     values, vectors = eig(balanced)
+    values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)
     values = _zeroed(values, len(a))
     return values, (transform @ vectors).T
 

@@ -10,7 +10,7 @@ from scipy.linalg import lstsq
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import modes_at, start_point
 from lumped.errors import SolverError
-from lumped.system import Name, System
+from lumped.system import Changes, System
 
 __all__ = ["equilibrium"]
 
@@ -18,8 +18,8 @@ __all__ = ["equilibrium"]
 def equilibrium(
     system: System,
     *,
-    parameters: Mapping[Name, float] | None = None,
-    start: Mapping[Name, float] | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
     time: float = 0.0,
     tolerance: float = 1e-10,
 ) -> OperatingPoint:

@@ -12,7 +12,7 @@ from scipy.sparse import csc_array
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
 from lumped.errors import SolverError, UnknownNameError, nearest
-from lumped.system import Name, System
+from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
 __all__ = ["Linearisation", "linearise"]
@@ -56,7 +56,7 @@ def linearise(
     at: OperatingPoint | None = None,
     inputs: Iterable[Name] = (),
     outputs: Iterable[Name] = (),
-    parameters: Mapping[Name, float] | None = None,
+    parameters: Changes | None = None,
 ) -> Linearisation:
     """Linearise a system; all derivatives are exact.
 
@@ -85,8 +85,8 @@ def linearise(
     point = at or start_point(system, parameters)
     p = system._flat.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
-    given = tuple(system._tree.key(name) for name in inputs)
-    observed = tuple(system._tree.key(name) for name in outputs)
+    given = tuple(system.key(name) for name in inputs)
+    observed = tuple(system.key(name) for name in outputs)
     for name in given:
         if name not in place:
             raise UnknownNameError(

@@ -18,7 +18,7 @@ from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
 from lumped.errors import SolverError, UnknownNameError
-from lumped.system import Name, System
+from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
 if TYPE_CHECKING:
@@ -83,6 +83,11 @@ class Modes:
             found.append(", ".join(moving[:6]) + more)
         return tuple(found)
 
+    @property
+    def angles(self) -> list[str]:
+        """Names of all angles and positions that move by themselves, in order of declaration."""
+        return self._positions[0]
+
     def shape(self, name: Name) -> Real | Complex:
         """Amplitudes of a quantity in all oscillating modes, shape (k,).
 
@@ -111,7 +116,7 @@ class Modes:
         sign = float(self.system._reduced.aliases.signs[unknown])
         found = self._of_nodes([node], vectors, values)
         if found is None:
-            raise UnknownNameError(f"'{self.system._tree.key(name)}' was left out of the system.")
+            raise UnknownNameError(f"'{self.system.key(name)}' was left out of the system.")
         amplitudes: Complex = sign * found[0]
         return amplitudes
 
@@ -225,7 +230,7 @@ class Modes:
 
 def _signed(value: complex) -> str:
     if abs(value.imag) <= 1e-6 * abs(value):
-        return f"{value.real:+.3f}"
+        return f"{round(value.real, 3) + 0.0:+.3f}"
     return f"{abs(value):.3f} at {np.degrees(np.angle(value)):.0f} deg"
 
 
@@ -233,7 +238,7 @@ def modes(
     system: System,
     *,
     at: OperatingPoint | None = None,
-    parameters: Mapping[Name, float] | None = None,
+    parameters: Changes | None = None,
 ) -> Modes:
     """Natural frequencies, damping ratios and mode shapes.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -134,7 +134,7 @@ class Trajectory:
         return self.statistics.steps
 
     def __getitem__(self, name: Name) -> np.ndarray:
-        key = self.system._tree.key(name)
+        key = self.system.key(name)
         if key == "time":
             return self.t
         if key not in self._known:
@@ -168,6 +168,3 @@ class Trajectory:
             unit = self.system.quantity(name).unit
             rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
         return head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
-
-
-Changes = Mapping[Name, float]

@@ -15,7 +15,7 @@ from lumped.analysis.start import modes_at, start_point
 from lumped.analysis.stepper import ACCEPTED, REJECTED, STIFF_AFTER, Method, Stepper
 from lumped.errors import SolverError
 from lumped.prune import uses
-from lumped.system import Name, System
+from lumped.system import Changes, System
 
 __all__ = ["simulate"]
 
@@ -24,8 +24,8 @@ def simulate(
     system: System,
     *,
     until: float,
-    parameters: Mapping[Name, float] | None = None,
-    start: Mapping[Name, float] | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
     grid: int | Sequence[float] | np.ndarray | None = 500,
     rtol: float = 1e-6,
     atol: float | None = None,

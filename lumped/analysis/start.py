@@ -12,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 from lumped.analysis.result import OperatingPoint
 from lumped.errors import StartError
 from lumped.select import RANK, select_dependent
-from lumped.system import Name, System
+from lumped.system import Changes, System
 from lumped.template import CONSTANT
 
 __all__ = ["modes_at", "start_point"]
@@ -31,8 +31,8 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 
 def start_point(
     system: System,
-    parameters: Mapping[Name, float] | None = None,
-    start: Mapping[Name, float] | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
 ) -> OperatingPoint:
     """States at the time zero.
 
@@ -51,7 +51,7 @@ def start_point(
 
 
 class _Start:
-    def __init__(self, system: System, theta: np.ndarray, start: Mapping[Name, float]) -> None:
+    def __init__(self, system: System, theta: np.ndarray, start: Changes) -> None:
         self.system, self.theta = system, theta
         self.reduced = system._reduced
         self.modes = modes_at(system, theta, 1e-300)
