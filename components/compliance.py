@@ -21,7 +21,7 @@ class Spring(Component):
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
     phi_rel0: Param = param("rad", "twist without torque", 0.0)
     phi_rel: Var = var("rad", "twist", state="prefer")
-    tau: Var = var("N.m", "torque transmitted")
+    tau: Var = var("N.m", "torque on flange b")
 
     def equations(self) -> Iterator[Equation]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
@@ -38,7 +38,7 @@ class Damper(Component):
     d: Param = param("N.m.s/rad", "viscous damping", min=0)
     phi_rel: Var = var("rad", "relative angle")
     w_rel: Var = var("rad/s", "relative angular velocity")
-    tau: Var = var("N.m", "torque transmitted")
+    tau: Var = var("N.m", "torque on flange b")
 
     def equations(self) -> Iterator[Equation]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
@@ -58,7 +58,7 @@ class SpringDamper(Component):
     phi_rel0: Param = param("rad", "twist without torque", 0.0)
     phi_rel: Var = var("rad", "twist", state="prefer")
     w_rel: Var = var("rad/s", "relative angular velocity")
-    tau: Var = var("N.m", "torque transmitted")
+    tau: Var = var("N.m", "torque on flange b")
 
     def equations(self) -> Iterator[Equation]:
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi

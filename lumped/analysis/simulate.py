@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import casadi as ca
