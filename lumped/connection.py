@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from lumped.component import Component, is_part, path_of
-from lumped.errors import ConnectionError, DeclarationError
+from lumped.errors import ConnectError, DeclarationError
 from lumped.expression import Expr, Ref
 from lumped.port import Port
 from lumped.quantity import Input, Output, Quantity
@@ -34,7 +34,7 @@ def connect(*ends: Port | Expr) -> Connection:
 
     Raises
     ------
-    ConnectionError
+    ConnectError
         If the ends are of different kinds, fewer than two, or not ports.
     """
     checked: list[Port | Ref] = []
@@ -47,14 +47,14 @@ def connect(*ends: Port | Expr) -> Connection:
                 hint = f" Name one of its ports: {', '.join(end._ports) or 'it has none'}."
             elif isinstance(end, Ref):
                 what, hint = f"the quantity '{end.name}'", " Only ports and signals connect."
-            raise ConnectionError(f"connect: {what} is not a port.{hint}")
+            raise ConnectError(f"connect: {what} is not a port.{hint}")
         checked.append(end)  # type: ignore[arg-type]
     if len(checked) < 2:
-        raise ConnectionError("connect needs at least two ports.")
+        raise ConnectError("connect needs at least two ports.")
     kinds = {_kind(end) for end in checked}
     if len(kinds) > 1:
         listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
-        raise ConnectionError(
+        raise ConnectError(
             f"connect: ports of different kinds meet: {listed}. Put a component between them "
             "that has both kinds (for rotation and translation a rack and pinion)."
         )
@@ -79,7 +79,7 @@ def chain(*parts: Component | Port) -> Iterator[Connection]:
 
     Raises
     ------
-    ConnectionError
+    ConnectError
         If a part lacks the port needed at its place.
     """
     for before, after in itertools.pairwise(parts):
@@ -92,7 +92,7 @@ def _end(part: Component | Port, side: str) -> Port:
     name = f"flange_{side}"
     if name not in part._ports:
         if "flange" not in part._ports:
-            raise ConnectionError(
+            raise ConnectError(
                 f"chain: {type(part).__name__} {path_of(part)} has no '{name}'; "
                 f"name one of its ports instead: {', '.join(part._ports) or 'it has none'}."
             )

@@ -10,10 +10,11 @@ if TYPE_CHECKING:
     from lumped.analysis.result import Trajectory
 
 __all__ = [
-    "ConnectionError",
+    "ConnectError",
     "DeclarationError",
     "EquationError",
     "LumpedError",
+    "OptionError",
     "ParameterError",
     "SingularModelError",
     "SolverError",
@@ -35,8 +36,12 @@ class EquationError(LumpedError):
     """An equation or expression is written in a way that has no meaning here."""
 
 
-class ConnectionError(LumpedError):
+class ConnectError(LumpedError):
     """Ports of different kinds meet, or a port that must be connected is not."""
+
+
+class OptionError(LumpedError, ValueError):
+    """An option of an analysis that makes no sense."""
 
 
 class ParameterError(LumpedError):

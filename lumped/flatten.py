@@ -121,7 +121,7 @@ def flatten(model: Component) -> FlatModel:
     ------
     ParameterError
         Missing parameters and values out of range, all with their paths.
-    ConnectionError
+    ConnectError
         Ports or signals wrongly joined or left open.
     EquationError
         Equations without meaning.

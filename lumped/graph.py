@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lumped.connection import Connection, label
-from lumped.errors import ConnectionError, EquationError
+from lumped.errors import ConnectError, EquationError
 from lumped.port import Port
 from lumped.quantity import Input, Output
 from lumped.tree import Node, Tree
@@ -61,7 +61,7 @@ def join(tree: Tree) -> Joints:
 
     Raises
     ------
-    ConnectionError
+    ConnectError
         If a port that must be connected is not, or a signal has no or several sources.
     """
     pairs: list[tuple[int, int]] = []
@@ -99,7 +99,7 @@ def _terminal(tree: Tree, scope: Node, end: object, ends: dict[int, _End]) -> in
     assert isinstance(end, Port)
     node = tree.find(end.owner, scope)
     if node is None or not (node is scope or tree.nodes[node.parent] is scope):
-        raise ConnectionError(
+        raise ConnectError(
             f"{scope.label}: a connection names {label(end)} of a "
             f"{type(end.owner).__name__}, which is not one of its parts. Connect ports of the "
             "component itself and of its direct parts."
@@ -114,7 +114,7 @@ def _terminal(tree: Tree, scope: Node, end: object, ends: dict[int, _End]) -> in
 def _signal(tree: Tree, scope: Node, end: object, sides: dict[int, set[str]]) -> int:
     node = tree.find(end.owner, scope)  # type: ignore[attr-defined]
     if node is None or not (node is scope or tree.nodes[node.parent] is scope):
-        raise ConnectionError(
+        raise ConnectError(
             f"{scope.label}: a connection names the signal '{label(end)}', which "  # type: ignore[arg-type]
             "belongs neither to it nor to one of its parts."
         )
@@ -164,7 +164,7 @@ def _tie(
         grounded.append((potentials[0], name))
         return
     if not (port.free or node.parent < 0) and members[0].sign > 0:
-        raise ConnectionError(
+        raise ConnectError(
             f"{name} of {node.label} is not connected. Connect it, or leave the component out; "
             "only ports declared free or grounded may stay open."
         )
@@ -185,11 +185,11 @@ def _signal_sets(
                 continue
             connected, bound = "sink" in sides.get(number, ()), name in node.component._values
             if connected and bound:
-                raise ConnectionError(
+                raise ConnectError(
                     f"{node.name(name)} is both connected and given a value; do only one."
                 )
             if not connected and not bound:
-                raise ConnectionError(
+                raise ConnectError(
                     f"{node.name(name)}: the input ({quantity.text}, {quantity.unit}) has no "
                     f"source. Connect an output to it, or give it: {name}=..., a number or an "
                     "expression of lumped.time."
@@ -200,7 +200,7 @@ def _signal_sets(
         if len(sources) != 1:
             listed = ", ".join(tree.unknown_name(n) for n in group)
             what = "no source" if not sources else f"{len(sources)} sources"
-            raise ConnectionError(
+            raise ConnectError(
                 f"Signals {listed} are joined but have {what}; exactly one output must feed them."
             )
         roots[sources[0]] = group

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from lumped.errors import OptionError
 from lumped.system import Name
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
 
     Raises
     ------
-    ValueError
+    OptionError
         If there is nothing to draw.
     """
     system = run.system
@@ -45,7 +46,7 @@ def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
         panels.setdefault(quantity.unit, []).append(name)
         texts.setdefault(quantity.unit, set()).add(quantity.text)
     if not panels:
-        raise ValueError(f"{system.name}: no states to draw; name the quantities to see.")
+        raise OptionError(f"{system.name}: no states to draw; name the quantities to see.")
     figure = Figure((_WIDTH, 0.6 + 2.4 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), sharex=True, squeeze=False).ravel()
     for axis, (unit, members) in zip(axes, panels.items(), strict=True):
@@ -80,13 +81,13 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
 
     Raises
     ------
-    ValueError
+    OptionError
         If there is no oscillating mode.
     """
     system = modes.system
     count = min(len(modes.hertz), _MOST_MODES)
     if not count:
-        raise ValueError(f"{system.name}: no oscillating mode to draw.")
+        raise OptionError(f"{system.name}: no oscillating mode to draw.")
     chosen = modes.angles if names is None else [system.key(n) for n in names]
     shapes = np.array([modes.shape(name)[:count] for name in chosen])
     columns = 1 if count <= 4 else 2

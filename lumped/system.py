@@ -374,7 +374,7 @@ def assemble(
 
     Raises
     ------
-    ParameterError, ConnectionError, EquationError, SingularModelError
+    ParameterError, ConnectError, EquationError, SingularModelError
         If the model is not sound; the text names the components.
     UnknownNameError
         If `outputs` or `keep` names something the model does not have.

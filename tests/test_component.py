@@ -2,7 +2,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
-from lumped.errors import ConnectionError, DeclarationError, UnknownNameError
+from lumped.errors import ConnectError, DeclarationError, UnknownNameError
 
 
 class Stage(lp.Component):
@@ -53,9 +53,9 @@ def test_a_bound_parameter_follows_its_parents_parameter():
         def connections(self):
             yield lp.connect(self.anchor.flange_b, self.stage.rotor.flange_b)
 
-    with pytest.raises(ConnectionError, match=r"stage\.shaft\.flange_a"):
+    with pytest.raises(ConnectError, match=r"stage\.shaft\.flange_a"):
         lp.assemble(Rig())
-    with pytest.raises(ConnectionError, match="direct parts"):
+    with pytest.raises(ConnectError, match="direct parts"):
         lp.assemble(Wired())
 
 
@@ -144,9 +144,9 @@ def test_a_subclass_overrides_parts_and_fields():
         (lambda: Inertia(J="heavy"), DeclarationError, "moment of inertia"),
         (lambda: Train(source=3.0), DeclarationError, "component"),
         (lambda: setattr(Inertia(J=1.0), "J", 2.0), DeclarationError, "with_"),
-        (lambda: lp.connect(Inertia(J=1.0), Inertia(J=1.0)), ConnectionError, "flange_a"),
-        (lambda: lp.connect(Inertia(J=1.0).w, Inertia(J=1.0).w), ConnectionError, "quantity 'w'"),
-        (lambda: lp.connect(Inertia(J=1.0).flange_a), ConnectionError, "two ports"),
+        (lambda: lp.connect(Inertia(J=1.0), Inertia(J=1.0)), ConnectError, "flange_a"),
+        (lambda: lp.connect(Inertia(J=1.0).w, Inertia(J=1.0).w), ConnectError, "quantity 'w'"),
+        (lambda: lp.connect(Inertia(J=1.0).flange_a), ConnectError, "two ports"),
         (lambda: lp.compose(a=3), DeclarationError, "compose"),
         (lambda: lp.assemble(Train), DeclarationError, "parentheses"),
     ],

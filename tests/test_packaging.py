@@ -2,6 +2,7 @@
 
 import email
 import importlib
+import json
 import os
 import shutil
 import subprocess
@@ -97,6 +98,19 @@ def test_wheel_imports_without_the_sources(wheel: Path, tmp_path: Path):
     received = run("-c", code, cwd=tmp_path, PYTHONPATH=str(tmp_path)).split()
     expected = [tmp_path / f"lumped/{name}/__init__.py" for name in ("components", "models")]
     assert [Path(file) for file in received] == expected
+
+
+def test_wheel_computes_what_the_checkout_computes(wheel: Path, tmp_path: Path):
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path)
+    call = ("-m", "lumped", "run", "reversing_mill", "--json")
+    run(*call, tmp_path / "wheel.json", cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    run(*call, tmp_path / "checkout.json", cwd=ROOT, PYTHONPATH=str(ROOT))
+    received, expected = (
+        json.loads((tmp_path / f"{name}.json").read_text()) for name in ("wheel", "checkout")
+    )
+    assert received["rows"]
+    assert received == expected
 
 
 def test_source_distribution_builds_the_same_wheel(source: Path, wheel: Path, tmp_path: Path):

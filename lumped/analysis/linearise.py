@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
-from lumped.errors import SolverError, UnknownNameError, nearest
+from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
@@ -81,7 +81,7 @@ def linearise(
         If a derivative is not finite at the point.
     """
     if at is not None and parameters:
-        raise ValueError("linearise: give the parameters when making the operating point `at`.")
+        raise OptionError("linearise: give the parameters when making the operating point `at`.")
     point = at or start_point(system, parameters)
     p = system._flat.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}

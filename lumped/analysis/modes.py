@@ -17,7 +17,7 @@ from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
-from lumped.errors import SolverError, UnknownNameError
+from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
@@ -261,7 +261,7 @@ def modes(
         If the linearisation is not finite.
     """
     if at is not None and parameters:
-        raise ValueError("modes: give the parameters when making the operating point `at`.")
+        raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = at or start_point(system, parameters)
     matrix = csr_array(sparse_state_matrix(system, point))
     if not np.isfinite(matrix.data).all():

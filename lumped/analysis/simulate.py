@@ -13,7 +13,7 @@ import numpy as np
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.start import modes_at, start_point
 from lumped.analysis.stepper import ACCEPTED, REJECTED, STIFF_AFTER, Method, Stepper
-from lumped.errors import SolverError
+from lumped.errors import OptionError, SolverError
 from lumped.prune import uses
 from lumped.system import Changes, System
 
@@ -64,7 +64,7 @@ def simulate(
 
     Raises
     ------
-    ValueError
+    OptionError
         If `until`, `grid`, `rtol`, `atol` or `method` make no sense.
     StartError
         If the start values contradict each other.
@@ -82,13 +82,13 @@ def simulate(
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
     if not (np.isfinite(until) and until > 0):
-        raise ValueError(f"until = {until} s: the end must be a positive, finite time.")
+        raise OptionError(f"until = {until} s: the end must be a positive, finite time.")
     if not 1e-14 <= rtol < 1:
-        raise ValueError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
+        raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
-        raise ValueError(f"atol = {atol}: the absolute tolerance must be positive.")
+        raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
     if method not in ("auto", "explicit", "implicit"):
-        raise ValueError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
+        raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
 
 
 def _times(grid: int | Sequence[float] | np.ndarray | None, until: float) -> np.ndarray | None:
@@ -96,13 +96,13 @@ def _times(grid: int | Sequence[float] | np.ndarray | None, until: float) -> np.
         return None
     if isinstance(grid, int | np.integer):
         if grid < 1:
-            raise ValueError(f"grid = {grid}: at least one output interval is needed.")
+            raise OptionError(f"grid = {grid}: at least one output interval is needed.")
         return np.linspace(0.0, until, int(grid) + 1)
     times = np.asarray(grid, dtype=float)
     if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
-        raise ValueError("grid: the output times must be a list that does not decrease.")
+        raise OptionError("grid: the output times must be a list that does not decrease.")
     if times[0] < 0 or times[-1] > until:
-        raise ValueError(
+        raise OptionError(
             f"grid: output times from {times[0]:g} to {times[-1]:g} s leave 0 to {until:g} s."
         )
     return times
