@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from lumped.connection import Connection, label
 from lumped.errors import ConnectError, EquationError
+from lumped.expression import Ref
 from lumped.port import Port
 from lumped.quantity import Input, Output
 from lumped.tree import Node, Tree
@@ -75,12 +76,12 @@ def join(tree: Tree) -> Joints:
                     f"{node.label}: connections() yielded {connection!r}; "
                     "yield lumped.connect(...) or 'yield from' lumped.chain(...)."
                 )
-            if isinstance(connection.ends[0], Port):
-                terminals = [_terminal(tree, node, end, ends) for end in connection.ends]
-                pairs += list(itertools.pairwise(terminals))
-            else:
-                numbers = [_signal(tree, node, end, sides) for end in connection.ends]
-                signals += list(itertools.pairwise(numbers))
+            terminals = [
+                _terminal(tree, node, e, ends) for e in connection.ends if isinstance(e, Port)
+            ]
+            pairs += itertools.pairwise(terminals)
+            numbers = [_signal(tree, node, e, sides) for e in connection.ends if isinstance(e, Ref)]
+            signals += itertools.pairwise(numbers)
     for node in tree.nodes:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
@@ -95,15 +96,20 @@ def join(tree: Tree) -> Joints:
     return Joints(equal, sums, grounded, inside, driven)
 
 
-def _terminal(tree: Tree, scope: Node, end: object, ends: dict[int, _End]) -> int:
-    assert isinstance(end, Port)
+def _node(tree: Tree, scope: Node, end: Port | Ref) -> Node:
+    """Component of an end, which must be the scope itself or a direct part of it."""
     node = tree.find(end.owner, scope)
     if node is None or not (node is scope or tree.nodes[node.parent] is scope):
         raise ConnectError(
-            f"{scope.label}: a connection names {label(end)} of a "
-            f"{type(end.owner).__name__}, which is not one of its parts. Connect ports of the "
-            "component itself and of its direct parts."
+            f"{scope.label}: a connection names {label(end)} of a component "
+            f"{type(end.owner).__name__} that is not one of its parts. Connect ports and signals "
+            "of the component itself and of its direct parts."
         )
+    return node
+
+
+def _terminal(tree: Tree, scope: Node, end: Port, ends: dict[int, _End]) -> int:
+    node = _node(tree, scope, end)
     port = node.layout.ports.index(end.name)
     inner = node is scope
     number = 2 * (node.first_port + port) + inner
@@ -111,15 +117,10 @@ def _terminal(tree: Tree, scope: Node, end: object, ends: dict[int, _End]) -> in
     return number
 
 
-def _signal(tree: Tree, scope: Node, end: object, sides: dict[int, set[str]]) -> int:
-    node = tree.find(end.owner, scope)  # type: ignore[attr-defined]
-    if node is None or not (node is scope or tree.nodes[node.parent] is scope):
-        raise ConnectError(
-            f"{scope.label}: a connection names the signal '{label(end)}', which "  # type: ignore[arg-type]
-            "belongs neither to it nor to one of its parts."
-        )
-    number = node.first_unknown + node.layout.unknowns[end.name]  # type: ignore[attr-defined]
-    is_input = isinstance(end.quantity, Input)  # type: ignore[attr-defined]
+def _signal(tree: Tree, scope: Node, end: Ref, sides: dict[int, set[str]]) -> int:
+    node = _node(tree, scope, end)
+    number = node.first_unknown + node.layout.unknowns[end.name]
+    is_input = isinstance(end.quantity, Input)
     gives = is_input == (node is scope)
     sides.setdefault(number, set()).add("source" if gives else "sink")
     if not gives and not is_input:
@@ -194,7 +195,6 @@ def _signal_sets(
                     f"source. Connect an output to it, or give it: {name}=..., a number or an "
                     "expression of lumped.time."
                 )
-    roots: dict[int, list[int]] = {}
     for group in _groups(list(sides), pairs):
         sources = [n for n in group if "source" in sides[n] and "sink" not in sides[n]]
         if len(sources) != 1:
@@ -203,7 +203,6 @@ def _signal_sets(
             raise ConnectError(
                 f"Signals {listed} are joined but have {what}; exactly one output must feed them."
             )
-        roots[sources[0]] = group
         where = " = ".join(tree.unknown_name(n) for n in group[:4])
         equal += [(a, b, where) for a, b in itertools.pairwise(group)]
     return {

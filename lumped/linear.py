@@ -7,6 +7,7 @@ is a function of parameters, and that before it varies; and is never zero at tha
 
 from __future__ import annotations
 
+import heapq
 from dataclasses import dataclass
 
 import casadi as ca
@@ -27,7 +28,9 @@ class SingularBlockError(Exception):
     """No pivot is left; the argument lists the rows without one."""
 
 
-def solve(rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]) -> list[ca.SX]:
+def solve(
+    rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]
+) -> list[tuple[ca.SX, float]]:
     """Solve ``sum_j rows[i][j] z_j == right[i]`` for z.
 
     Parameters
@@ -39,8 +42,8 @@ def solve(rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]) -> lis
 
     Returns
     -------
-    list of SX
-        The unknowns 0 .. n-1.
+    list of (SX, float)
+        The unknowns 0 .. n-1 and their values at the generic point.
 
     Raises
     ------
@@ -54,43 +57,60 @@ def solve(rows: list[dict[int, Entry]], right: list[tuple[ca.SX, float]]) -> lis
             holders[j].add(i)
     open_rows = set(range(n))
     order: list[tuple[int, int]] = []
-    while open_rows:
-        pivot = _best(rows, holders, open_rows)
-        if pivot is None:
-            raise SingularBlockError(sorted(open_rows))
-        i, j = pivot
-        order.append(pivot)
+    heap = [(*_cheapest(rows[i], holders), i) for i in range(n)]
+    heapq.heapify(heap)
+    while heap:
+        *cost, j, i = heapq.heappop(heap)
+        if i not in open_rows:
+            continue
+        now = _cheapest(rows[i], holders)
+        if now[0] == _NO_PIVOT:
+            continue
+        if now > (*cost, j):
+            heapq.heappush(heap, (*now, i))
+            continue
+        j = now[-1]
+        order.append((i, j))
         open_rows.discard(i)
         for c in rows[i]:
             holders[c].discard(i)
-        for k in list(holders[j]):
+        for k in sorted(holders[j]):
             _subtract(rows, right, holders, k, i, j)
+            heapq.heappush(heap, (*_cheapest(rows[k], holders), k))
         holders[j].clear()
-    result: list[ca.SX] = [ca.SX(0)] * n
+    if open_rows:
+        raise SingularBlockError(sorted(open_rows))
+    return _substituted(rows, right, order)
+
+
+def _substituted(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[ca.SX, float]],
+    order: list[tuple[int, int]],
+) -> list[tuple[ca.SX, float]]:
+    result: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(rows)
     for i, j in reversed(order):
-        total = right[i][0]
+        total, number = right[i]
         for c, entry in rows[i].items():
             if c != j:
-                total = total - entry.expression * result[c]
-        result[j] = total / rows[i][j].expression
+                total = total - entry.expression * result[c][0]
+                number -= entry.value * result[c][1]
+        pivot = rows[i][j]
+        result[j] = (total / pivot.expression, number / pivot.value)
     return result
 
 
-def _best(
-    rows: list[dict[int, Entry]], holders: dict[int, set[int]], open_rows: set[int]
-) -> tuple[int, int] | None:
-    best, cost = None, (9, 0, 0.0)
-    for i in sorted(open_rows):
-        largest = max((abs(e.value) for e in rows[i].values()), default=0.0)
-        for j, entry in rows[i].items():
-            if abs(entry.value) <= 1e-9 * largest:
-                continue
-            fill = (len(rows[i]) - 1) * (len(holders[j]) - 1)
-            mine = (entry.kind, fill, -abs(entry.value) / largest)
-            if mine < cost:
-                best, cost = (i, j), mine
-        if best is not None and cost[:2] == (0, 0):
-            break
+_NO_PIVOT = 9
+
+
+def _cheapest(row: dict[int, Entry], holders: dict[int, set[int]]) -> tuple[int, int, float, int]:
+    """Kind, fill-in, relative size (negative) and column of the best pivot of a row."""
+    largest = max((abs(e.value) for e in row.values()), default=0.0)
+    best = (_NO_PIVOT, 0, 0.0, -1)
+    for j, entry in row.items():
+        if abs(entry.value) > 1e-9 * largest:
+            fill = (len(row) - 1) * (len(holders[j]) - 1)
+            best = min(best, (entry.kind, fill, -abs(entry.value) / largest, j))
     return best
 
 

@@ -296,14 +296,14 @@ class Tree:
 def _origins(scope: Component) -> dict[int, str]:
     """Objects that the parts of a component were made from, and their place."""
     places: dict[int, str] = {}
-    for slot in scope._parts:
-        held = scope._default(slot)
-        if isinstance(held, Component):
-            places[id(held)] = slot
-        elif isinstance(held, dict):
-            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
-        else:
-            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
+    for slot, declared in scope._parts.items():
+        for held in (declared, scope._default(slot)):
+            if isinstance(held, Component):
+                places[id(held)] = slot
+            elif isinstance(held, dict):
+                places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
+            else:
+                places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
     return places
 
 

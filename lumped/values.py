@@ -213,15 +213,8 @@ class Values:
         except SingularBlockError as error:
             lost = [equations[i][0] for i in error.args[0]]
             raise self._singular(lost, nodes) from None
-        self._sx[nodes] = ca.vertcat(*result)
-        self._number[nodes] = self._numbers_of(nodes)
-
-    def _numbers_of(self, nodes: list[int]) -> np.ndarray:
-        parameters = self.flat.parameters
-        inputs = [self.states, parameters.theta, self.time, self.modes]
-        function = ca.Function("f", inputs, [self._sx[nodes]])
-        states = self._number[self.reduced.states]
-        return np.asarray(function(states, parameters.defaults, 0.7, self._mode_numbers)).ravel()
+        self._sx[nodes] = ca.vertcat(*(expression for expression, _ in result))
+        self._number[nodes] = [number for _, number in result]
 
     def _equation(
         self, row: int, order: int, index: dict[int, int], incidence: Incidence

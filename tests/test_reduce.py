@@ -378,6 +378,24 @@ def test_long_tables_as_structural_choices_are_told_apart():
     assert run["b.y"] == pytest.approx([0, 5, 0], abs=1e-9)
 
 
+def test_a_load_torque_may_follow_the_speed_of_a_neighbour():
+    class Fan(lp.Component):
+        """Driven rotor with a load that grows with the square of its speed: tau = -k w^2."""
+
+        k: lp.Param = lp.param("N.m.s2/rad2", "load factor", 0.5)
+        drive: Torque = Torque(tau=8.0)
+        rotor: Inertia = Inertia(J=2.0)
+        load: Torque = Torque(tau=-k * rotor.w**2)
+
+        def connections(self):
+            yield lp.connect(self.drive.flange, self.rotor.flange_a, self.load.flange)
+
+    for model in (Fan(), Fan(rotor=Inertia(J=2.0))):
+        run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-10)
+        expected = 4 * np.tanh(run.t)  # J w' = T - k w^2: w = sqrt(T/k) tanh(t sqrt(T k) / J)
+        assert np.abs(run["rotor.w"] - expected).max() < 1e-8
+
+
 def test_the_same_model_gives_the_same_system_every_time():
     model = random_drive(np.random.default_rng(11))[0]
     first, second = lp.assemble(model), lp.assemble(model)
