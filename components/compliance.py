@@ -20,7 +20,7 @@ class Spring(Component):
     flange_b = Flange()
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
     phi_rel0: Param = param("rad", "twist without torque", 0.0)
-    phi_rel: Var = var("rad", "twist", state="prefer")
+    phi_rel: Var = var("rad", "twist", nominal=1e-4, state="prefer")
     tau: Var = var("N.m", "torque on flange b")
 
     def equations(self) -> Iterator[Equation]:
@@ -56,7 +56,7 @@ class SpringDamper(Component):
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
     d: Param = param("N.m.s/rad", "viscous damping", 0.0, min=0)
     phi_rel0: Param = param("rad", "twist without torque", 0.0)
-    phi_rel: Var = var("rad", "twist", state="prefer")
+    phi_rel: Var = var("rad", "twist", nominal=1e-4, state="prefer")
     w_rel: Var = var("rad/s", "relative angular velocity")
     tau: Var = var("N.m", "torque on flange b")
 

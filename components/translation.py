@@ -74,7 +74,7 @@ class Spring(Component):
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
     s_rel0: Param = param("m", "distance of the flanges without force", 0.0)
-    s_rel: Var = var("m", "distance of the flanges", state="prefer")
+    s_rel: Var = var("m", "distance of the flanges", nominal=1e-4, state="prefer")
     f: Var = var("N", "force transmitted")
 
     def equations(self) -> Iterator[Equation]:
@@ -110,7 +110,7 @@ class SpringDamper(Component):
     c: Param = param("N/m", "stiffness", above=0)
     d: Param = param("N.s/m", "viscous damping", 0.0, min=0)
     s_rel0: Param = param("m", "distance of the flanges without spring force", 0.0)
-    s_rel: Var = var("m", "distance of the flanges", state="prefer")
+    s_rel: Var = var("m", "distance of the flanges", nominal=1e-4, state="prefer")
     v_rel: Var = var("m/s", "relative velocity")
     f: Var = var("N", "force transmitted")
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import lstsq
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.start import modes_at, start_point
+from lumped.analysis.start import given_states, modes_at, start_point
 from lumped.errors import SolverError
 from lumped.system import Changes, System
 
@@ -24,7 +24,8 @@ def equilibrium(
     """Find states whose derivatives all vanish, nearest to the start values.
 
     Newton iteration with minimum-norm steps (Deuflhard, Newton Methods for Nonlinear Problems,
-    ch. 4), so that a free drive keeps a rotation near its start speed.
+    ch. 4). States with given start values keep them if an equilibrium allows it, so a free drive
+    turns at the speed that was given.
 
     Parameters
     ----------
@@ -44,20 +45,11 @@ def equilibrium(
     """
     begin = start_point(system, parameters, start)
     modes = modes_at(system, begin.theta, time + 1e-300)
-    x = begin.x.copy()
-    args = (begin.theta, time, modes)
-    residual = np.asarray(system.rhs(x, *args)).ravel()
-    for _ in range(100):
-        if not np.isfinite(residual).all():
-            break
-        jacobian = np.asarray(system.jacobian(x, *args)[0].full())
-        scale = np.abs(jacobian) @ (np.abs(x) + 1e-3) + 1e-9
-        if (np.abs(residual) <= tolerance * scale).all():
+    held = given_states(system, start)
+    for movable in (~held, np.ones_like(held)):
+        x, residual, found = _newton(system, begin, time, modes, movable, tolerance)
+        if found:
             return OperatingPoint(system, time, x, begin.theta, modes)
-        step = lstsq(jacobian / scale[:, None], -residual / scale, lapack_driver="gelsy")[0]
-        x, residual, moved = _line_search(system, x, step, residual, scale, args)
-        if not moved:
-            break
     worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
     name = system.state_names[worst]
     raise SolverError(
@@ -65,6 +57,36 @@ def equilibrium(
         f"{residual[worst]:.4g}. A free drive with a net torque accelerates for ever: add a load "
         "or damper, or set torques that balance."
     )
+
+
+def _newton(
+    system: System,
+    begin: OperatingPoint,
+    time: float,
+    modes: np.ndarray,
+    movable: np.ndarray,
+    tolerance: float,
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """States, derivatives there, and whether they vanish; only movable states change."""
+    x = begin.x.copy()
+    args = (begin.theta, time, modes)
+    residual = np.asarray(system.rhs(x, *args)).ravel()
+    for _ in range(100):
+        if not np.isfinite(residual).all():
+            break
+        jacobian = system.jacobian(x, *args)[0].full()
+        scale = np.abs(jacobian) @ (np.abs(x) + 1e-3) + 1e-9
+        if (np.abs(residual) <= tolerance * scale).all():
+            return x, residual, True
+        if not movable.any():
+            break
+        step = np.zeros(len(x))
+        matrix = jacobian[:, movable] / scale[:, None]
+        step[movable] = lstsq(matrix, -residual / scale, lapack_driver="gelsy")[0]
+        x, residual, moved = _line_search(system, x, step, residual, scale, args)
+        if not moved:
+            break
+    return x, residual, False
 
 
 def _line_search(

@@ -13,7 +13,7 @@ from lumped.select import RANK, select_dependent
 from lumped.system import Changes, System
 from lumped.template import CONSTANT
 
-__all__ = ["modes_at", "start_point"]
+__all__ = ["given_states", "modes_at", "start_point"]
 
 _TOLERANCE = 1e-9
 
@@ -46,6 +46,13 @@ def start_point(
     theta = system.theta(parameters)
     solver = _Start(system, theta, start or {})
     return OperatingPoint(system, 0.0, solver.solve()[system._in_use], theta, solver.modes)
+
+
+def given_states(system: System, start: Changes | None) -> np.ndarray:
+    """Which states in use have a start value that was given, not only declared."""
+    unknowns = [*system._flat.given, *(system._tree.unknown(name) for name in start or {})]
+    nodes = {system._reduced.node(u) for u in unknowns}
+    return np.array([node in nodes for node in system.states], dtype=bool)
 
 
 class _Start:

@@ -82,6 +82,22 @@ def test_a_driven_and_braked_shaft_turns_at_its_steady_speed():
     assert run["b.w"][-1] == pytest.approx(24.0, rel=1e-7)
 
 
+def test_a_free_drive_turns_at_the_speed_that_was_given():
+    model = lp.compose(
+        motor=Inertia(J=0.02, w=100.0),
+        shaft=SpringDamper(c=2e3, d=0.4),
+        gear=IdealGear(ratio=3.0),
+        load=Inertia(J=1.5),
+        connections=lambda m: lp.chain(m.motor, m.shaft, m.gear, m.load),
+    )
+    system = lp.assemble(model)
+    point = lp.equilibrium(system)
+    received = [point[n] for n in ("motor.w", "load.w", "shaft.tau")]
+    assert received == pytest.approx([100.0, 100.0 / 3, 0.0], rel=1e-12, abs=1e-9)
+    point = lp.equilibrium(system, start={"load.w": 20.0})  # both cannot stay: the nearest
+    assert point["motor.w"] == pytest.approx(3 * point["load.w"], rel=1e-12)
+
+
 class Cubic(lp.Component):
     """Hardening spring to ground: tau = c phi + k phi**3."""
 
