@@ -1,8 +1,10 @@
-"""Symbolic solution of small sparse linear systems.
+"""Symbolic solution of sparse linear systems.
 
 Markowitz elimination (Management Science 3 (1957) 255) on SX entries. Each entry carries the
 kind of its coefficient and its value at a generic point, so that a pivot is a number before it
-is a function of parameters, and that before it varies; and is never zero at that point.
+is a function of parameters, and never zero at that point. What is left couples a few unknowns by
+coefficients that vary during a run, any of which may pass zero; it is solved by orthogonal
+factorisation, which needs no pivot.
 """
 
 from __future__ import annotations
@@ -11,8 +13,14 @@ import heapq
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+
+from lumped.template import VARYING
 
 __all__ = ["Entry", "SingularBlockError", "solve"]
+
+_MOST_DENSE = 5
+"""Unknowns up to which the orthogonal factorisation is taken."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,7 @@ def solve(
         for j in row:
             holders[j].add(i)
     open_rows = set(range(n))
-    order: list[tuple[int, int]] = []
+    order: list[tuple[list[int], list[int]]] = []
     heap = [(*_cheapest(rows[i], holders), i) for i in range(n)]
     heapq.heapify(heap)
     while heap:
@@ -69,8 +77,14 @@ def solve(
         if now > (*cost, j):
             heapq.heappush(heap, (*now, i))
             continue
+        if now[0] == _VARIES:
+            rest, columns = _coupled(rows, holders, i)
+            if len(rest) == len(columns) <= _MOST_DENSE:
+                order.append((rest, columns))
+                open_rows.difference_update(rest)
+                continue
         j = now[-1]
-        order.append((i, j))
+        order.append(([i], [j]))
         open_rows.discard(i)
         for c in rows[i]:
             holders[c].discard(i)
@@ -83,13 +97,32 @@ def solve(
     return _substituted(rows, right, order)
 
 
+def _coupled(
+    rows: list[dict[int, Entry]], holders: dict[int, set[int]], start: int
+) -> tuple[list[int], list[int]]:
+    """Open rows that share columns with a row, directly or through others; and the columns."""
+    found, columns, stack = {start}, set(), [start]
+    while stack:
+        for column in rows[stack.pop()]:
+            if column not in columns:
+                columns.add(column)
+                stack.extend(holders[column] - found)
+                found |= holders[column]
+    return sorted(found), sorted(columns)
+
+
 def _substituted(
     rows: list[dict[int, Entry]],
     right: list[tuple[ca.SX, float]],
-    order: list[tuple[int, int]],
+    order: list[tuple[list[int], list[int]]],
 ) -> list[tuple[ca.SX, float]]:
     result: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(rows)
-    for i, j in reversed(order):
+    for group, columns in reversed(order):
+        if len(group) > 1:
+            for j, solved in zip(columns, _dense(rows, right, group, columns), strict=True):
+                result[j] = solved
+            continue
+        (i,), (j,) = group, columns
         total, number = right[i]
         for c, entry in rows[i].items():
             if c != j:
@@ -100,17 +133,41 @@ def _substituted(
     return result
 
 
-_NO_PIVOT = 9
+def _dense(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[ca.SX, float]],
+    group: list[int],
+    columns: list[int],
+) -> list[tuple[ca.SX, float]]:
+    """Solve a few equations together without pivots."""
+    n = len(group)
+    matrix, numbers = ca.SX.zeros(n, n), np.zeros((n, n))
+    for a, i in enumerate(group):
+        for b, j in enumerate(columns):
+            if j in rows[i]:
+                matrix[a, b], numbers[a, b] = rows[i][j].expression, rows[i][j].value
+    if np.linalg.matrix_rank(numbers) < n:
+        raise SingularBlockError(group)
+    solved = ca.solve(matrix, ca.vertcat(*(right[i][0] for i in group)))
+    values = np.linalg.solve(numbers, [right[i][1] for i in group])
+    return list(zip(ca.vertsplit(solved), values.tolist(), strict=True))
 
 
-def _cheapest(row: dict[int, Entry], holders: dict[int, set[int]]) -> tuple[int, int, float, int]:
-    """Kind, fill-in, relative size (negative) and column of the best pivot of a row."""
+_STEADY, _VARIES, _NO_PIVOT = 0, 1, 2
+
+
+def _cheapest(
+    row: dict[int, Entry], holders: dict[int, set[int]]
+) -> tuple[int, bool, int, int, float, int]:
+    """Class, smallness, kind, fill-in, relative size (negative), column of a row's best pivot."""
     largest = max((abs(e.value) for e in row.values()), default=0.0)
-    best = (_NO_PIVOT, 0, 0.0, -1)
+    best = (_NO_PIVOT, False, 0, 0, 0.0, -1)
     for j, entry in row.items():
         if abs(entry.value) > 1e-9 * largest:
             fill = (len(row) - 1) * (len(holders[j]) - 1)
-            best = min(best, (entry.kind, fill, -abs(entry.value) / largest, j))
+            size = abs(entry.value) / largest
+            steady = _VARIES if entry.kind == VARYING else _STEADY
+            best = min(best, (steady, size < 0.01, entry.kind, fill, -size, j))
     return best
 
 

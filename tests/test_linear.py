@@ -1,0 +1,60 @@
+"""The symbolic linear solver against NumPy."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from lumped.linear import Entry, SingularBlockError, solve
+from lumped.template import CONSTANT, PARAMETRIC, VARYING
+
+
+def system_of(matrix, kinds):
+    """Rows and right sides with one symbol for each entry; function of entries and right side."""
+    n = len(matrix)
+    a, b = ca.SX.sym("a", n, n), ca.SX.sym("b", n)
+    rows = [
+        {j: Entry(a[i, j], int(kinds[i, j]), matrix[i, j]) for j in range(n) if matrix[i, j]}
+        for i in range(n)
+    ]
+    right = [(b[i], 1.0 + i) for i in range(n)]
+    solution = solve(rows, right)
+    function = ca.Function("x", [a, b], [ca.vertcat(*(x for x, _ in solution))])
+    return function, np.array([value for _, value in solution])
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_random_sparse_systems_are_solved_symbolically_and_at_the_point(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 30))
+    matrix = np.where(rng.random((n, n)) < 0.15, rng.normal(size=(n, n)), 0.0)
+    matrix[np.arange(n), rng.permutation(n)] = rng.uniform(1, 2, n)
+    if np.linalg.cond(matrix) > 1e6:
+        pytest.skip("the random matrix happens to be ill-conditioned")
+    kinds = rng.choice([CONSTANT, PARAMETRIC, VARYING], (n, n))
+    function, at_point = system_of(matrix, kinds)
+    right = 1.0 + np.arange(n)
+    expected = np.linalg.solve(matrix, right)
+    received = np.asarray(function(matrix, right)).ravel()
+    error = np.abs(received - expected).max() / np.abs(expected).max()
+    print(f"n = {n}, relative error {error:.1e}")
+    assert error < 1e-9
+    assert at_point == pytest.approx(expected, rel=1e-8, abs=1e-9)
+
+
+def test_varying_coefficients_may_pass_zero_one_by_one():
+    rotation = np.array([[0.6, -0.8], [0.8, 0.6]])
+    function, _ = system_of(rotation, np.full((2, 2), VARYING))
+    for angle in np.arange(0, 2 * np.pi, np.pi / 4):
+        c, s = np.cos(angle), np.sin(angle)
+        if abs(c) < 1e-12:
+            c = 0.0
+        if abs(s) < 1e-12:
+            s = 0.0
+        received = np.asarray(function(np.array([[c, -s], [s, c]]), np.array([1.0, 2.0]))).ravel()
+        assert received == pytest.approx([c + 2 * s, -s + 2 * c], abs=1e-14)
+
+
+@pytest.mark.parametrize("kind", [CONSTANT, PARAMETRIC, VARYING])
+def test_a_singular_system_is_refused(kind):
+    with pytest.raises(SingularBlockError):
+        system_of(np.array([[1.0, 2.0], [2.0, 4.0]]), np.full((2, 2), kind))
