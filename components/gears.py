@@ -19,7 +19,7 @@ class IdealGear(Component):
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
-    ratio: Param = param("1", "gear ratio, speed of a over speed of b")
+    ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
         a, b, housing = self.flange_a, self.flange_b, self.support
@@ -31,7 +31,7 @@ class RackAndPinion(Component):
 
     flange_a = Flange()
     flange_b = LinearFlange()
-    radius: Param = param("m", "pitch radius, travel over angle")
+    radius: Param = param("m", "pitch radius, travel over angle", nonzero=True)
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
         a, b = self.flange_a, self.flange_b

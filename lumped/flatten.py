@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -86,6 +87,15 @@ class FlatModel:
     def name(self) -> str:
         """Name of the model's class."""
         return type(self.tree.model).__name__
+
+    @cached_property
+    def start_numbers(self) -> dict[int, float]:
+        """Start values at default parameters, by unknown, where they are not zero by default."""
+        values = {**self.starts, **self.given}
+        theta = self.parameters.theta
+        evaluate = ca.Function("s", [theta], [ca.vertcat(ca.SX(0, 1), *values.values())])
+        found = np.asarray(evaluate(self.parameters.defaults)).ravel()
+        return dict(zip(values, found.tolist(), strict=True))
 
     def origin(self, equation: int) -> tuple[Node, str]:
         """Component of a component equation, and the equation with full names."""

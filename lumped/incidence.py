@@ -166,17 +166,22 @@ class Incidence:
 
 
 class Point:
-    """A generic point: one value for every class at every order, defaults for parameters.
+    """A generic point near the start: a value for every class at every order.
 
     Where an expression is not finite there (a root or logarithm outside its range), another
-    point is tried.
+    point is tried. Parameters have their defaults.
     """
 
-    def __init__(self, flat: FlatModel, orders: np.ndarray) -> None:
+    def __init__(self, flat: FlatModel, aliases: Aliases, orders: np.ndarray) -> None:
         rng = np.random.default_rng(0)
         self.flat = flat
         shape = (len(orders), int(orders.max(initial=0)) + 3)
-        self.choices = [rng.uniform(low, 3 * low, shape) for low in (0.3, 0.01, 1.5)]
+        begin = np.zeros(shape)
+        for unknown, value in flat.start_numbers.items():
+            number = aliases.classes[unknown]
+            if number >= 0:
+                begin[number, aliases.shifts[unknown]] = value * aliases.signs[unknown]
+        self.choices = [begin + rng.uniform(low, 3 * low, shape) for low in (0.01, 0.3, 1e-5)]
         parameters = flat.parameters
         evaluate = ca.Function("p", [parameters.theta], [parameters.values])
         self.parameters = np.asarray(evaluate(parameters.defaults)).ravel()

@@ -54,10 +54,12 @@ class Param(Quantity, Expr):
         max: float | None,
         above: float | None,
         below: float | None,
+        nonzero: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
         self.min, self.max, self.above, self.below = min, max, above, below
+        self.nonzero = nonzero
 
     @overload
     def __get__(self, obj: None, owner: type) -> Self: ...
@@ -70,6 +72,8 @@ class Param(Quantity, Expr):
         """Why `value` is out of range, or None if it is not."""
         if value != value or value in (float("inf"), float("-inf")):
             return "must be a finite number"
+        if self.nonzero and value == 0:
+            return "must not be zero"
         if self.min is not None and value < self.min:
             return f"must be at least {self.min:g}"
         if self.above is not None and value <= self.above:
@@ -146,6 +150,7 @@ def param(
     max: float | None = None,
     above: float | None = None,
     below: float | None = None,
+    nonzero: bool = False,
 ) -> Param:
     """Declare a parameter.
 
@@ -159,8 +164,10 @@ def param(
         Range with its ends.
     above, below : float, optional
         Range without its ends.
+    nonzero : bool
+        Refuse zero.
     """
-    return Param(unit, text, default, min=min, max=max, above=above, below=below)
+    return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
 
 
 def var(

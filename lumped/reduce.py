@@ -155,7 +155,7 @@ def _dependent(
 ) -> tuple[list[int], list[int]]:
     if not times.any():
         return [], []
-    point = Point(incidence.flat, highest)
+    point = Point(incidence.flat, incidence.aliases, highest)
     constraints = [
         incidence.entries(np.full(incidence.count, order), point, times > order)
         for order in range(int(times.max()))

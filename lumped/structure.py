@@ -7,18 +7,24 @@ unmatched ones reach, the over-determined part of Dulmage and Mendelsohn.
 
 from __future__ import annotations
 
-import itertools
-
+import casadi as ca
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
+from scipy.sparse.csgraph import (
+    breadth_first_order,
+    connected_components,
+    maximum_bipartite_matching,
+)
 
+from lumped.diagnosis import class_names, equation_text, listed, locked, meets_itself, misfit
 from lumped.errors import SingularModelError
 from lumped.incidence import Entries, Incidence
+from lumped.template import PARAMETRIC
 
-__all__ = ["check_matching", "differentiate"]
+__all__ = ["check_matching", "class_names", "differentiate", "equation_text"]
 
 _MOST_ROUNDS = 12
+_MOST_FAULTS = 6
 
 
 def _graph(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> csr_array:
@@ -31,11 +37,17 @@ def _match(graph: csr_array) -> np.ndarray:
     return found
 
 
+def _inverse(match: np.ndarray, count: int) -> np.ndarray:
+    """Row matched to each column, -1 for none."""
+    rows = np.full(count, -1)
+    rows[match[match >= 0]] = np.flatnonzero(match >= 0)
+    return rows
+
+
 def _reached(graph: csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Rows that alternating paths from the rows `starts` reach, themselves included."""
     n, m = graph.shape
-    row_of = np.full(m, -1)
-    row_of[match[match >= 0]] = np.flatnonzero(match >= 0)
+    row_of = _inverse(match, m)
     pairs = graph.tocoo()
     to = row_of[pairs.col]
     known = to >= 0
@@ -66,6 +78,11 @@ def differentiate(
         Differentiations of each equation.
     highest : ndarray of int, shape (classes,)
         Order of the highest derivative of each class.
+
+    Raises
+    ------
+    SingularModelError
+        If there is no end to it, or constraints form a rigid loop.
     """
     count = incidence.count
     times = np.zeros(count, dtype=int)
@@ -77,11 +94,12 @@ def differentiate(
         match = _match(graph)
         unmatched = np.flatnonzero(match < 0)
         if not len(unmatched):
+            _check_loops(incidence, entries, times, highest)
             return times, highest
         times[_reached(graph, match, unmatched)] += 1
     raise SingularModelError(
         f"{incidence.flat.name}: some equations must be differentiated more than "
-        f"{_MOST_ROUNDS} times:\n" + _listed(incidence, unmatched)
+        f"{_MOST_ROUNDS} times:\n" + listed(incidence, unmatched)
     )
 
 
@@ -96,132 +114,54 @@ def check_matching(incidence: Incidence, entries: Entries) -> None:
     count, classes = incidence.count, incidence.aliases.count
     graph = _graph(entries.rows, entries.classes, (count, classes))
     match = _match(graph)
-    if count == classes and (match >= 0).all():
+    owner = _inverse(match, classes)
+    unmatched, free = np.flatnonzero(match < 0), np.flatnonzero(owner < 0)
+    if not len(unmatched) and not len(free):
         return
-    unmatched = np.flatnonzero(match < 0)
-    free = np.setdiff1d(np.arange(classes), match[match >= 0])
-    text = [
-        f"{incidence.flat.name} has {count} equations for {classes} unknowns left after "
-        "joining what is equal, and they do not fit."
-    ]
-    if len(unmatched):
-        text += _over(incidence, graph, match, unmatched)
-    if len(free):
-        text += _under(incidence, graph, match, free)
-    text.append(_hint(incidence, unmatched))
-    raise SingularModelError("\n".join(line for line in text if line))
+    over = [_reached(graph, match, np.array([r])) for r in unmatched[:_MOST_FAULTS]]
+    turned = graph.T.tocsr()
+    under = [_reached(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
+    raise SingularModelError(misfit(incidence, match, over, under, len(free)))
 
 
-def _over(
-    incidence: Incidence, graph: csr_array, match: np.ndarray, unmatched: np.ndarray
-) -> list[str]:
-    lines = []
-    empty = [r for r in unmatched if graph.indptr[r] == graph.indptr[r + 1]]
-    for row in empty[:3]:
-        lines.append("Too many equations; these say the same thing or contradict each other:")
-        lines += [f"  {line}" for line in _circle(incidence, int(row))]
-    others = np.setdiff1d(unmatched, empty)
-    if len(others):
-        reached = _reached(graph, match, others)
-        lines.append("Too many equations for the unknowns in them:")
-        lines.append(_listed(incidence, reached))
-    return lines
+def _check_loops(
+    incidence: Incidence, entries: Entries, times: np.ndarray, highest: np.ndarray
+) -> None:
+    """Refuse constraints that form a rigid loop.
 
-
-def _under(
-    incidence: Incidence, graph: csr_array, match: np.ndarray, free: np.ndarray
-) -> list[str]:
-    names = [", ".join(class_names(incidence, int(c), 3)) for c in free[:6]]
-    more = f" and {len(free) - 6} more" if len(free) > 6 else ""
-    return [f"Nothing determines: {'; '.join(names)}{more}."]
-
-
-def _hint(incidence: Incidence, unmatched: np.ndarray) -> str:
-    flat, aliases = incidence.flat, incidence.aliases
-    touched = {u for r in unmatched for u in _raw_unknowns(incidence, *incidence.origin(int(r)))}
-    motions = {int(aliases.classes[u]) for u in touched} - {-1}
-    meeting = [
-        where
-        for a, b, where in flat.joints.equal
-        if flat.tree.quantity(a).kind == "potential" and int(aliases.classes[a]) in motions
-    ]
-    meeting += [where for a, _, where in flat.joints.equal if a in touched]
-    if meeting:
-        return (
-            f"Likely two supports or prescribed motions meet at {meeting[0]} without an elastic "
-            "part between them. Remove one, or put a spring between them."
-        )
-    return (
-        "Look for a part that is missing, connected twice, or driven by two sources; "
-        "each unknown needs exactly one equation."
+    Constraints that are coupled, as many as the quantities in them, and that nothing prescribed
+    enters, leave these quantities at zero for ever, or are redundant.
+    """
+    held = times[entries.rows] > 0
+    if not held.any():
+        return
+    rows, row = np.unique(entries.rows[held], return_inverse=True)
+    orders = int(entries.orders.max()) + 1
+    nodes, node = np.unique(
+        entries.classes[held] * orders + entries.orders[held], return_inverse=True
     )
+    graph = _graph(row, node, (len(rows), len(nodes)))
+    owner = _inverse(_match(graph), len(nodes))
+    moving = _reached(graph.T.tocsr(), owner, np.flatnonzero(owner < 0))
+    fixed = np.setdiff1d(np.arange(len(nodes)), moving)
+    square, rows, nodes = graph[owner[fixed]][:, fixed], rows[owner[fixed]], nodes[fixed]
+    prescribed = np.flatnonzero(~_homogeneous(incidence)[rows])
+    guided = _reached(square.T.tocsr(), np.arange(len(rows)), prescribed)
+    label = connected_components(square, connection="strong")[1]
+    for loop in np.unique(np.delete(label, guided)):
+        found = rows[label == loop]
+        if len(found) > 1 or meets_itself(incidence, int(found[0])):
+            inside = [divmod(int(n), orders) for n in nodes[label == loop]]
+            raise SingularModelError(locked(incidence, found, inside, highest))
 
 
-def _circle(incidence: Incidence, row: int) -> list[str]:
-    """The used-up equations that together say the same as a redundant one."""
-    import networkx as nx
-
-    aliases = incidence.aliases
-    kind, number = incidence.origin(row)
-    graph = nx.Graph()
-    for i, (_, _, unknowns) in enumerate(aliases.used):
-        members = unknowns if len(unknowns) > 1 else [*unknowns, -1]
-        for a, b in itertools.pairwise(members):
-            graph.add_edge(a, b, used=i)
-    raw = _raw_unknowns(incidence, kind, number)
-    targets = raw if len(raw) > 1 else [*raw, -1]
-    lines = [equation_text(incidence, kind, number)]
-    for a, b in itertools.pairwise(targets):
-        if a in graph and b in graph and nx.has_path(graph, a, b):
-            path = nx.shortest_path(graph, a, b)
-            for u, v in itertools.pairwise(path):
-                kind_used, number_used, _ = aliases.used[graph.edges[u, v]["used"]]
-                line = equation_text(incidence, kind_used, number_used)
-                if line not in lines:
-                    lines.append(line)
-    return lines
-
-
-def _raw_unknowns(incidence: Incidence, kind: str, number: int) -> list[int]:
-    flat = incidence.flat
-    if kind == "sum":
-        return [int(u) for u in flat.joints.sums[number][0]]
-    for group in flat.groups:
-        n = len(group.template.equations)
-        offset = number - group.first_equation
-        if 0 <= offset < n * len(group.nodes):
-            instance, e = divmod(offset, n)
-            locals_ = np.unique(group.template.residual(e).locals)
-            return [int(u) for u in group.unknowns[instance, locals_]]
-    raise IndexError(number)
-
-
-def equation_text(incidence: Incidence, kind: str, number: int) -> str:
-    """An equation as the user wrote it, and where."""
-    joints = incidence.flat.joints
-    if kind == "equation":
-        node, text = incidence.flat.origin(number)
-        return f"{text:<40} in {node.label}"
-    if kind == "sum":
-        flows, _, where = joints.sums[number]
-        name = incidence.flat.tree.quantity(int(flows[0])).text
-        return f"sum of '{name}' is zero".ljust(40) + f" at {where}"
-    if kind == "equal":
-        a, b, where = joints.equal[number]
-        tree = incidence.flat.tree
-        return f"{tree.unknown_name(a)} = {tree.unknown_name(b)}".ljust(40) + f" at {where}"
-    return f"{joints.grounded[number][1]} is left open and grounded"
-
-
-def _listed(incidence: Incidence, rows: np.ndarray, most: int = 10) -> str:
-    lines = [f"  {equation_text(incidence, *incidence.origin(int(r)))}" for r in rows[:most]]
-    if len(rows) > most:
-        lines.append(f"  ... and {len(rows) - most} more")
-    return "\n".join(lines)
-
-
-def class_names(incidence: Incidence, number: int, most: int) -> list[str]:
-    """Names of the unknowns in a class."""
-    members = np.flatnonzero(incidence.aliases.classes == number)
-    names = [incidence.flat.tree.unknown_name(int(u)) for u in members[:most]]
-    return [*names, "..."] if len(members) > most else names
+def _homogeneous(incidence: Incidence) -> np.ndarray:
+    """Which equations are sums of constant factors times unknowns, and nothing else."""
+    result = np.ones(incidence.count, dtype=bool)
+    for group, e, instances, first in incidence.blocks:
+        residual = group.template.residual(e)
+        zeros = ca.SX.zeros(len(residual.locals))
+        rest = ca.substitute(residual.expression, residual.symbols, zeros)
+        plain = (residual.kinds <= PARAMETRIC).all() and ca.simplify(rest).is_zero()
+        result[first : first + len(instances)] = plain
+    return result

@@ -49,11 +49,15 @@ class Values:
         self.time = ca.SX.sym("t")
         self.modes = ca.SX.sym("m", self.flat.mode_count)
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
-        rng = np.random.default_rng(1)
+        self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
         if reduced.states:
             self._sx[reduced.states] = self.states
-            self._number[reduced.states] = rng.uniform(0.3, 0.9, len(reduced.states))
+            self._number[reduced.states] = self._rng.uniform(0.01, 0.03, len(reduced.states))
+            for unknown, value in self.flat.start_numbers.items():
+                node = reduced.node(unknown)
+                if node is not None and reduced.block_of[node] < 0:
+                    self._number[node] += value * reduced.aliases.signs[unknown]
         parameters = self.flat.parameters
         evaluate = ca.Function("p", [parameters.theta], [parameters.values])
         self._parameters = np.asarray(evaluate(parameters.defaults)).ravel()
@@ -178,7 +182,11 @@ class Values:
         if negative:
             column[negative] = -column[negative]
         self._sx[targets.tolist()] = column
-        self._number[targets] = np.asarray(number).ravel() * signs
+        self._number[targets] = self._finite(np.asarray(number).ravel() * signs)
+
+    def _finite(self, numbers: np.ndarray) -> np.ndarray:
+        """The numbers, with any generic value where one is not finite."""
+        return np.where(np.isfinite(numbers), numbers, self._rng.uniform(0.3, 0.9, numbers.shape))
 
     def _sums(self, members: list[tuple[int, int, int]]) -> None:
         by_size: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = defaultdict(list)
@@ -214,7 +222,7 @@ class Values:
             lost = [equations[i][0] for i in error.args[0]]
             raise self._singular(lost, nodes) from None
         self._sx[nodes] = ca.vertcat(*(expression for expression, _ in result))
-        self._number[nodes] = [number for _, number in result]
+        self._number[nodes] = self._finite(np.array([number for _, number in result]))
 
     def _equation(
         self, row: int, order: int, index: dict[int, int], incidence: Incidence
@@ -246,7 +254,7 @@ class Values:
         held[0, inside] = first[-1]
         symbols, numbers = self._arguments(seen, held)
         partials = seen.residual.coefficients(*symbols)
-        partial_numbers = np.asarray(seen.residual.coefficients(*numbers)).ravel()
+        partial_numbers = self._finite(np.asarray(seen.residual.coefficients(*numbers)).ravel())
         for i in inside:
             sign = float(seen.signs[0, i])
             entry = Entry(

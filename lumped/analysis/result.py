@@ -45,6 +45,8 @@ class Statistics:
         Accepted and rejected steps, evaluations of the right-hand side, restarts + 1.
     seconds : float
         Wall time of the stepping.
+    small : tuple of str
+        States that moved, but stayed so small that the absolute tolerance governs them.
     """
 
     method: str
@@ -53,6 +55,7 @@ class Statistics:
     evaluations: int
     segments: int
     seconds: float
+    small: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,4 +170,9 @@ class Trajectory:
             y = self[name]
             unit = self.system.quantity(name).unit
             rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+        if self.statistics.small:
+            head += (
+                f"\nsmall, so that the absolute tolerance governs their accuracy: "
+                f"{', '.join(self.statistics.small)}"
+            )
         return head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)

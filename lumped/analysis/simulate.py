@@ -52,7 +52,9 @@ def simulate(
     rtol : float
         Relative tolerance.
     atol : float, optional
-        Absolute tolerance, relative to the nominal value of each state; default ``rtol / 1000``.
+        Absolute tolerance, relative to the nominal value of each state; default is
+        ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
+        ``atol / rtol`` throughout; `Trajectory` names such states when printed.
     method : {"auto", "explicit", "implicit"}
         DOP853, Rodas5P, or the first until the problem turns out stiff and then the second.
     max_steps : int
@@ -126,7 +128,8 @@ class _Run:
         self.system, self.point, self.until, self.times = system, point, until, times
         self.both_sides, self.rtol = both_sides, rtol
         nominal = [_nominal(system, name) for name in system.state_names]
-        self.atol = (rtol * 1e-3 if atol is None else atol) * np.array(nominal)
+        # not below the rounding of what a state is integrated from
+        self.atol = (max(rtol * 1e-3, 1e-12) if atol is None else atol) * np.array(nominal)
         self.auto = method == "auto"
         self.method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods = [self.method]
@@ -162,7 +165,7 @@ class _Run:
     def _skip_outputs(self, t: float) -> None:
         """Leave out grid points that coincide with the edge of a segment."""
         if self.times is not None:
-            close = np.searchsorted(self.times, t + 1e-12 * max(1.0, t), "right")
+            close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
             self.next_output = max(self.next_output, int(close))
 
     def _record(self, t: np.ndarray, x: np.ndarray) -> None:
@@ -188,8 +191,17 @@ class _Run:
                 self.evaluations,
                 len(self.modes),
                 self.seconds,
+                self._small(),
             ),
         )
+
+    def _small(self) -> tuple[str, ...]:
+        """States that moved but stayed below ``atol / rtol``."""
+        largest = np.max([np.abs(x).max(axis=0) for x in self.x if len(x)], axis=0, initial=0.0)
+        # a millionth of that is rounding of something that stands still
+        small = (largest * self.rtol < self.atol) & (largest * self.rtol > 1e-6 * self.atol)
+        names = self.system.state_names
+        return tuple(name for name, s in zip(names, np.atleast_1d(small), strict=False) if s)
 
     def _instants(self) -> list[float]:
         function, directions = self.system._thresholds
@@ -199,15 +211,15 @@ class _Run:
         inside = (found > 0) & (found <= self.until)
         edges: list[float] = []
         for t in np.unique(found[inside]).tolist():
-            if not edges or t - edges[-1] > 1e-12 * max(1.0, t):
-                edges.append(self.until if self.until - t <= 1e-12 * max(1.0, t) else t)
+            if not edges or t - edges[-1] > 1e-13 * self.until:
+                edges.append(self.until if self.until - t <= 1e-13 * self.until else t)
         for t in edges:
             names = []
             for group in self.system._flat.groups:
                 n = len(group.template.modes)
                 for i, name in enumerate(group.names):
                     place = group.first_mode + i * n
-                    if (abs(found[place : place + n] - t) <= 1e-12 * max(1.0, t)).any():
+                    if (abs(found[place : place + n] - t) <= 1e-13 * self.until).any():
                         names.append(name)
             self.events.append(Event(t, ", ".join(names)))
         return edges
@@ -225,7 +237,14 @@ class _Run:
         while head[0] < end:
             stepper = _stepper(system, self.method, self.times is not None)
             started = clock.perf_counter()
-            found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
+            try:
+                found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
+            except RuntimeError:
+                raise SolverError(
+                    f"{system.name}: the linear equations of a step cannot be solved near "
+                    f"t = {head[0]:.9g} s. Use method='explicit', or check the parameters.",
+                    self.trajectory(),
+                ) from None
             self.seconds += clock.perf_counter() - started
             head, new_x, new_f = (np.asarray(found[i]).ravel() for i in range(3))
             self._collect(stepper, x, np.asarray(found[3]), np.asarray(found[4]).T, found[5])
@@ -341,7 +360,8 @@ class _Run:
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _nominal(system: System, name: str) -> float:

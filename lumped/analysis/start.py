@@ -124,9 +124,11 @@ class _Start:
             value, jacobian = function(self.x, self.theta, 0.0, self.modes)
             miss = np.asarray(value).ravel() - wanted
             matrix = csc_array(jacobian.sparse())
-            if iteration == 0:
-                columns, rows = self._free_columns(matrix, fixed)
             bad = ~(np.abs(miss) <= _TOLERANCE * scale)
+            if iteration == 0 and self._leave_stationary(matrix, np.flatnonzero(bad), fixed):
+                continue
+            if not columns:
+                columns, rows = self._free_columns(matrix, fixed)
             if not bad[rows].any():
                 break
             if not np.isfinite(miss).all():
@@ -134,7 +136,21 @@ class _Start:
             square = csc_array(matrix[rows][:, columns])
             self.x[columns] -= np.atleast_1d(spsolve(square, miss[rows]))
         if bad.any():
-            self._refuse(targets, matrix, bad, fixed)
+            self._refuse(targets, matrix, bad, rows, fixed)
+
+    def _leave_stationary(
+        self, matrix: csc_array, missed: np.ndarray, fixed: dict[int, int]
+    ) -> bool:
+        """Move free states off a point where a target does not react to them (a dead centre)."""
+        entries = matrix.tocoo()
+        free = ~np.isin(entries.col, list(fixed))
+        moved = False
+        for row in missed:
+            own = free & (entries.row == row)
+            if own.any() and not entries.data[own].any():
+                self.x[entries.col[own]] += 0.1
+                moved = True
+        return moved
 
     def _free_columns(
         self, matrix: csc_array, fixed: dict[int, int]
@@ -163,10 +179,16 @@ class _Start:
         targets: dict[int, tuple[int, float]],
         matrix: csc_array,
         bad: np.ndarray,
+        searched: np.ndarray,
         fixed: dict[int, int],
     ) -> None:
         row = int(np.flatnonzero(bad)[0])
         unknown = list(targets.values())[row][0]
+        if row in searched:
+            raise StartError(
+                f"No start state was found near the defaults with {self._text(unknown)}. Give "
+                "start values of the angles or positions near the ones that are meant."
+            )
         touching = matrix[[row]].tocoo()
         involved = [fixed[j] for j in touching.col.tolist() if j in fixed]
         involved += [u for u, _ in targets.values() if u != unknown]

@@ -151,7 +151,8 @@ class _Frame:
         dense: ca.MX,
     ) -> ca.Function:
         """Accept or reject the step and choose the next."""
-        accept = error <= 1
+        finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
+        accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
         growth = ca.fmin(ca.fmax(growth, 0.2), ca.if_else(self.head[2], 1.0, 8.0))
         growth = ca.if_else(accept, growth, ca.fmin(growth, 0.9))
@@ -304,7 +305,7 @@ def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
     jacobian, drift = system.jacobian(s.x, s.p, s.t, s.m)
-    matrix = ca.MX.eye(s.n) / (s.h * _GAMMA) - jacobian
+    matrix = ca.MX.eye(s.n) - s.h * _GAMMA * jacobian
     increments: list[ca.MX] = []
     new = s.x
     for i in range(8):
@@ -317,7 +318,7 @@ def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
             rate = rate + s.h * _D[i] * drift
         if i:
             rate = rate + _combined(increments, np.array(_C[i])) / s.h
-        increments.append(ca.solve(matrix, rate, "qr"))
+        increments.append(ca.solve(matrix, s.h * _GAMMA * rate, "qr"))
     new = new + increments[-1]
     f_new = s.rate(new, s.t + s.h)
     error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)

@@ -5,6 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import SolverError
 from lumped.ops import sin, table, where
 
 
@@ -196,6 +197,24 @@ def test_parameters_of_one_run_do_not_change_the_next(driven_mass):
     changed = lp.simulate(system, until=1.0, parameters={"body.J": 6.0}, grid=1)["body.w"][-1]
     plain = lp.simulate(system, until=1.0, grid=1)["body.w"][-1]
     assert [changed, plain] == pytest.approx([0.5, 1.5], rel=1e-12)
+
+
+@pytest.mark.parametrize("grid", [500, None])
+def test_a_run_into_infinity_keeps_only_finite_numbers(driven_mass, grid):
+    system = lp.assemble(driven_mass.with_({"drive.tau": lp.ops.exp(lp.time)}))
+    with pytest.raises(SolverError) as caught:
+        lp.simulate(system, until=800.0, grid=grid)
+    partial = caught.value.partial
+    assert np.isfinite(partial.x).all()
+    assert partial.t[-1] > 600
+
+
+def test_states_that_the_absolute_tolerance_governs_are_named(driven_mass):
+    model = driven_mass.with_({"drive.tau": 1e-7 * sin(10 * lp.time)})
+    run = lp.simulate(lp.assemble(model), until=1.0)
+    assert run.statistics.small == ("body.w",)
+    assert "body.w" in repr(run).splitlines()[1]
+    assert lp.simulate(lp.assemble(driven_mass), until=1.0).statistics.small == ()
 
 
 def test_statistics_count_what_was_done(two_mass):

@@ -1,0 +1,331 @@
+"""Texts that say what is wrong with a singular model: which equations, which parts, what to do."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lumped.incidence import Incidence, Point
+
+__all__ = ["class_names", "equation_text", "listed", "locked", "meets_itself", "misfit"]
+
+Origin = tuple[str, int]
+"""Kind and number of an equation, as in `Aliases.used`."""
+
+
+def equation_text(incidence: Incidence, kind: str, number: int) -> str:
+    """An equation as the user wrote it, and where."""
+    joints = incidence.flat.joints
+    if kind == "equation":
+        node, text = incidence.flat.origin(number)
+        return f"{text:<40} in {node.label}"
+    if kind == "sum":
+        flows, _, where = joints.sums[number]
+        name = incidence.flat.tree.quantity(int(flows[0])).text
+        return f"sum of '{name}' is zero".ljust(40) + f" at {where}"
+    if kind == "equal":
+        a, b, where = joints.equal[number]
+        tree = incidence.flat.tree
+        return f"{tree.unknown_name(a)} = {tree.unknown_name(b)}".ljust(40) + f" at {where}"
+    return f"{joints.grounded[number][1]} is left open and grounded"
+
+
+def class_names(incidence: Incidence, number: int, most: int) -> list[str]:
+    """Names of the unknowns in a class."""
+    members = np.flatnonzero(incidence.aliases.classes == number)
+    names = [incidence.flat.tree.unknown_name(int(u)) for u in members[:most]]
+    return [*names, "..."] if len(members) > most else names
+
+
+def listed(incidence: Incidence, rows: Iterable[int], most: int = 10) -> str:
+    """Lines with the equations of some rows."""
+    return _lines(incidence, [incidence.origin(int(r)) for r in rows], most)
+
+
+def _lines(incidence: Incidence, origins: list[Origin], most: int = 10) -> str:
+    lines = [f"  {equation_text(incidence, *origin)}" for origin in origins[:most]]
+    if len(origins) > most:
+        lines.append(f"  ... and {len(origins) - most} more")
+    return "\n".join(lines)
+
+
+def _some(names: Iterable[str], most: int = 6) -> str:
+    found = list(dict.fromkeys(names))
+    more = f" and {len(found) - most} more" if len(found) > most else ""
+    return ", ".join(found[:most]) + more
+
+
+# -- equations and unknowns that do not fit ------------------------------------------------------
+
+
+@dataclass
+class _Fault:
+    """Equations of which there are too many for their unknowns.
+
+    Attributes
+    ----------
+    origins : list of (str, int)
+        The equations.
+    unknowns : set of int
+        The unknowns that they determine too often.
+    repeated : bool
+        They only repeat each other: what is left of one of them says ``0 = 0``, or a number.
+    """
+
+    incidence: Incidence
+    origins: list[Origin]
+    unknowns: set[int]
+    repeated: bool
+
+    @property
+    def what(self) -> str:
+        if not self.repeated:
+            return "Too many equations for the unknowns in them:"
+        if not self.unknowns:
+            return "Too many equations; in this one no unknown is left:"
+        return "Too many equations; these say the same thing or contradict each other:"
+
+    @cached_property
+    def kinds(self) -> set[str]:
+        """Kinds of the unknowns."""
+        tree = self.incidence.flat.tree
+        return {tree.quantity(u).kind for u in self.unknowns}
+
+    @property
+    def parts(self) -> str:
+        """Paths of the parts that have the unknowns."""
+        tree = self.incidence.flat.tree
+        return _some(
+            tree.node_of_unknown(u).path or tree.nodes[0].label for u in sorted(self.unknowns)
+        )
+
+    @property
+    def places(self) -> list[str]:
+        """First connection of each motion that is determined too often."""
+        incidence = self.incidence
+        found: dict[int, str] = {}
+        for a, _, where in incidence.flat.joints.equal:
+            if a in self.unknowns and incidence.flat.tree.quantity(a).kind == "potential":
+                found.setdefault(int(incidence.aliases.classes[a]), where)
+        return list(found.values())
+
+    @property
+    def missing(self) -> str:
+        """Kind of the unknowns that lack an equation in return."""
+        return "flow" if "potential" in self.kinds else "potential"
+
+    def hint(self) -> str:
+        """What the user probably did, and what to do."""
+        owners = {
+            self.incidence.flat.origin(number)[0].label if kind == "equation" else ""
+            for kind, number in self.origins
+        }
+        if not self.unknowns:
+            return (
+                "Both sides cancel, or hold only numbers and parameters. Write an equation that "
+                "determines something."
+            )
+        if len(owners) == 1 and "" not in owners:
+            return (
+                f"The equations of {owners.pop()} say one thing twice and leave another open, "
+                "though their count is right. Correct them."
+            )
+        if "potential" in self.kinds:
+            if self.repeated and not any(kind == "ground" for kind, _ in self.origins):
+                return (
+                    f"Likely a closed rigid loop runs through {self.parts}, and nothing tells how "
+                    "its branches share the load. Remove one of them, or make it elastic."
+                )
+            count = "two" if len(self.places) < 2 else "too many"
+            where = " and ".join(self.places[:3]) or self.parts
+            return (
+                f"Likely {count} supports or prescribed motions meet at {where} without an "
+                "elastic part between them. Remove one, or put a spring between them."
+            )
+        if "flow" in self.kinds:
+            return (
+                "Likely an inertia, a support or (electric) a ground is missing: nothing holds "
+                f"{self.parts}. Connect one of these parts to one."
+            )
+        return (
+            f"Likely {self.parts} only repeat each other's signals. Give one of them a value of "
+            "its own."
+        )
+
+
+def misfit(
+    incidence: Incidence,
+    match: np.ndarray,
+    over: list[np.ndarray],
+    under: list[np.ndarray],
+    lacking: int,
+) -> str:
+    """What is wrong with equations that cannot be matched to the unknowns.
+
+    Parameters
+    ----------
+    incidence : Incidence
+        The equations.
+    match : ndarray of int, shape (rows,)
+        Class matched to each equation, -1 for none.
+    over : list of ndarray of int
+        For each unmatched equation, it and those that compete with it for unknowns.
+    under : list of ndarray of int
+        For each undetermined class, it and those that could be left open instead.
+    lacking : int
+        Number of undetermined classes.
+    """
+    faults = list(_faults(incidence, match, over))
+    text = [
+        f"{incidence.flat.name} has {incidence.count} equations for {incidence.aliases.count} "
+        "unknowns left after joining what is equal, and they do not fit."
+    ]
+    for fault in faults:
+        text += [fault.what, _lines(incidence, fault.origins)]
+    open_ = [", ".join(class_names(incidence, c, 3)) for c in _open(incidence, faults, under)]
+    if open_:
+        more = f" and {lacking - len(open_)} more" if lacking > len(open_) else ""
+        text.append(f"Nothing determines: {'; '.join(open_)}{more}.")
+    text += dict.fromkeys(fault.hint() for fault in faults)
+    return "\n".join(text)
+
+
+def _faults(incidence: Incidence, match: np.ndarray, over: list[np.ndarray]) -> Iterator[_Fault]:
+    shared: list[set[int]] = []
+    for rows in over:
+        if len(rows) == 1 and match[rows[0]] < 0:
+            origins, unknowns = _circle(incidence, int(rows[0]))
+            yield _Fault(incidence, origins, unknowns, repeated=True)
+            continue
+        others = [s for s in shared if s.isdisjoint(rows.tolist())]
+        joined = set(rows.tolist()).union(*(s for s in shared if s not in others))
+        shared = [*others, joined]
+    for members in shared:
+        ordered = sorted(members)
+        determined = np.isin(incidence.aliases.classes, match[ordered][match[ordered] >= 0])
+        origins = [incidence.origin(r) for r in ordered]
+        yield _Fault(incidence, origins, set(np.flatnonzero(determined).tolist()), repeated=False)
+
+
+def _open(incidence: Incidence, faults: list[_Fault], under: list[np.ndarray]) -> list[int]:
+    """Of each set of classes that could be left open, the one that tells most."""
+    tree, classes = incidence.flat.tree, incidence.aliases.classes
+    wanted = {fault.missing for fault in faults}
+    guilty = {id(tree.node_of_unknown(u)) for fault in faults for u in fault.unknowns}
+    chosen: list[int] = []
+    for choice in under:
+        best, number = (False, False, -1), int(choice[0])
+        for u in np.flatnonzero(np.isin(classes, np.setdiff1d(choice, chosen))).tolist():
+            fits = tree.quantity(u).kind in wanted
+            score = (fits, fits and id(tree.node_of_unknown(u)) in guilty, u)
+            if score > best:
+                best, number = score, int(classes[u])
+        chosen.append(number)
+    return chosen
+
+
+def _circle(incidence: Incidence, row: int) -> tuple[list[Origin], set[int]]:
+    """A redundant equation with the used-up ones that together say the same; their unknowns."""
+    import networkx as nx
+
+    used = incidence.aliases.used
+    graph = nx.Graph()
+    for i, (_, _, unknowns) in enumerate(used):
+        members = unknowns if len(unknowns) > 1 else [*unknowns, -1]
+        for a, b in itertools.pairwise(members):
+            graph.add_edge(a, b, used=i)
+    raw = _raw_unknowns(incidence, row)
+    origins, found = [incidence.origin(row)], set(raw)
+    for a, b in itertools.pairwise(raw if len(raw) > 1 else [*raw, -1]):
+        if a in graph and b in graph and nx.has_path(graph, a, b):
+            path = nx.shortest_path(graph, a, b)
+            found.update(path)
+            for u, v in itertools.pairwise(path):
+                kind, number, _ = used[graph.edges[u, v]["used"]]
+                if (kind, number) not in origins:
+                    origins.append((kind, number))
+    return origins, found - {-1}
+
+
+def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
+    """Unknowns of an equation before anything was joined."""
+    kind, number = incidence.origin(row)
+    flat = incidence.flat
+    if kind == "sum":
+        return [int(u) for u in flat.joints.sums[number][0]]
+    for group in flat.groups:
+        n = len(group.template.equations)
+        offset = number - group.first_equation
+        if 0 <= offset < n * len(group.nodes):
+            instance, e = divmod(offset, n)
+            locals_ = np.unique(group.template.residual(e).locals)
+            return [int(u) for u in group.unknowns[instance, locals_]]
+    raise IndexError(number)
+
+
+# -- rigid loops ---------------------------------------------------------------------------------
+
+
+def meets_itself(incidence: Incidence, row: int) -> bool:
+    """Whether an equation relates quantities that are equal anyway."""
+    return int((incidence.aliases.classes[_raw_unknowns(incidence, row)] >= 0).sum()) > 1
+
+
+def locked(
+    incidence: Incidence, rows: np.ndarray, nodes: list[tuple[int, int]], highest: np.ndarray
+) -> str:
+    """What is wrong with constraints that leave their quantities no motion.
+
+    Parameters
+    ----------
+    incidence : Incidence
+        The equations.
+    rows : ndarray of int, shape (n,)
+        The constraints.
+    nodes : list of (int, int)
+        Class and order of derivative of the n quantities in them.
+    highest : ndarray of int, shape (classes,)
+        Order of the highest derivative of each class.
+    """
+    flat = incidence.flat
+    picked = np.zeros(incidence.count, dtype=bool)
+    picked[rows] = True
+    entries = incidence.entries(
+        np.zeros(incidence.count, dtype=int), Point(flat, incidence.aliases, highest), picked
+    )
+    matrix = np.zeros((len(rows), len(nodes)))
+    for row, *node, value in zip(
+        entries.rows, entries.classes, entries.orders, entries.values, strict=True
+    ):
+        if (node[0], node[1]) in nodes:
+            matrix[np.searchsorted(rows, row), nodes.index((node[0], node[1]))] = value
+    names = _some(_node_name(incidence, number, order) for number, order in nodes)
+    if np.linalg.matrix_rank(matrix) == len(rows):
+        what = f"these constraints lock the drive: {names} can only stand still"
+        why = (
+            "Likely a closed loop of rigid gears or linkages has ratios that do not fit each "
+            "other. Correct the ratios, remove one member of the loop, or make it elastic."
+        )
+    else:
+        what = f"these constraints are redundant: they fix the motion of {names} twice"
+        why = (
+            "Likely a closed loop of rigid gears or linkages, and nothing tells how its branches "
+            "share the load. Remove one member of the loop, or make it elastic."
+        )
+    return f"{flat.name}: {what}:\n{listed(incidence, rows)}\n{why}"
+
+
+def _node_name(incidence: Incidence, number: int, order: int) -> str:
+    """Name of a class at an order of derivative: a variable before a port quantity."""
+    aliases, tree = incidence.aliases, incidence.flat.tree
+    members = np.flatnonzero((aliases.classes == number) & (aliases.shifts <= order))
+    best = max(
+        members.tolist(),
+        key=lambda u: (aliases.shifts[u], tree.quantity(u).kind == "variable", -u),
+    )
+    rest = order - int(aliases.shifts[best])
+    return "der(" * rest + tree.unknown_name(best) + ")" * rest

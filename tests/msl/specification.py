@@ -1,0 +1,282 @@
+"""Reference cases: a neutral specification beside a table, and the model built from them."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+import lumped as lp
+from lumped.components import (
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    SpringDamper,
+    Torque,
+    translation,
+)
+
+DATA = Path(__file__).parents[1] / "data" / "msl"
+
+
+class Planetary(lp.Component):
+    """Planetary gear: ``(1 + ratio) phi_carrier = phi_sun + ratio phi_ring``."""
+
+    sun = lp.Flange()
+    carrier = lp.Flange()
+    ring = lp.Flange(free=True)
+    ratio: lp.Param = lp.param("1", "ring teeth over sun teeth")
+
+    def equations(self):
+        s, c, r, k = self.sun, self.carrier, self.ring, self.ratio
+        yield lp.lossless(c.phi == (s.phi + k * r.phi) / (1 + k), s, c, r)
+
+
+class Body(lp.Component):
+    """Sliding mass of a length; `s` is the position of its centre."""
+
+    flange_a = lp.LinearFlange(free=True)
+    flange_b = lp.LinearFlange(free=True)
+    m: lp.Param = lp.param("kg", "mass", above=0)
+    length: lp.Param = lp.param("m", "distance of the flanges", 0.0)
+    s: lp.Var = lp.var("m", "position of the centre")
+    v: lp.Var = lp.var("m/s", "velocity")
+
+    def equations(self):
+        yield self.flange_a.s == self.s - self.length / 2
+        yield self.flange_b.s == self.s + self.length / 2
+        yield self.v == lp.der(self.s)
+        yield self.m * lp.der(self.v) == self.flange_a.f + self.flange_b.f
+
+
+class Acceleration(lp.Component):
+    """Prescribed acceleration: ``der(der(s)) = a``."""
+
+    flange = lp.LinearFlange()
+    a = lp.Input("m/s2", "acceleration")
+    s: lp.Var = lp.var("m", "position")
+    v: lp.Var = lp.var("m/s", "velocity")
+
+    def equations(self):
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        yield lp.der(self.v) == self.a
+
+
+class TurnSource(lp.Component):
+    """Prescribed angular velocity: ``w = ref``."""
+
+    flange = lp.Flange()
+    ref = lp.Input("rad/s", "wanted angular velocity")
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "angular velocity")
+
+    def equations(self):
+        yield self.phi == self.flange.phi
+        yield self.w == lp.der(self.phi)
+        yield self.w == self.ref
+
+
+class FilteredTurnSource(TurnSource):
+    """Angular velocity after a first-order filter: ``der(w) = 2 pi f_crit (ref - w)``."""
+
+    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
+
+    def equations(self):
+        yield self.phi == self.flange.phi
+        yield self.w == lp.der(self.phi)
+        yield lp.der(self.w) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.w)
+
+
+class SlideSource(lp.Component):
+    """Prescribed velocity: ``v = ref``."""
+
+    flange = lp.LinearFlange()
+    ref = lp.Input("m/s", "wanted velocity")
+    s: lp.Var = lp.var("m", "position")
+    v: lp.Var = lp.var("m/s", "velocity")
+
+    def equations(self):
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        yield self.v == self.ref
+
+
+class FilteredSlideSource(SlideSource):
+    """Velocity after a first-order filter: ``der(v) = 2 pi f_crit (ref - v)``."""
+
+    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
+
+    def equations(self):
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        yield lp.der(self.v) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.v)
+
+
+ROTATION = {
+    "damper": Damper,
+    "fixed": Fixed,
+    "ideal_gear": IdealGear,
+    "inertia": Inertia,
+    "planetary": Planetary,
+    "spring": Spring,
+    "spring_damper": SpringDamper,
+    "speed_source": TurnSource,
+    "filtered speed_source": FilteredTurnSource,
+    "torque_source": Torque,
+}
+TRANSLATION = {
+    "acceleration_source": Acceleration,
+    "damper": translation.Damper,
+    "fixed": translation.Fixed,
+    "force_source": translation.Force,
+    "mass": Body,
+    "spring": translation.Spring,
+    "spring_damper": translation.SpringDamper,
+    "speed_source": SlideSource,
+    "filtered speed_source": FilteredSlideSource,
+}
+PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
+QUANTITIES = {
+    "angle": "phi",
+    "angular_velocity": "w",
+    "angular_acceleration": "a",
+    "position": "s",
+    "velocity": "v",
+    "relative_angle": "phi_rel",
+    "relative_angular_velocity": "w_rel",
+    "relative_distance": "s_rel",
+    "relative_velocity": "v_rel",
+}
+PARAMETERS = {
+    ("fixed", False): {"at": "phi0"},
+    ("fixed", True): {"at": "s0"},
+    ("spring", False): {"rest": "phi_rel0"},
+    ("spring", True): {"rest": "s_rel0"},
+    ("spring_damper", False): {"rest": "phi_rel0"},
+    ("spring_damper", True): {"rest": "s_rel0"},
+    ("mass", True): {"L": "length"},
+    ("torque_source", False): {"signal": "tau"},
+    ("force_source", True): {"signal": "f"},
+    ("acceleration_source", True): {"ref": "a"},
+    ("speed_source", False): {"x0": "phi"},
+    ("speed_source", True): {"x0": "s"},
+}
+
+
+def const(k):
+    return k
+
+
+def sine(amplitude, frequency, phase=0.0, offset=0.0):
+    return offset + amplitude * lp.ops.sin(2 * np.pi * frequency * lp.time + phase)
+
+
+def step(height, begin=0.0, offset=0.0):
+    return offset + lp.ops.where(lp.time >= begin, height, 0)
+
+
+def ramp(height, duration, begin=0.0, offset=0.0):
+    return offset + lp.ops.table([begin, begin + duration], [0.0, height])
+
+
+SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp}
+
+
+def signal(text):
+    """An expression of the time from a text such as ``sine(10, 5)``."""
+    name, arguments = re.fullmatch(r"(\w+)\((.*)\)", text).groups()
+    return SIGNALS[name](*map(float, arguments.split(",")))
+
+
+def quantity(name):
+    """``inertia1.angle`` as lumped names it."""
+    part, _, tail = name.rpartition(".")
+    return f"{part}.{QUANTITIES.get(tail, tail)}"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A reference case.
+
+    Attributes
+    ----------
+    facts : dict
+        The specification.
+    t : ndarray, shape (n,)
+        Reference times, s.
+    columns : dict of str to ndarray, shape (n,)
+        Reference values of each quantity, by the name that lumped gives it.
+    """
+
+    facts: dict
+    t: np.ndarray
+    columns: dict
+
+    @property
+    def stop(self):
+        return self.facts["experiment"]["stop_time"]
+
+    @property
+    def start(self):
+        given = self.facts["initial_conditions"]["given"]
+        return {quantity(name): float(value) for name, value in given.items() if "." in name}
+
+
+def read(name):
+    """The case of a name."""
+    facts = yaml.safe_load((DATA / f"{name}.yaml").read_text(encoding="utf-8"))
+    path = DATA / f"{name}.csv"
+    header = path.read_text(encoding="utf-8").partition("\n")[0].split(",")
+    values = np.loadtxt(path, delimiter=",", skiprows=1)
+    columns = {quantity(h): c for h, c in zip(header[1:], values.T[1:], strict=True)}
+    return Case(facts, values[:, 0], columns)
+
+
+def build(case):
+    """The model of a case from its components and connections."""
+    joints = [[end.split(".") for end in ends] for ends in case.facts["connections"]]
+    joined = {part for ends in joints for part, _ in ends}
+    sliding = _sliding(case.facts["components"], joints)
+    parts = {
+        facts["name"]: _part(facts, facts["name"] in sliding)
+        for facts in case.facts["components"]
+        if facts["name"] in joined or facts["type"] in ("inertia", "mass")
+    }
+    connections = [
+        lp.connect(*(getattr(parts[part], PORTS.get(port, port)) for part, port in ends))
+        for ends in joints
+    ]
+    return lp.compose(**parts, connections=connections)
+
+
+def _sliding(components, joints):
+    """Names of the components that belong to straight-line motion."""
+    found = {
+        facts["name"]
+        for facts in components
+        if facts["type"] in ("mass", "force_source") or facts.get("domain") == "translational"
+    }
+    for _ in joints:
+        for ends in joints:
+            names = {part for part, _ in ends}
+            if names & found:
+                found |= names
+    return found
+
+
+def _part(facts, slides):
+    kind = facts["type"]
+    names = PARAMETERS.get((kind, slides), {})
+    given = {
+        names.get(key, key): signal(value) if isinstance(value, str) else value
+        for key, value in facts.items()
+        if key not in ("name", "type", "domain", "exact")
+    }
+    if kind == "speed_source":
+        given.setdefault(names["x0"], 0.0)
+    filtered = "" if facts.get("exact", True) else "filtered "
+    return (TRANSLATION if slides else ROTATION)[filtered + kind](**given)
