@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import casadi as ca
@@ -76,6 +77,7 @@ class Incidence:
                     self.blocks.append((group, e, instances, first))
                     first += len(instances)
         self.first_sum = first
+        self._firsts = [block[3] for block in self.blocks]
         self.sums = np.flatnonzero(aliases.kept_sums)
         self.count = first + len(self.sums)
 
@@ -83,11 +85,15 @@ class Incidence:
         """Kind and number of an equation: ``("equation", n)`` or ``("sum", k)``."""
         if row >= self.first_sum:
             return "sum", int(self.sums[row - self.first_sum])
-        for group, e, instances, first in self.blocks:
-            if row < first + len(instances):
-                n = len(group.template.equations)
-                return "equation", group.first_equation + int(instances[row - first]) * n + e
-        raise IndexError(row)
+        block, place = self.place(row)
+        group, e, instances, _ = self.blocks[block]
+        n = len(group.template.equations)
+        return "equation", group.first_equation + int(instances[place]) * n + e
+
+    def place(self, row: int) -> tuple[int, int]:
+        """Block of a component equation, and its position in it."""
+        block = bisect_right(self._firsts, row) - 1
+        return block, row - self._firsts[block]
 
     def occurrence(self, block: int, order: int, picked: np.ndarray) -> Occurrence:
         """Symbols of the equations `picked` (positions in the block), differentiated."""

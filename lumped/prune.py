@@ -33,7 +33,8 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
     ndarray of bool, shape (len(columns),)
     """
     parameters = values.flat.parameters
-    inputs = [values.states, parameters.theta, values.time, values.modes]
+    settings = ca.vertcat(values.modes, values.guesses)
+    inputs = [values.states, parameters.theta, values.time, settings]
     picked = values.states[list(columns)]
     function = ca.Function(
         "J",
@@ -48,7 +49,12 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
             parameters.defaults * rng.uniform(0.8, 1.2, len(parameters.defaults))
             + 0.01 * rng.uniform(size=len(parameters.defaults)),
             rng.uniform(0, 2),
-            rng.integers(0, 2, values.modes.numel()),
+            np.concatenate(
+                [
+                    rng.integers(0, 2, values.modes.numel()),
+                    rng.uniform(-2, 2, values.guesses.numel()),
+                ]
+            ),
         )
         scale = abs(csr_array(full.sparse())).max(axis=1).toarray().ravel()
         own_entries = csr_array(own.sparse()).tocoo()

@@ -117,7 +117,8 @@ class System:
                     if number in place:
                         positions.add(place[number])
         outputs = None if self._outputs is None else self._raw(self._outputs)
-        return needed_states(self._values, positions, outputs, self._raw(kept))
+        always = ca.vertcat(self._raw(kept), self._values.of(self._values.implicit))
+        return needed_states(self._values, positions, outputs, always)
 
     def _raw(self, numbers: list[int]) -> ca.SX:
         """Unknowns as expressions of all states, left out or not."""
@@ -137,11 +138,13 @@ class System:
         symbols = self._values.states[lost.tolist()]
         return ca.substitute(expression, symbols, ca.SX.zeros(len(lost)))
 
-    def available(self, nodes: list[int]) -> np.ndarray:
-        """Which nodes depend only on states in use that are not cyclic."""
+    def available(self, nodes: list[int], *, cyclic: bool) -> np.ndarray:
+        """Which nodes depend only on states in use (on cyclic ones only if allowed)."""
         found = uses(self._values.of(nodes), self._values).tocoo()
         states = np.array(self._reduced.states, dtype=int)
-        usable = np.isin(states, self.states) & ~np.isin(states, list(self.cyclic))
+        usable = np.isin(states, self.states)
+        if not cyclic:
+            usable &= ~np.isin(states, list(self.cyclic))
         result = np.ones(len(nodes), dtype=bool)
         result[found.row[~usable[found.col]]] = False
         return result
@@ -197,7 +200,7 @@ class System:
     def _inputs(self) -> list[ca.SX]:
         v = self._values
         x = v.states[self._in_use] if self._in_use else ca.SX(0, 1)
-        return [x, self._flat.parameters.theta, v.time, v.modes]
+        return [x, self._flat.parameters.theta, v.time, ca.vertcat(v.modes, v.guesses)]
 
     @cached_property
     def rates(self) -> ca.SX:
@@ -207,7 +210,7 @@ class System:
 
     @cached_property
     def rhs(self) -> ca.Function:
-        """Right-hand side: (x, p, t, m) -> der(x)."""
+        """Right-hand side: (x, p, t, m) -> der(x); m is modes, then guesses of implicit nodes."""
         return ca.Function("rhs", self._inputs, [self.rates])
 
     @cached_property
@@ -219,6 +222,12 @@ class System:
             self._inputs,
             [ca.jacobian(self.rates, x), ca.densify(ca.jacobian(self.rates, t))],
         )
+
+    @cached_property
+    def closure(self) -> ca.Function:
+        """Implicit quantities and the last Newton step of each: (x, p, t, m)."""
+        v = self._values
+        return ca.Function("closure", self._inputs, [v.of(v.implicit), v.corrections()])
 
     def expressions(self, names: Iterable[Name]) -> ca.SX:
         """Quantities as CasADi expressions of states, parameters, time and modes.

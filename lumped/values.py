@@ -13,14 +13,17 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 
-from lumped.errors import EquationError, SingularModelError
-from lumped.incidence import Incidence, Occurrence
+from lumped.errors import SingularModelError
+from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
 from lumped.reduce import Block, Reduced
 from lumped.structure import class_names, equation_text
 from lumped.template import CONSTANT
 
 __all__ = ["Values"]
+
+_ITERATIONS = 5
+"""Newton iterations from one step's values to the next's."""
 
 
 class Values:
@@ -39,6 +42,10 @@ class Values:
         Symbol of the time.
     modes : SX, shape (m, 1)
         Symbols of the modes.
+    implicit : list of int
+        Nodes that follow from equations not linear in them (closed linkages).
+    guesses : SX, shape (len(implicit), 1)
+        Symbols of values near theirs, from which Newton's method starts.
     """
 
     def __init__(self, reduced: Reduced) -> None:
@@ -51,13 +58,20 @@ class Values:
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
         self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
+        loops = [b for b, block in enumerate(reduced.blocks) if self._is_implicit(block)]
+        self.implicit = [node for b in loops for node in reduced.blocks[b].nodes]
+        self._loops = set(loops)
+        self.guesses = ca.SX.sym("g", len(self.implicit))
+        self._correction: dict[int, ca.SX] = {}
         if reduced.states:
             self._sx[reduced.states] = self.states
             self._number[reduced.states] = self._rng.uniform(0.01, 0.03, len(reduced.states))
-            for unknown, value in self.flat.start_numbers.items():
-                node = reduced.node(unknown)
-                if node is not None and reduced.block_of[node] < 0:
-                    self._number[node] += value * reduced.aliases.signs[unknown]
+        begins = {*reduced.states, *self.implicit}
+        self._number[self.implicit] = self._rng.uniform(0.01, 0.03, len(self.implicit))
+        for unknown, value in self.flat.start_numbers.items():
+            node = reduced.node(unknown)
+            if node in begins:
+                self._number[node] += value * reduced.aliases.signs[unknown]
         parameters = self.flat.parameters
         evaluate = ca.Function("p", [parameters.theta], [parameters.values])
         self._parameters = np.asarray(evaluate(parameters.defaults)).ravel()
@@ -69,6 +83,11 @@ class Values:
         wanted = list(nodes)
         self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
         return self._sx[wanted] if wanted else ca.SX(0, 1)
+
+    def corrections(self) -> ca.SX:
+        """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
+        self.of(self.implicit)
+        return ca.vertcat(ca.SX(0, 1), *(self._correction[node] for node in self.implicit))
 
     def _compute(self, wanted: set[int]) -> None:
         todo: set[int] = set()
@@ -90,8 +109,10 @@ class Values:
         sums: list[tuple[int, int, int]] = []
         coupled = []
         incidence = self.reduced.incidence
-        firsts = np.array([b[3] for b in incidence.blocks], dtype=int)
         for block in blocks:
+            if int(self.reduced.block_of[block.nodes[0]]) in self._loops:
+                self._newton(block)
+                continue
             if len(block.nodes) > 1:
                 coupled.append(block)
                 continue
@@ -99,8 +120,8 @@ class Values:
             if row >= incidence.first_sum:
                 sums.append((row, order, node))
             else:
-                origin = int(np.searchsorted(firsts, row, side="right")) - 1
-                singles[origin, order].append((row - int(firsts[origin]), node))
+                origin, place = incidence.place(row)
+                singles[origin, order].append((place, node))
         for (origin, order), members in singles.items():
             places = np.array([m[0] for m in members])
             nodes = np.array([m[1] for m in members])
@@ -110,7 +131,7 @@ class Values:
             ]
         self._sums(sums)
         for block in coupled:
-            self._coupled(block.equations, block.nodes, incidence)
+            self._coupled(block.equations, block.nodes)
 
     def _nodes(self, seen: Occurrence) -> np.ndarray:
         first = self.reduced.first
@@ -161,8 +182,6 @@ class Values:
         position = hits.argmax(axis=1)
         for i in np.unique(position[~repeated]):
             mask = ~repeated & (position == i)
-            if not seen.residual.affine[i, i]:
-                raise self._nonlinear([int(targets[mask][0])])
             part = Occurrence(
                 seen.group,
                 seen.residual,
@@ -205,15 +224,54 @@ class Values:
             number = (self._number[nodes] * factors).reshape(m, size).sum(axis=1)
             self._store(np.array([g[0] for g in group]), total, number, np.ones(m))
 
-    def _coupled(
-        self, equations: list[tuple[int, int]], nodes: list[int], incidence: Incidence
-    ) -> None:
+    def _coupled(self, equations: list[tuple[int, int]], nodes: list[int]) -> None:
         """Solve a block of several equations, linear in its unknowns."""
+        self._sx[nodes] = ca.SX.zeros(len(nodes))
+        self._number[nodes] = 0.0
+        self._sx[nodes], self._number[nodes] = self._solved(equations, nodes)
+
+    def _newton(self, block: Block) -> None:
+        """A few iterations of Newton's method, from the guesses, as one expression."""
+        nodes = block.nodes
+        self._sx[nodes] = self.guesses[[self.implicit.index(node) for node in nodes]]
+        for iteration in range(_ITERATIONS):
+            step, _ = self._solved(block.equations, nodes)
+            self._sx[nodes] = self._sx[nodes] + step
+            if iteration == 0:
+                self._number[nodes] = self._converged(nodes)
+        self._correction.update(zip(nodes, ca.vertsplit(step), strict=True))
+
+    def _converged(self, nodes: list[int]) -> np.ndarray:
+        """Values at the generic point, if Newton's method finds any there."""
+        begin = self._number[nodes]
+        inputs = [self.guesses, self.states, self.flat.parameters.theta, self.time, self.modes]
+        improve = ca.Function("improve", inputs, [self._sx[nodes]])
+        guesses = self._number[self.implicit]
+        places = [self.implicit.index(node) for node in nodes]
+        rest = (
+            self._number[self.reduced.states],
+            self.flat.parameters.defaults,
+            0.7,
+            self._mode_numbers,
+        )
+        for _ in range(100):
+            found = np.asarray(improve(guesses, *rest)).ravel()
+            if not np.isfinite(found).all():
+                return begin
+            if np.abs(found - guesses[places]).max() <= 1e-12 * (1 + np.abs(found).max()):
+                return found
+            guesses[places] = found
+        return begin
+
+    def _solved(
+        self, equations: list[tuple[int, int]], nodes: list[int]
+    ) -> tuple[ca.SX, np.ndarray]:
+        """What to add to the present values of nodes so that linearised equations hold."""
         index = {node: j for j, node in enumerate(nodes)}
         rows: list[dict[int, Entry]] = []
         right: list[tuple[ca.SX, float]] = []
         for row, order in equations:
-            entries, rest = self._equation(row, order, index, incidence)
+            entries, rest = self._equation(row, order, index)
             rows.append(entries)
             right.append(rest)
         try:
@@ -221,46 +279,55 @@ class Values:
         except SingularBlockError as error:
             lost = [equations[i][0] for i in error.args[0]]
             raise self._singular(lost, nodes) from None
-        self._sx[nodes] = ca.vertcat(*(expression for expression, _ in result))
-        self._number[nodes] = self._finite(np.array([number for _, number in result]))
+        return (
+            ca.vertcat(*(expression for expression, _ in result)),
+            self._finite(np.array([number for _, number in result])),
+        )
+
+    def _is_implicit(self, block: Block) -> bool:
+        """Whether the equations of a block are not linear in its unknowns."""
+        incidence = self.reduced.incidence
+        for row, order in block.equations:
+            if row >= incidence.first_sum:
+                continue
+            origin, place = incidence.place(row)
+            group, e = incidence.blocks[origin][:2]
+            affine = group.template.residual(e, order).affine
+            if affine.all():
+                continue
+            nodes = self._nodes(incidence.occurrence(origin, order, np.array([place])))[0]
+            inside = np.flatnonzero(np.isin(nodes, block.nodes))
+            if not affine[np.ix_(inside, inside)].all():
+                return True
+        return False
 
     def _equation(
-        self, row: int, order: int, index: dict[int, int], incidence: Incidence
+        self, row: int, order: int, index: dict[int, int]
     ) -> tuple[dict[int, Entry], tuple[ca.SX, float]]:
-        """Coefficients of the unknowns in one equation, and its right side."""
-        first = self.reduced.first
+        """Coefficients of the unknowns in one equation, and minus its residual."""
+        first, incidence = self.reduced.first, self.reduced.incidence
         entries: dict[int, Entry] = {}
         if row >= incidence.first_sum:
             classes, shifts, signs = incidence.sum_terms(row)
             total, number = ca.SX(0), 0.0
             for node, sign in zip(first[classes] + shifts + order, signs, strict=True):
+                total -= float(sign) * self._sx[int(node)]
+                number -= float(sign) * self._number[node]
                 if int(node) in index:
                     _add(entries, index[int(node)], Entry(ca.SX(sign), CONSTANT, float(sign)))
-                else:
-                    total -= float(sign) * self._sx[int(node)]
-                    number -= float(sign) * self._number[node]
             return entries, (total, number)
-        block = next(
-            i
-            for i, (_, _, instances, start) in enumerate(incidence.blocks)
-            if start <= row < start + len(instances)
-        )
-        seen = incidence.occurrence(block, order, np.array([row - incidence.blocks[block][3]]))
+        origin, place = incidence.place(row)
+        seen = incidence.occurrence(origin, order, np.array([place]))
         nodes = self._nodes(seen)
-        inside = [i for i, node in enumerate(nodes[0]) if int(node) in index]
-        if not seen.residual.affine[np.ix_(inside, inside)].all():
-            raise self._nonlinear([int(nodes[0][i]) for i in inside])
-        held = nodes.copy()
-        held[0, inside] = first[-1]
-        symbols, numbers = self._arguments(seen, held)
+        symbols, numbers = self._arguments(seen, nodes)
         partials = seen.residual.coefficients(*symbols)
         partial_numbers = self._finite(np.asarray(seen.residual.coefficients(*numbers)).ravel())
-        for i in inside:
-            sign = float(seen.signs[0, i])
-            entry = Entry(
-                sign * partials[i], int(seen.residual.kinds[i]), sign * partial_numbers[i]
-            )
-            _add(entries, index[int(nodes[0][i])], entry)
+        for i, node in enumerate(nodes[0]):
+            if int(node) in index:
+                sign = float(seen.signs[0, i])
+                kind = int(seen.residual.kinds[i])
+                entry = Entry(sign * partials[i], kind, sign * partial_numbers[i])
+                _add(entries, index[int(node)], entry)
         rest = -seen.residual.value(*symbols)
         return entries, (rest, -float(seen.residual.value(*numbers)))
 
@@ -272,13 +339,6 @@ class Values:
             name = class_names(incidence, number, 1)[0]
             found.append("der(" * order + name + ")" * order)
         return ", ".join(found)
-
-    def _nonlinear(self, nodes: list[int]) -> EquationError:
-        return EquationError(
-            f"{self.flat.name}: {self._names(nodes)} would have to be solved from equations that "
-            "are not linear in it. Give the kinematics the other way round (state the quantity "
-            "that follows as a function of the one that leads)."
-        )
 
     def _singular(self, rows: list[int], nodes: list[int]) -> SingularModelError:
         incidence = self.reduced.incidence

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import lstsq
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.start import given_states, modes_at, start_point
+from lumped.analysis.start import given_states, settings_at, start_point
 from lumped.errors import SolverError
 from lumped.system import Changes, System
 
@@ -44,12 +44,17 @@ def equilibrium(
         If there is no equilibrium near the start; the text names the worst equation.
     """
     begin = start_point(system, parameters, start)
-    modes = modes_at(system, begin.theta, time + 1e-300)
+    count = len(system._values.implicit)
+    settings = settings_at(
+        system, begin.x, begin.theta, time + 1e-300, begin.modes[len(begin.modes) - count :]
+    )
     held = given_states(system, start)
     for movable in (~held, np.ones_like(held)):
-        x, residual, found = _newton(system, begin, time, modes, movable, tolerance)
+        x, residual, found = _newton(system, begin, time, settings, movable, tolerance)
         if found:
-            return OperatingPoint(system, time, x, begin.theta, modes)
+            guesses = settings[len(settings) - count :]
+            closed = settings_at(system, x, begin.theta, time + 1e-300, guesses)
+            return OperatingPoint(system, time, x, begin.theta, closed)
     worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
     name = system.state_names[worst]
     raise SolverError(
@@ -63,13 +68,13 @@ def _newton(
     system: System,
     begin: OperatingPoint,
     time: float,
-    modes: np.ndarray,
+    settings: np.ndarray,
     movable: np.ndarray,
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """States, derivatives there, and whether they vanish; only movable states change."""
     x = begin.x.copy()
-    args = (begin.theta, time, modes)
+    args = (begin.theta, time, settings)
     residual = np.asarray(system.rhs(x, *args)).ravel()
     for _ in range(100):
         if not np.isfinite(residual).all():

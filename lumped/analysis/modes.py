@@ -147,7 +147,7 @@ class Modes:
         waiting, depth = list(range(len(nodes))), 0
         while waiting:
             trial = [nodes[i] + depth for i in waiting]
-            usable = self.system.available(trial)
+            usable = self.system.available(trial, cyclic=False)
             left = []
             for i, node, fits in zip(waiting, trial, usable, strict=True):
                 number_, order = reduced.class_and_order(node)

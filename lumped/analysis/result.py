@@ -71,7 +71,7 @@ class OperatingPoint:
     x : ndarray, shape (n,)
         States in the order of ``system.state_names``.
     theta, modes : ndarray
-        Parameters and modes.
+        Parameters; modes and values of implicit quantities.
     """
 
     system: System
@@ -115,6 +115,8 @@ class Trajectory:
         Parameters.
     modes : ndarray, shape (segments, m)
         Modes of each segment.
+    guesses : ndarray, shape (k, g)
+        Implicit quantities (of closed linkages) near each row.
     events : tuple of Event
         Jumps of functions of time.
     statistics : Statistics
@@ -127,6 +129,7 @@ class Trajectory:
     segment: np.ndarray
     theta: np.ndarray
     modes: np.ndarray
+    guesses: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
@@ -142,7 +145,8 @@ class Trajectory:
             return self.t
         if key not in self._known:
             function = self.system.function([key])
-            found = function(self.x.T, self.theta, self.t[None, :], self.modes[self.segment].T)
+            settings = np.hstack([self.modes[self.segment], self.guesses])
+            found = function(self.x.T, self.theta, self.t[None, :], settings.T)
             self._known[key] = np.asarray(found, dtype=float).ravel()
         return self._known[key]
 

@@ -12,12 +12,15 @@ import numpy as np
 
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.start import modes_at, start_point
-from lumped.analysis.stepper import ACCEPTED, REJECTED, STIFF_AFTER, Method, Stepper
+from lumped.analysis.stepper import ACCEPTED, CLOSED, HEAD, REJECTED, STIFF_AFTER, Method, Stepper
+from lumped.analysis.watch import finite_fault, jump_fault, leverage_fault
 from lumped.errors import OptionError, SolverError
-from lumped.prune import uses
 from lumped.system import Changes, System
 
 __all__ = ["simulate"]
+
+_SUBSTEPS = 16
+"""Steps between output times in which a system without states follows its implicit quantities."""
 
 
 def simulate(
@@ -138,6 +141,9 @@ class _Run:
         self.x: list[np.ndarray] = []
         self.segment: list[np.ndarray] = []
         self.modes: list[np.ndarray] = []
+        self.guesses: list[np.ndarray] = []
+        self.implicit = len(system._values.implicit)
+        self.guess = point.modes[len(point.modes) - self.implicit :]
         self.events: list[Event] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
@@ -149,8 +155,11 @@ class _Run:
         for number, (begin, end) in enumerate(itertools.pairwise(edges)):
             modes = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
             if number:
-                self._check_jump(begin, x, self.modes[-1], modes)
+                before, after = (np.concatenate([m, self.guess]) for m in (self.modes[-1], modes))
+                theta = self.point.theta
+                self._refuse(jump_fault(self.system, theta, begin, x, before, after))
             self.modes.append(modes)
+            self.guess = self._closed(begin, x, modes)
             if self.both_sides:
                 self._record(np.array([begin]), x[None, :])
                 self._skip_outputs(begin)
@@ -168,9 +177,21 @@ class _Run:
             close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
             self.next_output = max(self.next_output, int(close))
 
-    def _record(self, t: np.ndarray, x: np.ndarray) -> None:
+    def _closed(self, t: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """Implicit quantities at the start of a segment."""
+        guess = self.guess
+        for _ in range(2 if self.implicit else 0):
+            settings = np.concatenate([modes, guess])
+            found = self.system.closure(x, self.point.theta, t, settings)[0]
+            guess = np.asarray(found).ravel()
+        return guess
+
+    def _record(self, t: np.ndarray, x: np.ndarray, guesses: np.ndarray | None = None) -> None:
+        if guesses is None:
+            guesses = np.repeat(self.guess[None, :], len(t), axis=0)
         self.t.append(t)
         self.x.append(x)
+        self.guesses.append(guesses)
         self.segment.append(np.full(len(t), len(self.modes) - 1))
 
     def trajectory(self) -> Trajectory:
@@ -183,6 +204,7 @@ class _Run:
             np.concatenate([np.zeros(0, dtype=int), *self.segment]),
             self.point.theta,
             np.array(self.modes).reshape(len(self.modes), -1),
+            np.concatenate([np.zeros((0, self.implicit)), *self.guesses]),
             tuple(self.events),
             Statistics(
                 " then ".join(self.methods),
@@ -229,11 +251,13 @@ class _Run:
         if end <= begin:
             return x
         if not len(x):
-            self._static(end)
+            self._static(begin, end, modes)
             return x
-        f = np.asarray(system.rhs(x, theta, begin, modes)).ravel()
-        self._check_finite(begin, x, f)
-        head = np.array([begin, self._first_step(begin, end, x, f, modes), 0, 0, 0, 0])
+        settings = np.concatenate([modes, self.guess])
+        f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
+        self._refuse(finite_fault(system, begin, x, f))
+        first = self._first_step(begin, end, x, f, settings)
+        head = np.concatenate([[begin, first, 0, 0, 0, 0], self.guess])
         while head[0] < end:
             stepper = _stepper(system, self.method, self.times is not None)
             started = clock.perf_counter()
@@ -248,7 +272,9 @@ class _Run:
             self.seconds += clock.perf_counter() - started
             head, new_x, new_f = (np.asarray(found[i]).ravel() for i in range(3))
             self._collect(stepper, x, np.asarray(found[3]), np.asarray(found[4]).T, found[5])
-            x, f = new_x, new_f
+            x, f, self.guess = new_x, new_f, head[HEAD:]
+            settings = np.concatenate([modes, self.guess])
+            self._refuse(leverage_fault(system, theta, head[0], x, settings))
             if head[5]:
                 self._give_up(head[0], x, f)
             if self.steps + self.rejected > self.max_steps:
@@ -274,61 +300,81 @@ class _Run:
         self.evaluations += (len(accepted) + rejected) * stepper.evaluations
         if not len(accepted):
             return
-        ends = log[1][accepted]
+        ends, n = log[1][accepted], len(x)
         if self.times is None:
-            self._record(ends, xs[accepted])
+            self._record(ends, xs[accepted, :n], xs[accepted, n:])
             return
         stop = int(np.searchsorted(self.times, ends[-1], "left"))
         wanted = self.times[self.next_output : stop]
         if not len(wanted):
             return
         step = accepted[np.searchsorted(ends, wanted, "right").clip(max=len(ends) - 1)]
-        before = np.vstack([x, xs[:-1]])[step]
-        attempts, n = log.shape[1], xs.shape[1]
+        before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
+        attempts = log.shape[1]
         coefficients = np.asarray(dense).T.reshape(attempts, -1, n)[step]
         fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
-        self._record(wanted, stepper.interpolate(fraction, before, xs[step], coefficients))
+        values = stepper.interpolate(fraction, before, after, coefficients)
+        self._record(wanted, values, xs[step, n:])
         self.next_output = stop
 
-    def _static(self, end: float) -> None:
+    def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
         """A system without states: only its functions of time remain."""
-        if self.times is not None:
+        if self.times is None:
+            wanted = np.array([end])
+        else:
             stop = int(np.searchsorted(self.times, end, "left"))
             wanted = self.times[self.next_output : stop]
-            self._record(wanted, np.zeros((len(wanted), 0)))
             self.next_output = max(stop, self.next_output)
-        else:
-            self._record(np.array([end]), np.zeros((1, 0)))
+        guesses = self._marched(np.append(wanted, end), begin, modes)
+        self._record(wanted, np.zeros((len(wanted), 0)), guesses[:-1])
+        self.guess = guesses[-1]
+
+    def _marched(self, times: np.ndarray, begin: float, modes: np.ndarray) -> np.ndarray:
+        """Implicit quantities of a system without states, each from those shortly before."""
+        count = len(times)
+        if not self.implicit:
+            return np.zeros((count, 0))
+        fine = np.interp(
+            np.arange(1, count * _SUBSTEPS + 1) / _SUBSTEPS,
+            np.arange(count + 1),
+            np.concatenate([[begin], times]),
+        )
+        guess, t, m = ca.MX.sym("g", self.implicit), ca.MX.sym("t"), ca.MX.sym("m", len(modes))
+        settings = ca.vertcat(m, guess)
+        found, step = self.system.closure(ca.MX(0, 1), self.point.theta, t, settings)
+        march = ca.Function("march", [guess, t, m], [found, step]).mapaccum(len(fine))
+        columns = np.repeat(modes[:, None], len(fine), axis=1)
+        guesses, steps = (np.asarray(v) for v in march(self.guess, fine[None, :], columns))
+        if not np.abs(steps).max() <= CLOSED * (1 + np.abs(guesses).max()):
+            raise SolverError(
+                f"{self.system.name}: a linkage or implicit equation could not be followed up to "
+                f"t = {times[-1]:g} s. Ask for more output points, or check its range.",
+                self.trajectory(),
+            )
+        return guesses.T[_SUBSTEPS - 1 :: _SUBSTEPS]
 
     def _first_step(
-        self, begin: float, end: float, x: np.ndarray, f: np.ndarray, modes: np.ndarray
+        self, begin: float, end: float, x: np.ndarray, f: np.ndarray, settings: np.ndarray
     ) -> float:
         """Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4."""
         scale = self.atol + self.rtol * np.abs(x)
         d0, d1 = _rms(x / scale), _rms(f / scale)
         h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
         h0 = min(h0, end - begin)
-        rate = self.system.rhs(x + h0 * f, self.point.theta, begin + h0, modes)
+        rate = self.system.rhs(x + h0 * f, self.point.theta, begin + h0, settings)
         d2 = _rms((np.asarray(rate).ravel() - f) / scale) / h0
         steepest = max(d1, d2)
         h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
         first = min(100 * h0, h1, end - begin)
         return first if np.isfinite(first) and first > 0 else 1e-6 * (end - begin)
 
-    def _check_finite(self, t: float, x: np.ndarray, f: np.ndarray) -> None:
-        bad = np.flatnonzero(~np.isfinite(f))
-        if len(bad):
-            names = self.system.state_names
-            where = ", ".join(f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8])
-            raise SolverError(
-                f"{self.system.name}: the derivative of {names[bad[0]]} is not a finite number at "
-                f"t = {t:g} s, where {where}. A division by zero or a function outside its range; "
-                "check the parameters and start values that enter it.",
-                self.trajectory(),
-            )
+    def _refuse(self, fault: str | None) -> None:
+        """Stop with what was computed so far if something is wrong."""
+        if fault:
+            raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
 
     def _give_up(self, t: float, x: np.ndarray, f: np.ndarray) -> None:
-        self._check_finite(t, x, f)
+        self._refuse(finite_fault(self.system, t, x, f))
         scale = self.atol + self.rtol * np.abs(x)
         worst = int(np.argmax(np.abs(f) / scale))
         raise SolverError(
@@ -337,26 +383,6 @@ class _Run:
             f"{f[worst]:.6g}. A quantity runs to infinity or leaves the range of a function.",
             self.trajectory(),
         )
-
-    def _check_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:
-        """Refuse a jump of a position or speed that bodies would have to follow."""
-        names, function = _followers(self.system)
-        if not names:
-            return
-        old, new = (
-            np.asarray(function(x, self.point.theta, t, m)).ravel() for m in (before, after)
-        )
-        jump = np.abs(new - old) > 1e-9 * np.maximum(1.0, np.abs(old))
-        if jump.any():
-            i = int(np.argmax(jump))
-            raise SolverError(
-                f"{self.system.name}: {names[i]} would have to jump from {old[i] + 0.0:.6g} to "
-                f"{new[i] + 0.0:.6g} at t = {t:g} s, because a prescribed motion jumps or has a "
-                "kink there that a body or damper must follow. Prescribe a smoother motion (no "
-                "jump of the angle or position, for bodies none of the speed either), or put a "
-                "spring without damper in between.",
-                self.trajectory(),
-            )
 
 
 def _rms(values: np.ndarray) -> float:
@@ -374,20 +400,3 @@ def _stepper(system: System, method: Method, dense: bool) -> Stepper:
         system.made[key] = Stepper.build(system, method, dense)
     stepper: Stepper = system.made[key]
     return stepper
-
-
-def _followers(system: System) -> tuple[list[str], ca.Function]:
-    """Dependent positions and speeds that depend on modes: names and values."""
-    if "followers" not in system.made:
-        values, lost = system._values, set(range(len(system._reduced.states))) - set(system._in_use)
-        nodes = system._reduced.dependent
-        rows = uses(values.of(nodes), values).tocoo()
-        blind = set(rows.row[np.isin(rows.col, list(lost))].tolist())
-        nodes = [n for i, n in enumerate(nodes) if i not in blind]
-        found = values.of(nodes)
-        touched = sorted(set(ca.jacobian_sparsity(found, values.modes).get_triplet()[0]))
-        names = [system._node_name(nodes[i]) for i in touched]
-        function = ca.Function("followers", system._inputs, [found[touched]])
-        system.made["followers"] = (names, function)
-    followers: tuple[list[str], ca.Function] = system.made["followers"]
-    return followers

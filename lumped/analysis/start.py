@@ -13,9 +13,12 @@ from lumped.select import RANK, select_dependent
 from lumped.system import Changes, System
 from lumped.template import CONSTANT
 
-__all__ = ["given_states", "modes_at", "start_point"]
+__all__ = ["given_states", "modes_at", "settings_at", "start_point"]
 
 _TOLERANCE = 1e-9
+_MOST_CLOSING = 20
+_RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
+"""Distances from the given guesses at which the search for a linkage's position begins."""
 
 
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
@@ -36,7 +39,8 @@ def start_point(
 
     Start values given to instances (``Inertia(J=1, w=100)``) and those in `start` hold exactly.
     States that they do not determine take their declared defaults; where a given quantity is not
-    itself a state, the least wanted states follow from it.
+    itself a state, the least wanted states follow from it. For a quantity that a closed linkage
+    determines, the start value is where the search begins, and so chooses the assembly.
 
     Raises
     ------
@@ -45,7 +49,52 @@ def start_point(
     """
     theta = system.theta(parameters)
     solver = _Start(system, theta, start or {})
-    return OperatingPoint(system, 0.0, solver.solve()[system._in_use], theta, solver.modes)
+    x = solver.solve()[system._in_use]
+    return OperatingPoint(system, 0.0, x, theta, solver.settings)
+
+
+def settings_at(
+    system: System, x: np.ndarray, theta: np.ndarray, time: float, guesses: np.ndarray
+) -> np.ndarray:
+    """Modes at a time, and implicit quantities there, found from guesses.
+
+    Raises
+    ------
+    StartError
+        If a closed linkage cannot be closed from these guesses.
+    """
+    modes = modes_at(system, theta, time)
+    if not len(guesses):
+        return modes
+    rng = np.random.default_rng(3)
+    for radius in _RADII:
+        begin = guesses + radius * rng.uniform(-1, 1, len(guesses))
+        found = _closed(system, (x, theta, time), modes, begin)
+        if found is not None:
+            return np.concatenate([modes, found])
+    names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+    raise StartError(
+        f"{system.name}: no values of {names} meet their equations at t = {time:g} s, so a linkage "
+        "cannot be closed. Check its lengths, and give start values near the position that is "
+        "meant."
+    )
+
+
+def _closed(
+    system: System,
+    point: tuple[np.ndarray, np.ndarray, float],
+    modes: np.ndarray,
+    guesses: np.ndarray,
+) -> np.ndarray | None:
+    """Implicit quantities by Newton's method, or None if it does not converge."""
+    for _ in range(_MOST_CLOSING):
+        found, step = system.closure(*point, np.concatenate([modes, guesses]))
+        guesses, last = np.asarray(found).ravel(), np.asarray(step).ravel()
+        if not np.isfinite(guesses).all():
+            return None
+        if np.abs(last).max() <= 1e-12 * (1 + np.abs(guesses).max()):
+            return guesses
+    return None
 
 
 def given_states(system: System, start: Changes | None) -> np.ndarray:
@@ -59,13 +108,14 @@ class _Start:
     def __init__(self, system: System, theta: np.ndarray, start: Changes) -> None:
         self.system, self.theta = system, theta
         self.reduced = system._reduced
-        self.modes = modes_at(system, theta, 1e-300)
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         flat = system._flat
         given = self._evaluated(flat.given)
         for name, value in start.items():
             given[system._tree.unknown(name)] = float(value)
         self.given = given
+        self.guesses = self._first_guesses()
+        self.settings = np.concatenate([modes_at(system, theta, 1e-300), self.guesses])
         self.x = np.zeros(len(self.reduced.states))
         for unknown, value in self._evaluated(flat.starts).items():
             node = self.reduced.node(unknown)
@@ -95,6 +145,8 @@ class _Start:
                         "Remove the start value."
                     )
                 continue
+            if node in self.system._values.implicit:
+                continue
             store = fixed if node in self.position else targets
             if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
                 raise StartError(
@@ -106,7 +158,21 @@ class _Start:
             self.x[self.position[node]] = value
         if targets:
             self._meet(targets, {self.position[n]: u for n, (u, _) in fixed.items()})
+        if len(self.guesses):
+            x = self.x[self.system._in_use]
+            self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)
         return self.x
+
+    def _first_guesses(self) -> np.ndarray:
+        """Where the search for implicit quantities begins: start values given or declared."""
+        implicit = {node: i for i, node in enumerate(self.system._values.implicit)}
+        guesses = np.zeros(len(implicit))
+        for values in (self._evaluated(self.system._flat.starts), self.given):
+            for unknown, value in values.items():
+                place = implicit.get(self.reduced.node(unknown) or -1)
+                if place is not None:
+                    guesses[place] = self._signed(unknown, value)
+        return guesses
 
     def _meet(self, targets: dict[int, tuple[int, float]], fixed: dict[int, int]) -> None:
         """Newton iteration on the states that are free to meet the targets."""
@@ -114,14 +180,14 @@ class _Start:
         expression = values.of(targets)
         function = ca.Function(
             "targets",
-            [values.states, self.system._inputs[1], values.time, values.modes],
+            [values.states, *self.system._inputs[1:]],
             [expression, ca.jacobian(expression, values.states)],
         )
         wanted = np.array([v for _, v in targets.values()])
         scale = np.maximum(1.0, np.abs(wanted))
         columns: list[int] = []
         for iteration in range(50):
-            value, jacobian = function(self.x, self.theta, 0.0, self.modes)
+            value, jacobian = function(self.x, self.theta, 0.0, self.settings)
             miss = np.asarray(value).ravel() - wanted
             matrix = csc_array(jacobian.sparse())
             bad = ~(np.abs(miss) <= _TOLERANCE * scale)

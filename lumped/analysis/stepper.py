@@ -17,11 +17,17 @@ from scipy.integrate import DOP853
 
 from lumped.system import System
 
-__all__ = ["ACCEPTED", "REJECTED", "STIFF_AFTER", "Method", "Stepper"]
+__all__ = ["ACCEPTED", "CLOSED", "HEAD", "REJECTED", "STIFF_AFTER", "Method", "Stepper"]
 
 Method = Literal["explicit", "implicit"]
 
 ACCEPTED, REJECTED, IDLE = 1, 0, -1
+
+HEAD = 6
+"""Entries of `head` before the implicit quantities."""
+
+CLOSED = 1e-9
+"""Largest last step of Newton's method, relative; the error is then its square."""
 
 STIFF_AFTER = 15
 """Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
@@ -38,10 +44,11 @@ class Stepper:
     ----------
     many : Function
         (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense); `head` is
-        (t, h, just rejected, stiff count, calm count, given up).
+        (t, h, just rejected, stiff count, calm count, given up, implicit quantities).
         Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
-        ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it,
-        `dense` its interpolation coefficients (empty without dense output).
+        ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it, with
+        the implicit quantities, `dense` its interpolation coefficients (empty without dense
+        output).
     chunk : int
         Attempts per call.
     evaluations : int
@@ -70,9 +77,9 @@ class Stepper:
         logs, xs, denses = [], [], []
         for _ in range(chunk):
             busy = ca.logic_and(head[0] < rest[2], head[5] == 0)
-            head, x, f, log, _, interpolation = step(busy, head, x, f, *rest)
+            head, x, f, log, row, interpolation = step(busy, head, x, f, *rest)
             logs.append(log)
-            xs.append(x)
+            xs.append(row)
             denses.append(interpolation)
         many = ca.Function(
             "many",
@@ -114,7 +121,12 @@ def _skip(attempt: ca.Function) -> ca.Function:
     return ca.Function(
         "skip",
         args,
-        [args[0], args[1], args[2], log, args[1], ca.MX.zeros(*attempt.size_out(5))],
+        [
+            *args[:3],
+            log,
+            ca.vertcat(args[1], args[0][HEAD:]),
+            ca.MX.zeros(*attempt.size_out(5)),
+        ],
     )
 
 
@@ -123,9 +135,13 @@ class _Frame:
 
     def __init__(self, system: System) -> None:
         n, np_ = len(system.states), system._inputs[1].numel()
-        nm = system._inputs[3].numel()
-        self.head, self.x, self.f = ca.MX.sym("head", 6), ca.MX.sym("x", n), ca.MX.sym("f", n)
+        implicit = system.closure.size1_out(0)
+        nm = system._inputs[3].numel() - implicit
+        self.head = ca.MX.sym("head", HEAD + implicit)
+        self.x, self.f = ca.MX.sym("x", n), ca.MX.sym("f", n)
         self.p, self.m = ca.MX.sym("p", np_), ca.MX.sym("m", nm)
+        self.settings = ca.vertcat(self.m, self.head[HEAD:])
+        self.closure = system.closure if implicit else None
         self.end, self.rtol = ca.MX.sym("end"), ca.MX.sym("rtol")
         self.atol = ca.MX.sym("atol", n)
         self.t = self.head[0]
@@ -135,7 +151,7 @@ class _Frame:
         self.args = [self.head, self.x, self.f, self.p, self.m, self.end, self.rtol, self.atol]
 
     def rate(self, x: ca.MX, t: ca.MX) -> ca.MX:
-        return self.rhs(x, self.p, t, self.m)
+        return self.rhs(x, self.p, t, self.settings)
 
     def scale(self, x: ca.MX) -> ca.MX:
         return self.atol + self.rtol * ca.fmax(ca.fabs(self.x), ca.fabs(x))
@@ -151,13 +167,19 @@ class _Frame:
         dense: ca.MX,
     ) -> ca.Function:
         """Accept or reject the step and choose the next."""
+        last = self.h >= self.end - self.t
+        t_new = ca.if_else(last, self.end, self.t + self.h)
+        guesses = self.head[HEAD:]
+        if self.closure is not None:
+            found, correction = self.closure(new, self.p, t_new, self.settings)
+            open_loop = ca.norm_inf(correction / (1 + ca.fabs(found))) > CLOSED
+            error = ca.if_else(open_loop, 100, error)
+            guesses = ca.if_else(error <= 1, found, guesses)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
         growth = ca.fmin(ca.fmax(growth, 0.2), ca.if_else(self.head[2], 1.0, 8.0))
         growth = ca.if_else(accept, growth, ca.fmin(growth, 0.9))
-        last = self.h >= self.end - self.t
-        t_new = ca.if_else(last, self.end, self.t + self.h)
         h_new = self.h * growth
         tiny = h_new < 1e-14 * ca.fmax(ca.fabs(self.t), 1e-6)
         given_up = ca.logic_and(ca.logic_not(accept), tiny)
@@ -168,11 +190,13 @@ class _Frame:
             stiff = ca.if_else(accept, ca.if_else(at_limit, stiff + 1, stiff), stiff)
             stiff = ca.if_else(calm >= 6, 0, stiff)
         t_out = ca.if_else(accept, t_new, self.t)
-        head = ca.vertcat(t_out, h_new, ca.logic_not(accept), stiff, calm, given_up)
+        flags = (ca.logic_not(accept), stiff, calm, given_up)
+        head = ca.vertcat(t_out, h_new, *flags, guesses)
         x_out = ca.if_else(accept, new, self.x)
         f_out = ca.if_else(accept, f_new, self.f)
         log = ca.vertcat(self.t, t_out, accept)
-        return ca.Function(name, self.args, [head, x_out, f_out, log, x_out, dense])
+        row = ca.vertcat(x_out, guesses)
+        return ca.Function(name, self.args, [head, x_out, f_out, log, row, dense])
 
 
 def _explicit(system: System, dense: bool) -> tuple[ca.Function, int]:
@@ -304,7 +328,7 @@ _H = (
 def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
-    jacobian, drift = system.jacobian(s.x, s.p, s.t, s.m)
+    jacobian, drift = system.jacobian(s.x, s.p, s.t, s.settings)
     matrix = ca.MX.eye(s.n) - s.h * _GAMMA * jacobian
     increments: list[ca.MX] = []
     new = s.x

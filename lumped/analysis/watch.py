@@ -1,0 +1,112 @@
+"""What a run must not pass over in silence: each check gives the text of a fault, or None."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from lumped.system import System
+
+__all__ = ["finite_fault", "jump_fault", "leverage_fault"]
+
+_MOST_LEVERAGE = 1e5
+"""Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
+
+
+def finite_fault(system: System, t: float, x: np.ndarray, rates: np.ndarray) -> str | None:
+    """Derivatives that are not finite numbers."""
+    bad = np.flatnonzero(~np.isfinite(rates))
+    if not len(bad):
+        return None
+    names = system.state_names
+    listed = ", ".join(f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8])
+    return (
+        f"the derivative of {names[bad[0]]} is not a finite number at t = {t:g} s, where {listed}. "
+        "A division by zero or a function outside its range; check the parameters and start "
+        "values that enter it."
+    )
+
+
+def jump_fault(
+    system: System,
+    theta: np.ndarray,
+    t: float,
+    x: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+) -> str | None:
+    """A position or speed that bodies would have to follow at a jump of the modes."""
+    names, function = _followers(system)
+    if not names:
+        return None
+    old, new = (np.asarray(function(x, theta, t, m)).ravel() for m in (before, after))
+    jump = np.abs(new - old) > 1e-9 * np.maximum(1.0, np.abs(old))
+    if not jump.any():
+        return None
+    i = int(np.argmax(jump))
+    return (
+        f"{names[i]} would have to jump from {old[i] + 0.0:.6g} to {new[i] + 0.0:.6g} at "
+        f"t = {t:g} s, because a prescribed motion jumps or has a kink there that a body or damper "
+        "must follow. Prescribe a smoother motion (no jump of the angle or position, for bodies "
+        "none of the speed either), or put a spring without damper in between."
+    )
+
+
+def leverage_fault(
+    system: System, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray
+) -> str | None:
+    """A state that cannot lead what depends on it any more (a dead centre)."""
+    pairs, function = _levers(system)
+    if not pairs:
+        return None
+    ratios = np.abs(np.asarray(function(x, theta, t, settings)).ravel())
+    worst = int(np.argmax(np.where(np.isfinite(ratios), ratios, np.inf)))
+    if ratios[worst] < _MOST_LEVERAGE:
+        return None
+    follower, leader = pairs[worst]
+    return (
+        f"at t = {t:.9g} s {follower} would have to move {ratios[worst]:.2g} times as fast as "
+        f"{leader}, which leads it: a dead centre for {leader}, beyond which it does not determine "
+        f"the position. Let {follower} lead (declare it with state='prefer'), or check the lengths."
+    )
+
+
+def _dependent(system: System) -> list[int]:
+    nodes = system._reduced.dependent
+    return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
+
+
+def _followers(system: System) -> tuple[list[str], ca.Function]:
+    """Dependent positions and speeds that depend on modes: names and values."""
+    if "followers" not in system.made:
+        nodes = _dependent(system)
+        found = system._values.of(nodes)
+        touched = sorted(set(ca.jacobian_sparsity(found, system._values.modes).get_triplet()[0]))
+        names = [system._node_name(nodes[i]) for i in touched]
+        function = ca.Function("followers", system._inputs, [found[touched]])
+        system.made["followers"] = (names, function)
+    followers: tuple[list[str], ca.Function] = system.made["followers"]
+    return followers
+
+
+def _levers(system: System) -> tuple[list[tuple[str, str]], ca.Function]:
+    """Varying ratios of dependent positions to leading ones, and of speeds to speeds."""
+    if "levers" not in system.made:
+        nodes, x = _dependent(system), system._inputs[0]
+        ratios = ca.jacobian(system._values.of(nodes), x)
+        rows, columns = ratios.sparsity().get_triplet()
+        entries = ca.SX(ratios.nz[:])
+        order = [system._reduced.class_and_order(n)[1] for n in nodes]
+        leading = [system._reduced.class_and_order(n)[1] for n in system.states]
+        varying = [
+            i
+            for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
+            if order[rows[i]] == leading[columns[i]]
+        ]
+        pairs = [
+            (system._node_name(nodes[rows[i]]), system.state_names[columns[i]]) for i in varying
+        ]
+        function = ca.Function("levers", system._inputs, [entries[varying]])
+        system.made["levers"] = (pairs, function)
+    levers: tuple[list[tuple[str, str]], ca.Function] = system.made["levers"]
+    return levers

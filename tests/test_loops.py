@@ -1,0 +1,251 @@
+"""Closed linkages and other equations that are not linear in their unknowns."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import lumped as lp
+from lumped.components import Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.errors import SolverError, StartError
+from lumped.ops import cos, sin, sqrt
+
+
+class FourBar(lp.Component):
+    """Crank, coupler and rocker on a frame: r cos a + c cos q = d + s cos b, the same with sin."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    r: lp.Param = lp.param("m", "crank", 1.0, above=0)
+    c: lp.Param = lp.param("m", "coupler", 3.0, above=0)
+    s: lp.Param = lp.param("m", "rocker", 2.5, above=0)
+    d: lp.Param = lp.param("m", "frame", 3.2, above=0)
+    q: lp.Var = lp.var("rad", "angle of the coupler", 0.8)
+    f_x: lp.Var = lp.var("N", "force in the joint")
+    f_y: lp.Var = lp.var("N", "force in the joint")
+
+    def equations(self):
+        a, b, q = self.flange_a.phi, self.flange_b.phi, self.q
+        yield self.r * cos(a) + self.c * cos(q) == self.d + self.s * cos(b)
+        yield self.r * sin(a) + self.c * sin(q) == self.s * sin(b)
+        yield self.flange_a.tau == self.r * (self.f_y * cos(a) - self.f_x * sin(a))
+        yield self.flange_b.tau == self.s * (self.f_x * sin(b) - self.f_y * cos(b))
+        yield self.f_y * cos(q) - self.f_x * sin(q) == 0
+
+
+def four_bar(**starts):
+    return lp.compose(
+        crank=Inertia(J=2.0, **starts),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),  # where the search begins: the rocker above the frame
+        connections=lambda m: lp.chain(m.crank, m.linkage, m.rocker),
+    )
+
+
+def rocker_angle(phi):
+    """Freudenstein's closed form for the assembly with the rocker above the frame."""
+    r, coupler, s, d = 1.0, 3.0, 2.5, 3.2
+    x, y = d - r * np.cos(phi), -r * np.sin(phi)  # from crank pin to rocker pivot
+    k = (x * x + y * y + s * s - coupler * coupler) / (2 * s)
+    return np.arctan2(-y, -x) - np.arccos(k / np.hypot(x, y))
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_a_four_bar_turns_a_hundred_times_without_drift(method):
+    system = lp.assemble(four_bar(w=10.0))
+    assert system.state_names == ["crank.phi", "crank.w"]
+    turns = 100 if method == "explicit" else 10
+    run = lp.simulate(system, until=turns * 0.8, rtol=1e-9, method=method, grid=turns * 40)
+    a, b, q = run["crank.phi"], run["rocker.phi"], run["linkage.q"]
+    print(f"{a[-1] / 2 / np.pi:.0f} turns, {run.statistics}")
+    assert a[-1] > turns * 2 * np.pi
+    gap = np.hypot(
+        np.cos(a) + 3 * np.cos(q) - 3.2 - 2.5 * np.cos(b),
+        np.sin(a) + 3 * np.sin(q) - 2.5 * np.sin(b),
+    )
+    print(f"largest gap of the linkage {gap.max():.1e} m")
+    assert gap.max() < 1e-12
+    expected = rocker_angle(a)
+    assert np.abs((b - expected + np.pi) % (2 * np.pi) - np.pi).max() < 1e-12
+    energy = run["crank.w"] ** 2 + 1.5 * run["rocker.w"] ** 2
+    drift = np.abs(energy / energy[0] - 1).max()
+    print(f"relative drift of the energy {drift:.1e}")
+    assert drift < 1e-5
+
+
+def test_a_four_bar_accelerates_as_lagrange_says():
+    system = lp.assemble(four_bar())
+    rng = np.random.default_rng(0)
+    for phi, w in rng.uniform(-3, 3, (10, 2)):
+        point = lp.start_point(system, start={"crank.phi": phi, "crank.w": w})
+        h = 1e-4
+        samples = rocker_angle(phi + h * np.arange(-2, 3))
+        g = (samples[0] - 8 * samples[1] + 8 * samples[3] - samples[4]) / (12 * h)
+        bend = (-samples[0] + 16 * samples[1] - 30 * samples[2] + 16 * samples[3] - samples[4]) / (
+            12 * h * h
+        )
+        expected = -3.0 * g * bend * w * w / (2.0 + 3.0 * g * g)
+        assert point["rocker.w"] == pytest.approx(g * w, abs=1e-9)
+        assert point["crank.a"] == pytest.approx(expected, abs=1e-5 * max(1, w * w))
+
+
+def test_a_start_value_chooses_the_assembly():
+    below = four_bar().with_({"rocker.phi": -1.9, "linkage.q": -0.8})
+    above, mirrored = (
+        lp.start_point(lp.assemble(model), start={"crank.phi": 0.0})["rocker.phi"]
+        for model in (four_bar(), below)
+    )
+    assert above == pytest.approx(float(rocker_angle(0.0)), abs=1e-12)
+    assert mirrored == pytest.approx(-above, abs=1e-12)
+
+
+def test_a_linkage_that_cannot_be_closed_is_refused():
+    system = lp.assemble(four_bar())
+    with pytest.raises(StartError, match=r"rocker\.phi.*linkage cannot be closed"):
+        lp.start_point(system, parameters={"linkage.c": 0.2})
+
+
+def test_a_linkage_driven_past_its_dead_centre_stops_with_an_error():
+    model = four_bar(w=3.0).with_({"linkage.r": 2.6, "linkage.s": 2.5, "linkage.c": 1.2})
+    model = model.with_({"linkage.d": 3.0, "crank.phi": 0.6, "rocker.phi": 1.4, "linkage.q": 0.3})
+    with pytest.raises(SolverError, match="dead centre for crank") as caught:
+        lp.simulate(lp.assemble(model), until=20.0)
+    partial = caught.value.partial
+    early = partial.t < partial.t[-1] - 0.01
+    energy = (partial["crank.w"] ** 2 + 1.5 * partial["rocker.w"] ** 2)[early]
+    assert len(energy) > 3
+    assert np.abs(energy / energy[0] - 1).max() < 1e-3
+
+
+class Slider(lp.Component):
+    """Piston on a rod, crank radius r: s = r cos(phi + shift) + sqrt(l^2 - r^2 sin^2)."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.LinearFlange()
+    shift: lp.Param = lp.param("rad", "angle of the cylinder", 0.0)
+
+    def equations(self):
+        a = self.flange_a.phi + self.shift
+        rod = sqrt(1.0 - (0.3 * sin(a)) ** 2)
+        yield lp.lossless(self.flange_b.s == 0.3 * cos(a) + rod, self.flange_a, self.flange_b)
+
+
+def test_two_rods_on_one_crank_turn_a_hundred_times_without_drift():
+    from lumped.components.translation import Mass
+
+    model = lp.compose(
+        crank=Inertia(J=0.5, w=20.0),
+        rod=[Slider(), Slider(shift=lp.ops.pi / 2)],
+        piston=[Mass(m=1.0), Mass(m=1.5)],
+        connections=lambda m: [
+            *(lp.connect(m.crank.flange_b, rod.flange_a) for rod in m.rod),
+            *(lp.connect(r.flange_b, p.flange_a) for r, p in zip(m.rod, m.piston, strict=True)),
+        ],
+    )
+    system = lp.assemble(model)
+    assert system.state_names == ["crank.phi", "crank.w"]
+    run = lp.simulate(system, until=35.0, rtol=1e-10, grid=4000)
+    assert run["crank.phi"][-1] > 200 * np.pi
+    a = run["crank.phi"]
+    for i, shift in enumerate((0.0, np.pi / 2)):
+        expected = 0.3 * np.cos(a + shift) + np.sqrt(1 - (0.3 * np.sin(a + shift)) ** 2)
+        assert np.abs(run[f"piston[{i}].s"] - expected).max() < 1e-12
+    energy = 0.25 * run["crank.w"] ** 2 + sum(
+        m / 2 * run[f"piston[{i}].v"] ** 2 for i, m in enumerate((1.0, 1.5))
+    )
+    assert np.abs(energy / energy[0] - 1).max() < 1e-6
+
+
+def test_elastic_parallel_gear_paths_run_a_hundred_turns():
+    model = lp.compose(
+        a=Inertia(J=1.0, w=10.0),
+        one=Spring(c=1e3),
+        g1=IdealGear(ratio=2.0),
+        g2=IdealGear(ratio=2.0),
+        b=Inertia(J=2.0),
+        connections=lambda m: [
+            *lp.chain(m.a, m.one, m.g1, m.b),
+            lp.connect(m.g2.flange_a, m.a.flange_b),
+            lp.connect(m.g2.flange_b, m.b.flange_a),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model, keep=["a.phi"]), until=70.0, rtol=1e-9)
+    assert run["a.phi"][-1] > 200 * np.pi
+    assert np.abs(run["a.phi"] - 2 * run["b.phi"]).max() < 1e-9
+
+
+class Hardening(lp.Component):
+    """Massless hardening spring: tau = c x + k x^3."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    k: lp.Param = lp.param("N.m/rad3", "hardening", min=0)
+    tau: lp.Var = lp.var("N.m", "torque on flange b")
+
+    def equations(self):
+        x = self.flange_b.phi - self.flange_a.phi
+        yield self.tau == 10.0 * x + self.k * x**3
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+
+def test_hardening_springs_in_series_share_the_torque():
+    model = lp.compose(
+        wall=Fixed(),
+        one=Hardening(k=50.0),
+        two=Hardening(k=400.0),
+        body=Inertia(J=1.0, phi=1.0),
+        connections=lambda m: lp.chain(m.wall, m.one, m.two, m.body),
+    )
+    system = lp.assemble(model)
+    assert len(system.state_names) == 2
+    run = lp.simulate(system, until=3.0, rtol=1e-9, grid=60)
+    for phi, tau in zip(run["body.phi"], run["two.tau"], strict=True):
+        middle = brentq(
+            lambda x, phi=phi: (10 * x + 50 * x**3) - (10 * (phi - x) + 400 * (phi - x) ** 3),
+            -2,
+            2,
+            xtol=1e-15,
+        )
+        assert tau == pytest.approx(10 * middle + 50 * middle**3, abs=1e-10)
+    stored = 0.5 * run["body.w"] ** 2
+    for name, k in (("one", 50.0), ("two", 400.0)):
+        x = run[f"{name}.flange_b.phi"] - run[f"{name}.flange_a.phi"]
+        stored = stored + 5 * x**2 + k / 4 * x**4
+    assert np.abs(stored / stored[0] - 1).max() < 1e-6
+
+
+def test_an_implicit_algebraic_equation_is_solved():
+    class Kepler(lp.Component):
+        """Kepler's equation: E - e sin(E) = t."""
+
+        E: lp.Var = lp.var("rad", "eccentric anomaly")
+
+        def equations(self):
+            yield self.E - 0.8 * sin(self.E) == lp.time
+
+    run = lp.simulate(lp.assemble(lp.compose(k=Kepler())), until=6.0, grid=40)
+    expected = [brentq(lambda E, t=t: E - 0.8 * np.sin(E) - t, -1, 8, xtol=1e-15) for t in run.t]
+    assert np.abs(run["k.E"] - expected).max() < 1e-11
+
+
+def test_a_driven_linkage_comes_to_rest_and_has_modes():
+    model = lp.compose(
+        drive=Torque(tau=2.0),
+        crank=Inertia(J=2.0, phi=0.5),
+        shaft=Spring(c=40.0, phi_rel0=0.0),
+        wall=Fixed(phi0=0.5),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),
+        connections=lambda m: [
+            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
+            lp.connect(m.crank.flange_a, m.shaft.flange_a),
+            lp.connect(m.shaft.flange_b, m.wall.flange),
+        ],
+    )
+    system = lp.assemble(model)
+    point = lp.equilibrium(system)
+    assert point["crank.phi"] == pytest.approx(0.55, rel=1e-10)
+    h = 1e-5
+    g = float(rocker_angle(0.55 + h) - rocker_angle(0.55 - h)) / (2 * h)
+    expected = np.sqrt(40.0 / (2.0 + 3.0 * g * g)) / (2 * np.pi)
+    assert lp.modes(system, at=point).hertz == pytest.approx([expected], rel=1e-8)
