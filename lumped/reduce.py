@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,8 +87,15 @@ class Reduced:
         return number, node - int(self.first[number])
 
 
-def reduce(flat: FlatModel) -> Reduced:
+def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     """Index reduction, state selection and block order of a flat model.
+
+    Parameters
+    ----------
+    flat : FlatModel
+        The model.
+    ranks : mapping of int to int, optional
+        Wishes (see `lumped.select.RANK`) for nodes that override those declared.
 
     Raises
     ------
@@ -108,7 +116,7 @@ def reduce(flat: FlatModel) -> Reduced:
     np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
     times, highest = differentiate(incidence, entries, floor)
     first = np.concatenate([[0], np.cumsum(highest + 1)])
-    dependent, varying = _dependent(incidence, times, highest, first, wish)
+    dependent, varying = _dependent(incidence, times, highest, first, wish, ranks or {})
     candidates = np.ones(first[-1], dtype=bool)
     candidates[first[:-1] + highest] = False
     candidates[dependent] = False
@@ -152,6 +160,7 @@ def _dependent(
     highest: np.ndarray,
     first: np.ndarray,
     wish: dict[tuple[int, int], int],
+    ranks: Mapping[int, int],
 ) -> tuple[list[int], list[int]]:
     if not times.any():
         return [], []
@@ -166,6 +175,8 @@ def _dependent(
     for (number, order), value in wish.items():
         if order <= highest[number]:
             rank[first[number] + order] = value
+    for node, value in ranks.items():
+        rank[node] = value
     selection = select_dependent(rows, rank, np.arange(first[-1]))
     unused = selection.unused
     expected = int(times.sum())

@@ -14,10 +14,11 @@ import numpy as np
 from lumped.component import Component
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
-from lumped.flatten import flatten
+from lumped.flatten import FlatModel, flatten
 from lumped.prune import independent_of, needed_states, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
+from lumped.select import RANK
 from lumped.values import Values
 
 __all__ = ["Changes", "LeftOut", "Name", "System", "assemble"]
@@ -58,17 +59,22 @@ class System:
     """
 
     def __init__(
-        self, model: Component, outputs: Iterable[Name] | None, keep: Iterable[Name]
+        self,
+        flat: FlatModel,
+        outputs: Iterable[Name] | None,
+        keep: Iterable[Name],
+        ranks: Mapping[int, int] | None = None,
     ) -> None:
-        self.model = model
-        self._flat = flatten(model)
-        self._tree = self._flat.tree
-        self._reduced = reduce(self._flat)
+        self.model = flat.tree.model
+        self._flat = flat
+        self._tree = flat.tree
+        self._ranks = dict(ranks or {})
+        self._reduced = reduce(flat, ranks)
         self._values = Values(self._reduced)
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
-        kept = [self._tree.unknown(name) for name in keep]
+        self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
-        self._in_use = self._needed_states(kept)
+        self._in_use = self._needed_states(self._kept)
         self.states = [self._reduced.states[i] for i in self._in_use]
         self.state_names = [self._node_name(n) for n in self.states]
         self.left_out = self._left_out()
@@ -286,6 +292,24 @@ class System:
                 directions[place : place + n] = [d for _, d in template.thresholds]
         return ca.Function("instants", [flat.parameters.theta], [instants]), directions
 
+    def led_by(self, follower: int, leader: int) -> System:
+        """The same system with the motion of one node as state instead of that of another.
+
+        Positions and speeds change places together.
+        """
+        ranks = dict(self._ranks)
+        for node, rank in ((follower, RANK["always"]), (leader, RANK["never"])):
+            number, _ = self._reduced.class_and_order(node)
+            first, highest = int(self._reduced.first[number]), int(self._reduced.highest[number])
+            ranks.update(dict.fromkeys(range(first, first + highest), rank))
+        key = ("chart", tuple(sorted(ranks.items())))
+        if key not in self.made:
+            chart = System(self._flat, None, (), ranks)
+            chart.made[("chart", tuple(sorted(self._ranks.items())))] = self
+            self.made[key] = chart
+        found: System = self.made[key]
+        return found
+
     # -- names and values ----------------------------------------------------------------------
 
     @property
@@ -393,4 +417,4 @@ def assemble(
         hint = " Write it with parentheses." if isinstance(given, type) else ""
         raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
     with _paused_collector():
-        return System(given, outputs, keep)
+        return System(flatten(given), outputs, keep)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from lumped.table import number, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Event", "OperatingPoint", "Statistics", "Trajectory"]
+__all__ = ["Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Event:
     time : float
         When, s.
     what : str
-        Components in which a function of time changes its piece.
+        Components in which a function of time changes its piece, or the change of a state.
     """
 
     time: float
@@ -96,6 +97,28 @@ class OperatingPoint:
 
 
 @dataclass(frozen=True, eq=False)
+class Piece:
+    """A smooth part of a run.
+
+    Attributes
+    ----------
+    system : System
+        The system with the states of this part.
+    t : ndarray, shape (k,)
+        Times, s.
+    x : ndarray, shape (k, n)
+        States.
+    settings : ndarray, shape (k, m)
+        Modes, and implicit quantities nearby.
+    """
+
+    system: System
+    t: np.ndarray
+    x: np.ndarray
+    settings: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """A simulated run.
 
@@ -105,34 +128,33 @@ class Trajectory:
     ----------
     system : System
         What was simulated.
-    t : ndarray, shape (k,)
-        Times, s; on a jump the same time stands twice, before and after it.
-    x : ndarray, shape (k, n)
-        States.
-    segment : ndarray of int, shape (k,)
-        Number of the smooth segment of each row.
+    pieces : tuple of Piece
+        Smooth parts, in order of time.
     theta : ndarray
         Parameters.
-    modes : ndarray, shape (segments, m)
-        Modes of each segment.
-    guesses : ndarray, shape (k, g)
-        Implicit quantities (of closed linkages) near each row.
     events : tuple of Event
-        Jumps of functions of time.
+        Jumps of functions of time, and changes of states.
     statistics : Statistics
         Cost of the run.
     """
 
     system: System
-    t: np.ndarray
-    x: np.ndarray
-    segment: np.ndarray
+    pieces: tuple[Piece, ...]
     theta: np.ndarray
-    modes: np.ndarray
-    guesses: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def t(self) -> np.ndarray:
+        """Times, s; on a jump the same time stands twice, before and after it."""
+        return np.concatenate([np.zeros(0), *(piece.t for piece in self.pieces)])
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """States, shape (len(t), n), in the order of each piece's system."""
+        none = np.zeros((0, len(self.system.states)))
+        return np.concatenate([none, *(piece.x for piece in self.pieces)])
 
     @property
     def steps(self) -> int:
@@ -144,10 +166,14 @@ class Trajectory:
         if key == "time":
             return self.t
         if key not in self._known:
-            function = self.system.function([key])
-            settings = np.hstack([self.modes[self.segment], self.guesses])
-            found = function(self.x.T, self.theta, self.t[None, :], settings.T)
-            self._known[key] = np.asarray(found, dtype=float).ravel()
+            functions = {id(p.system): p.system.function([key]) for p in self.pieces}
+            parts = [
+                functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
+                for p in self.pieces
+                if len(p.t)
+            ]
+            values = [np.zeros(0), *(np.asarray(part, dtype=float).ravel() for part in parts)]
+            self._known[key] = np.concatenate(values)
         return self._known[key]
 
     def table(self, names: Iterable[Name]) -> np.ndarray:

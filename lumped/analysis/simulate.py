@@ -10,17 +10,24 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.march import marched
+from lumped.analysis.record import Recorder
+from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.start import modes_at, start_point
-from lumped.analysis.stepper import ACCEPTED, CLOSED, HEAD, REJECTED, STIFF_AFTER, Method, Stepper
-from lumped.analysis.watch import finite_fault, jump_fault, leverage_fault
+from lumped.analysis.stepper import (
+    ACCEPTED,
+    HEAD,
+    REJECTED,
+    STIFF_AFTER,
+    Method,
+    Stepper,
+    first_step,
+)
+from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, System
 
 __all__ = ["simulate"]
-
-_SUBSTEPS = 16
-"""Steps between output times in which a system without states follows its implicit quantities."""
 
 
 def simulate(
@@ -128,54 +135,87 @@ class _Run:
         method: str,
         max_steps: int,
     ) -> None:
-        self.system, self.point, self.until, self.times = system, point, until, times
-        self.both_sides, self.rtol = both_sides, rtol
-        nominal = [_nominal(system, name) for name in system.state_names]
-        # not below the rounding of what a state is integrated from
-        self.atol = (max(rtol * 1e-3, 1e-12) if atol is None else atol) * np.array(nominal)
+        self.system, self.point, self.until, self.rtol = system, point, until, rtol
+        self.relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
+        self.output = Recorder(until, times, both_sides)
         self.auto = method == "auto"
         self.method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods = [self.method]
         self.max_steps = max_steps
-        self.t: list[np.ndarray] = []
-        self.x: list[np.ndarray] = []
-        self.segment: list[np.ndarray] = []
-        self.modes: list[np.ndarray] = []
-        self.guesses: list[np.ndarray] = []
-        self.implicit = len(system._values.implicit)
+        self._take(system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
         self.events: list[Event] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
-        self.next_output = 0
+
+    def _take(self, system: System) -> None:
+        """Integrate the states of this system from now on."""
+        self.system = system
+        self.implicit = len(system._values.implicit)
+        nominal = [_nominal(system, name) for name in system.state_names]
+        # not below the rounding of what a state is integrated from
+        self.atol = self.relative_atol * np.array(nominal)
 
     def go(self) -> None:
         edges = [0.0, *self._instants(), self.until]
-        x = self.point.x
+        x, modes = self.point.x, np.zeros(0)
         for number, (begin, end) in enumerate(itertools.pairwise(edges)):
+            before = modes
             modes = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
             if number:
-                before, after = (np.concatenate([m, self.guess]) for m in (self.modes[-1], modes))
-                theta = self.point.theta
-                self._refuse(jump_fault(self.system, theta, begin, x, before, after))
-            self.modes.append(modes)
+                sides = (np.concatenate([m, self.guess]) for m in (before, modes))
+                self._refuse(jump_fault(self.system, self.point.theta, begin, x, *sides))
             self.guess = self._closed(begin, x, modes)
-            if self.both_sides:
-                self._record(np.array([begin]), x[None, :])
-                self._skip_outputs(begin)
-            x = self._advance(begin, end, x, modes)
-            if self.both_sides and self.times is not None and end > begin:
-                self._record(np.array([end]), x[None, :])
-                self._skip_outputs(end)
-        if self.times is not None:
-            rest = self.times[self.next_output :]
-            self._record(rest, np.repeat(x[None, :], len(rest), axis=0))
+            self.output.open(self.system)
+            self.output.edge(begin, x, self._settings(modes))
+            x = self._through(begin, end, x, modes)
+            if self.output.on_grid and end > begin:
+                self.output.edge(end, x, self._settings(modes))
+        self.output.finish(x, self._settings(modes))
 
-    def _skip_outputs(self, t: float) -> None:
-        """Leave out grid points that coincide with the edge of a segment."""
-        if self.times is not None:
-            close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
-            self.next_output = max(self.next_output, int(close))
+    def _settings(self, modes: np.ndarray) -> np.ndarray:
+        return np.concatenate([modes, self.guess])
+
+    def _through(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """Advance to the end of a segment, changing states where others must lead."""
+        t, changed_at = begin, -1.0
+        point = (np.array([t]), x[None, :], self._settings(modes)[None, :])
+        unfit = unfit_states(self.system, self.point.theta, *point)
+        while True:
+            if unfit is not None:
+                if t == changed_at:
+                    self._refuse(
+                        f"at t = {t:.9g} s no choice of states determines the position: "
+                        f"{self._leading(unfit)}. The linkage is singular there; check its lengths."
+                    )
+                x, changed_at = self._change(t, x, modes, unfit), t
+            if t >= end:
+                return x
+            t, x, unfit = self._advance(t, end, x, modes)
+
+    def _leading(self, unfit: tuple[int, int, int]) -> str:
+        """Text of a change of states."""
+        reduced = self.system._reduced
+        names = []
+        for node in unfit[1:]:
+            number, _ = reduced.class_and_order(node)
+            names.append(self.system._node_name(int(reduced.first[number])))
+        return f"{names[0]} leads instead of {names[1]}"
+
+    def _change(
+        self, t: float, x: np.ndarray, modes: np.ndarray, unfit: tuple[int, int, int]
+    ) -> np.ndarray:
+        """Let another motion lead, and give back the new states."""
+        old, settings = self.system, self._settings(modes)
+        self.events.append(Event(t, self._leading(unfit)))
+        new = old.led_by(*unfit[1:])
+        wanted = [*new.states, *new._values.implicit]
+        function = ca.Function("change", old._inputs, [old._values.of(wanted)])
+        found = np.asarray(function(x, self.point.theta, t, settings)).ravel()
+        self._take(new)
+        self.guess = found[len(new.states) :]
+        self.output.open(new)
+        return found[: len(new.states)]
 
     def _closed(self, t: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """Implicit quantities at the start of a segment."""
@@ -186,40 +226,29 @@ class _Run:
             guess = np.asarray(found).ravel()
         return guess
 
-    def _record(self, t: np.ndarray, x: np.ndarray, guesses: np.ndarray | None = None) -> None:
-        if guesses is None:
-            guesses = np.repeat(self.guess[None, :], len(t), axis=0)
-        self.t.append(t)
-        self.x.append(x)
-        self.guesses.append(guesses)
-        self.segment.append(np.full(len(t), len(self.modes) - 1))
-
     def trajectory(self) -> Trajectory:
         """What was computed so far."""
-        n = len(self.system.states)
+        pieces = self.output.pieces()
         return Trajectory(
-            self.system,
-            np.concatenate([np.zeros(0), *self.t]),
-            np.concatenate([np.zeros((0, n)), *self.x]),
-            np.concatenate([np.zeros(0, dtype=int), *self.segment]),
+            self.point.system,
+            pieces,
             self.point.theta,
-            np.array(self.modes).reshape(len(self.modes), -1),
-            np.concatenate([np.zeros((0, self.implicit)), *self.guesses]),
-            tuple(self.events),
+            tuple(sorted(self.events, key=lambda event: event.time)),
             Statistics(
                 " then ".join(self.methods),
                 self.steps,
                 self.rejected,
                 self.evaluations,
-                len(self.modes),
+                len(pieces),
                 self.seconds,
-                self._small(),
+                self._small(pieces),
             ),
         )
 
-    def _small(self) -> tuple[str, ...]:
+    def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        largest = np.max([np.abs(x).max(axis=0) for x in self.x if len(x)], axis=0, initial=0.0)
+        own = [p.x for p in pieces if p.system is self.system and len(p.t)]
+        largest = np.max([np.abs(x).max(axis=0) for x in own], axis=0, initial=0.0)
         # a millionth of that is rounding of something that stands still
         small = (largest * self.rtol < self.atol) & (largest * self.rtol > 1e-6 * self.atol)
         names = self.system.state_names
@@ -246,20 +275,24 @@ class _Run:
             self.events.append(Event(t, ", ".join(names)))
         return edges
 
-    def _advance(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    def _advance(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
+    ) -> tuple[float, np.ndarray, tuple[int, int, int] | None]:
+        """Time and state reached, and why before the end: a state that should not lead."""
         system, theta = self.system, self.point.theta
         if end <= begin:
-            return x
+            return end, x, None
         if not len(x):
             self._static(begin, end, modes)
-            return x
-        settings = np.concatenate([modes, self.guess])
+            return end, x, None
+        settings = self._settings(modes)
         f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
         self._refuse(finite_fault(system, begin, x, f))
-        first = self._first_step(begin, end, x, f, settings)
+        scale = self.atol + self.rtol * np.abs(x)
+        first = first_step(system, theta, (begin, end), x, f, settings, scale)
         head = np.concatenate([[begin, first, 0, 0, 0, 0], self.guess])
         while head[0] < end:
-            stepper = _stepper(system, self.method, self.times is not None)
+            stepper = _stepper(system, self.method, self.output.on_grid)
             started = clock.perf_counter()
             try:
                 found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
@@ -270,11 +303,14 @@ class _Run:
                     self.trajectory(),
                 ) from None
             self.seconds += clock.perf_counter() - started
-            head, new_x, new_f = (np.asarray(found[i]).ravel() for i in range(3))
-            self._collect(stepper, x, np.asarray(found[3]), np.asarray(found[4]).T, found[5])
-            x, f, self.guess = new_x, new_f, head[HEAD:]
-            settings = np.concatenate([modes, self.guess])
-            self._refuse(leverage_fault(system, theta, head[0], x, settings))
+            log, xs = np.asarray(found[3]), np.asarray(found[4]).T
+            unfit, row = self._unfit(log, xs, modes)
+            self._collect(stepper, x, log[:, :row], xs[:row], found[5], modes)
+            if unfit is not None:
+                self.guess = xs[row - 1, len(x) :]
+                return float(log[1, row - 1]), xs[row - 1, : len(x)], unfit
+            head, x, f = (np.asarray(found[i]).ravel() for i in range(3))
+            self.guess = head[HEAD:]
             if head[5]:
                 self._give_up(head[0], x, f)
             if self.steps + self.rejected > self.max_steps:
@@ -287,10 +323,26 @@ class _Run:
             if self.auto and self.method == "explicit" and head[3] >= STIFF_AFTER:
                 self.method = "implicit"
                 self.methods.append(self.method)
-        return x
+        return end, x, None
+
+    def _unfit(
+        self, log: np.ndarray, xs: np.ndarray, modes: np.ndarray
+    ) -> tuple[tuple[int, int, int] | None, int]:
+        """State that should not lead any more, and how many attempts of a chunk still count."""
+        n = len(self.system.states)
+        accepted = np.flatnonzero(log[2] == ACCEPTED)
+        point = (log[1, accepted], xs[accepted, :n], self._rows(modes, xs[accepted, n:]))
+        unfit = unfit_states(self.system, self.point.theta, *point)
+        return unfit, log.shape[1] if unfit is None else int(accepted[unfit[0]]) + 1
 
     def _collect(
-        self, stepper: Stepper, x: np.ndarray, log: np.ndarray, xs: np.ndarray, dense: ca.DM
+        self,
+        stepper: Stepper,
+        x: np.ndarray,
+        log: np.ndarray,
+        xs: np.ndarray,
+        dense: ca.DM,
+        modes: np.ndarray,
     ) -> None:
         """Count and record the attempts of one chunk that started at x."""
         accepted = np.flatnonzero(log[2] == ACCEPTED)
@@ -301,72 +353,36 @@ class _Run:
         if not len(accepted):
             return
         ends, n = log[1][accepted], len(x)
-        if self.times is None:
-            self._record(ends, xs[accepted, :n], xs[accepted, n:])
+        if not self.output.on_grid:
+            self.output.add(ends, xs[accepted, :n], self._rows(modes, xs[accepted, n:]))
             return
-        stop = int(np.searchsorted(self.times, ends[-1], "left"))
-        wanted = self.times[self.next_output : stop]
+        wanted = self.output.due(ends[-1])
         if not len(wanted):
             return
         step = accepted[np.searchsorted(ends, wanted, "right").clip(max=len(ends) - 1)]
         before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
-        attempts = log.shape[1]
-        coefficients = np.asarray(dense).T.reshape(attempts, -1, n)[step]
+        coefficients = np.asarray(dense).T.reshape(stepper.chunk, -1, n)[step]
         fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
         values = stepper.interpolate(fraction, before, after, coefficients)
-        self._record(wanted, values, xs[step, n:])
-        self.next_output = stop
+        self.output.add(wanted, values, self._rows(modes, xs[step, n:]))
+
+    def _rows(self, modes: np.ndarray, guesses: np.ndarray) -> np.ndarray:
+        """Settings of several points."""
+        return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
     def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
         """A system without states: only its functions of time remain."""
-        if self.times is None:
-            wanted = np.array([end])
-        else:
-            stop = int(np.searchsorted(self.times, end, "left"))
-            wanted = self.times[self.next_output : stop]
-            self.next_output = max(stop, self.next_output)
-        guesses = self._marched(np.append(wanted, end), begin, modes)
-        self._record(wanted, np.zeros((len(wanted), 0)), guesses[:-1])
-        self.guess = guesses[-1]
-
-    def _marched(self, times: np.ndarray, begin: float, modes: np.ndarray) -> np.ndarray:
-        """Implicit quantities of a system without states, each from those shortly before."""
-        count = len(times)
-        if not self.implicit:
-            return np.zeros((count, 0))
-        fine = np.interp(
-            np.arange(1, count * _SUBSTEPS + 1) / _SUBSTEPS,
-            np.arange(count + 1),
-            np.concatenate([[begin], times]),
-        )
-        guess, t, m = ca.MX.sym("g", self.implicit), ca.MX.sym("t"), ca.MX.sym("m", len(modes))
-        settings = ca.vertcat(m, guess)
-        found, step = self.system.closure(ca.MX(0, 1), self.point.theta, t, settings)
-        march = ca.Function("march", [guess, t, m], [found, step]).mapaccum(len(fine))
-        columns = np.repeat(modes[:, None], len(fine), axis=1)
-        guesses, steps = (np.asarray(v) for v in march(self.guess, fine[None, :], columns))
-        if not np.abs(steps).max() <= CLOSED * (1 + np.abs(guesses).max()):
-            raise SolverError(
-                f"{self.system.name}: a linkage or implicit equation could not be followed up to "
-                f"t = {times[-1]:g} s. Ask for more output points, or check its range.",
-                self.trajectory(),
+        wanted = self.output.due(end) if self.output.on_grid else np.array([end])
+        times = np.append(wanted, end)
+        guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)
+        if guesses is None:
+            self._refuse(
+                f"a linkage or implicit equation could not be followed up to t = {end:g} s. Ask "
+                "for more output points, or check its range."
             )
-        return guesses.T[_SUBSTEPS - 1 :: _SUBSTEPS]
-
-    def _first_step(
-        self, begin: float, end: float, x: np.ndarray, f: np.ndarray, settings: np.ndarray
-    ) -> float:
-        """Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4."""
-        scale = self.atol + self.rtol * np.abs(x)
-        d0, d1 = _rms(x / scale), _rms(f / scale)
-        h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-        h0 = min(h0, end - begin)
-        rate = self.system.rhs(x + h0 * f, self.point.theta, begin + h0, settings)
-        d2 = _rms((np.asarray(rate).ravel() - f) / scale) / h0
-        steepest = max(d1, d2)
-        h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
-        first = min(100 * h0, h1, end - begin)
-        return first if np.isfinite(first) and first > 0 else 1e-6 * (end - begin)
+            return
+        self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
+        self.guess = guesses[-1]
 
     def _refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
@@ -383,11 +399,6 @@ class _Run:
             f"{f[worst]:.6g}. A quantity runs to infinity or leaves the range of a function.",
             self.trajectory(),
         )
-
-
-def _rms(values: np.ndarray) -> float:
-    with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _nominal(system: System, name: str) -> float:

@@ -17,7 +17,16 @@ from scipy.integrate import DOP853
 
 from lumped.system import System
 
-__all__ = ["ACCEPTED", "CLOSED", "HEAD", "REJECTED", "STIFF_AFTER", "Method", "Stepper"]
+__all__ = [
+    "ACCEPTED",
+    "CLOSED",
+    "HEAD",
+    "REJECTED",
+    "STIFF_AFTER",
+    "Method",
+    "Stepper",
+    "first_step",
+]
 
 Method = Literal["explicit", "implicit"]
 
@@ -112,6 +121,44 @@ class Stepper:
             y = (y + dense[:, 6 - i]) * (x if i % 2 == 0 else 1 - x)
         y += before
         return y
+
+
+def first_step(
+    system: System,
+    theta: np.ndarray,
+    span: tuple[float, float],
+    x: np.ndarray,
+    rates: np.ndarray,
+    settings: np.ndarray,
+    scale: np.ndarray,
+) -> float:
+    """Step to begin with (Hairer, Norsett, Wanner, vol. I, II.4).
+
+    Parameters
+    ----------
+    span : tuple of float
+        Begin and end of the segment, s.
+    x, rates : ndarray, shape (n,)
+        States and their derivatives at the begin.
+    settings : ndarray
+        Modes and implicit quantities.
+    scale : ndarray, shape (n,)
+        Error that is tolerated in each state.
+    """
+    begin, end = span
+    d0, d1 = _rms(x / scale), _rms(rates / scale)
+    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+    h0 = min(h0, end - begin)
+    later = np.asarray(system.rhs(x + h0 * rates, theta, begin + h0, settings)).ravel()
+    steepest = max(d1, _rms((later - rates) / scale) / h0)
+    h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
+    first = min(100 * h0, h1, end - begin)
+    return first if np.isfinite(first) and first > 0 else 1e-6 * (end - begin)
+
+
+def _rms(values: np.ndarray) -> float:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean(values**2)))
 
 
 def _skip(attempt: ca.Function) -> ca.Function:

@@ -1,4 +1,4 @@
-"""What a run must not pass over in silence: each check gives the text of a fault, or None."""
+"""What a run must not pass over in silence."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import numpy as np
 
 from lumped.system import System
 
-__all__ = ["finite_fault", "jump_fault", "leverage_fault"]
+__all__ = ["finite_fault", "jump_fault", "unfit_states"]
 
-_MOST_LEVERAGE = 1e5
+_MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
 
 
@@ -52,23 +52,34 @@ def jump_fault(
     )
 
 
-def leverage_fault(
-    system: System, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray
-) -> str | None:
-    """A state that cannot lead what depends on it any more (a dead centre)."""
+def unfit_states(
+    system: System, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
+) -> tuple[int, int, int] | None:
+    """The first of several points at which a state hardly leads what depends on it.
+
+    Near a dead centre of a linkage the leading angle stands still while others move.
+
+    Parameters
+    ----------
+    t, x, settings : ndarray, shapes (k,), (k, n), (k, m)
+        The points.
+
+    Returns
+    -------
+    tuple of int, or None
+        Number of the point, node that should lead, node of the state that leads now.
+    """
     pairs, function = _levers(system)
-    if not pairs:
+    if not pairs or not len(t):
         return None
-    ratios = np.abs(np.asarray(function(x, theta, t, settings)).ravel())
-    worst = int(np.argmax(np.where(np.isfinite(ratios), ratios, np.inf)))
-    if ratios[worst] < _MOST_LEVERAGE:
+    ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings.T)))
+    worst = np.where(np.isfinite(ratios), ratios, np.inf).max(axis=0)
+    beyond = np.flatnonzero(worst > _MOST_LEVERAGE)
+    if not len(beyond):
         return None
-    follower, leader = pairs[worst]
-    return (
-        f"at t = {t:.9g} s {follower} would have to move {ratios[worst]:.2g} times as fast as "
-        f"{leader}, which leads it: a dead centre for {leader}, beyond which it does not determine "
-        f"the position. Let {follower} lead (declare it with state='prefer'), or check the lengths."
-    )
+    point = int(beyond[0])
+    follower, leader = pairs[int(np.argmax(ratios[:, point]))]
+    return point, follower, leader
 
 
 def _dependent(system: System) -> list[int]:
@@ -89,7 +100,7 @@ def _followers(system: System) -> tuple[list[str], ca.Function]:
     return followers
 
 
-def _levers(system: System) -> tuple[list[tuple[str, str]], ca.Function]:
+def _levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     """Varying ratios of dependent positions to leading ones, and of speeds to speeds."""
     if "levers" not in system.made:
         nodes, x = _dependent(system), system._inputs[0]
@@ -103,10 +114,8 @@ def _levers(system: System) -> tuple[list[tuple[str, str]], ca.Function]:
             for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
             if order[rows[i]] == leading[columns[i]]
         ]
-        pairs = [
-            (system._node_name(nodes[rows[i]]), system.state_names[columns[i]]) for i in varying
-        ]
+        pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
         function = ca.Function("levers", system._inputs, [entries[varying]])
         system.made["levers"] = (pairs, function)
-    levers: tuple[list[tuple[str, str]], ca.Function] = system.made["levers"]
+    levers: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
     return levers

@@ -1,0 +1,73 @@
+"""Collect what a run computes: at the times asked for, in smooth pieces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lumped.analysis.result import Piece
+from lumped.system import System
+
+__all__ = ["Recorder"]
+
+
+class Recorder:
+    """Output of one run.
+
+    Parameters
+    ----------
+    until : float
+        End of the run, s.
+    times : ndarray or None
+        Output times; None for the steps of the solver.
+    both_sides : bool
+        Both ends of each segment are recorded, besides the output times between them.
+    """
+
+    def __init__(self, until: float, times: np.ndarray | None, both_sides: bool) -> None:
+        self.until, self.times, self.both_sides = until, times, both_sides
+        self._next = 0
+        self._parts: list[tuple[System, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]] = []
+
+    @property
+    def on_grid(self) -> bool:
+        """Whether output times were given."""
+        return self.times is not None
+
+    def open(self, system: System) -> None:
+        """Begin a new piece."""
+        n, m = len(system.states), system._inputs[3].numel()
+        self._parts.append((system, [(np.zeros(0), np.zeros((0, n)), np.zeros((0, m)))]))
+
+    def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+        """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
+        self._parts[-1][1].append((t, x, settings))
+
+    def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
+        """An end of a segment; grid points that coincide with it are left out."""
+        if self.both_sides:
+            self.add(np.array([t]), x[None, :], settings[None, :])
+            if self.times is not None:
+                close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
+                self._next = max(self._next, int(close))
+
+    def due(self, end: float) -> np.ndarray:
+        """Output times before `end` that were not handed out yet."""
+        if self.times is None:
+            return np.zeros(0)
+        stop = max(int(np.searchsorted(self.times, end, "left")), self._next)
+        wanted = self.times[self._next : stop]
+        self._next = stop
+        return wanted
+
+    def finish(self, x: np.ndarray, settings: np.ndarray) -> None:
+        """Output times at the very end."""
+        rest = self.due(np.inf)
+        if len(rest):
+            self.add(rest, *(np.repeat(v[None, :], len(rest), axis=0) for v in (x, settings)))
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """What was recorded so far."""
+        return tuple(
+            Piece(system, *(np.concatenate(columns) for columns in zip(*rows, strict=True)))
+            for system, rows in self._parts
+        )
