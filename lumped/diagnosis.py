@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.incidence import Incidence, Point
+from lumped.incidence import Incidence
 
-__all__ = ["class_names", "equation_text", "listed", "locked", "meets_itself", "misfit"]
+__all__ = ["class_names", "equation_text", "listed", "misfit"]
 
 Origin = tuple[str, int]
 """Kind and number of an equation, as in `Aliases.used`."""
@@ -114,9 +114,9 @@ class _Fault:
         return list(found.values())
 
     @property
-    def missing(self) -> str:
-        """Kind of the unknowns that lack an equation in return."""
-        return "flow" if "potential" in self.kinds else "potential"
+    def leading(self) -> str:
+        """Kind of port quantity that is determined too often; its partner lacks an equation."""
+        return next((kind for kind in ("potential", "flow") if kind in self.kinds), "")
 
     def hint(self) -> str:
         """What the user probably did, and what to do."""
@@ -134,7 +134,7 @@ class _Fault:
                 f"The equations of {owners.pop()} say one thing twice and leave another open, "
                 "though their count is right. Correct them."
             )
-        if "potential" in self.kinds:
+        if self.leading == "potential":
             if self.repeated and not any(kind == "ground" for kind, _ in self.origins):
                 return (
                     f"Likely a closed rigid loop runs through {self.parts}, and nothing tells how "
@@ -146,7 +146,7 @@ class _Fault:
                 f"Likely {count} supports or prescribed motions meet at {where} without an "
                 "elastic part between them. Remove one, or put a spring between them."
             )
-        if "flow" in self.kinds:
+        if self.leading == "flow":
             return (
                 "Likely an inertia, a support or (electric) a ground is missing: nothing holds "
                 f"{self.parts}. Connect one of these parts to one."
@@ -214,17 +214,19 @@ def _faults(incidence: Incidence, match: np.ndarray, over: list[np.ndarray]) -> 
 def _open(incidence: Incidence, faults: list[_Fault], under: list[np.ndarray]) -> list[int]:
     """Of each set of classes that could be left open, the one that tells most."""
     tree, classes = incidence.flat.tree, incidence.aliases.classes
-    wanted = {fault.missing for fault in faults}
-    guilty = {id(tree.node_of_unknown(u)) for fault in faults for u in fault.unknowns}
+    partner = {"potential": 1, "flow": -1}
+    wanted = {
+        u + partner[tree.quantity(u).kind]
+        for fault in faults
+        for u in fault.unknowns
+        if tree.quantity(u).kind == fault.leading
+    }
     chosen: list[int] = []
     for choice in under:
-        best, number = (False, False, -1), int(choice[0])
-        for u in np.flatnonzero(np.isin(classes, np.setdiff1d(choice, chosen))).tolist():
-            fits = tree.quantity(u).kind in wanted
-            score = (fits, fits and id(tree.node_of_unknown(u)) in guilty, u)
-            if score > best:
-                best, number = score, int(classes[u])
-        chosen.append(number)
+        members = np.flatnonzero(np.isin(classes, np.setdiff1d(choice, chosen)))
+        best = max(members.tolist(), key=lambda u: (u in wanted, u), default=None)
+        if best is not None:
+            chosen.append(int(classes[best]))
     return chosen
 
 
@@ -265,67 +267,3 @@ def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
             locals_ = np.unique(group.template.residual(e).locals)
             return [int(u) for u in group.unknowns[instance, locals_]]
     raise IndexError(number)
-
-
-# -- rigid loops ---------------------------------------------------------------------------------
-
-
-def meets_itself(incidence: Incidence, row: int) -> bool:
-    """Whether an equation relates quantities that are equal anyway."""
-    return int((incidence.aliases.classes[_raw_unknowns(incidence, row)] >= 0).sum()) > 1
-
-
-def locked(
-    incidence: Incidence, rows: np.ndarray, nodes: list[tuple[int, int]], highest: np.ndarray
-) -> str:
-    """What is wrong with constraints that leave their quantities no motion.
-
-    Parameters
-    ----------
-    incidence : Incidence
-        The equations.
-    rows : ndarray of int, shape (n,)
-        The constraints.
-    nodes : list of (int, int)
-        Class and order of derivative of the n quantities in them.
-    highest : ndarray of int, shape (classes,)
-        Order of the highest derivative of each class.
-    """
-    flat = incidence.flat
-    picked = np.zeros(incidence.count, dtype=bool)
-    picked[rows] = True
-    entries = incidence.entries(
-        np.zeros(incidence.count, dtype=int), Point(flat, incidence.aliases, highest), picked
-    )
-    matrix = np.zeros((len(rows), len(nodes)))
-    for row, *node, value in zip(
-        entries.rows, entries.classes, entries.orders, entries.values, strict=True
-    ):
-        if (node[0], node[1]) in nodes:
-            matrix[np.searchsorted(rows, row), nodes.index((node[0], node[1]))] = value
-    names = _some(_node_name(incidence, number, order) for number, order in nodes)
-    if np.linalg.matrix_rank(matrix) == len(rows):
-        what = f"these constraints lock the drive: {names} can only stand still"
-        why = (
-            "Likely a closed loop of rigid gears or linkages has ratios that do not fit each "
-            "other. Correct the ratios, remove one member of the loop, or make it elastic."
-        )
-    else:
-        what = f"these constraints are redundant: they fix the motion of {names} twice"
-        why = (
-            "Likely a closed loop of rigid gears or linkages, and nothing tells how its branches "
-            "share the load. Remove one member of the loop, or make it elastic."
-        )
-    return f"{flat.name}: {what}:\n{listed(incidence, rows)}\n{why}"
-
-
-def _node_name(incidence: Incidence, number: int, order: int) -> str:
-    """Name of a class at an order of derivative: a variable before a port quantity."""
-    aliases, tree = incidence.aliases, incidence.flat.tree
-    members = np.flatnonzero((aliases.classes == number) & (aliases.shifts <= order))
-    best = max(
-        members.tolist(),
-        key=lambda u: (aliases.shifts[u], tree.quantity(u).kind == "variable", -u),
-    )
-    rest = order - int(aliases.shifts[best])
-    return "der(" * rest + tree.unknown_name(best) + ")" * rest

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from lumped.values import Values
 
-__all__ = ["independent_of", "needed_states", "uses"]
+__all__ = ["independent_of", "needed_states", "uses", "vanishing"]
 
 
 def uses(expression: ca.SX, values: Values) -> csr_array:
@@ -22,45 +22,60 @@ def uses(expression: ca.SX, values: Values) -> csr_array:
     return csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=shape)
 
 
+def vanishing(expression: ca.SX, values: Values) -> np.ndarray:
+    """Which derivatives by states that stand in an expression vanish identically.
+
+    The derivatives are evaluated at random states, parameters, times and settings; where one
+    vanishes to rounding at all of them, the state cancels (Schwartz-Zippel).
+
+    Returns
+    -------
+    ndarray of bool, shape (nonzeros,)
+        For the nonzeros of ``jacobian(expression, states)`` in CasADi's order, by columns.
+    """
+    parameters = values.flat.parameters
+    settings = ca.vertcat(values.modes, values.guesses)
+    inputs = [values.states, parameters.theta, values.time, settings]
+    jacobian = ca.jacobian(expression, values.states)
+    rows = np.array(jacobian.sparsity().get_triplet()[0], dtype=int)
+    function = ca.Function("J", inputs, [ca.SX(jacobian.nz[:])])
+    rng = np.random.default_rng(6)
+    cancels = np.ones(len(rows), dtype=bool)
+    count, defaults = expression.numel(), parameters.defaults
+    for _ in range(3):
+        found = np.abs(
+            np.asarray(
+                function(
+                    rng.uniform(-2, 2, values.states.numel()),
+                    defaults * rng.uniform(0.8, 1.2, len(defaults))
+                    + 0.01 * rng.uniform(size=len(defaults)),
+                    rng.uniform(0, 2),
+                    np.concatenate(
+                        [
+                            rng.integers(0, 2, values.modes.numel()),
+                            rng.uniform(-2, 2, values.guesses.numel()),
+                        ]
+                    ),
+                )
+            ).ravel()
+        )
+        # a row that is rounding as a whole is measured against all others
+        scale = np.full(count, 1e-6 * found.max(initial=0.0))
+        np.maximum.at(scale, rows, found)
+        cancels &= found <= 1e-11 * scale[rows]
+    return cancels
+
+
 def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) -> np.ndarray:
     """Whether an expression does not change with states although they stand in it.
-
-    The derivative is evaluated at random states, parameters, times and modes; where it vanishes
-    to rounding at all of them, the state cancels (Schwartz-Zippel).
 
     Returns
     -------
     ndarray of bool, shape (len(columns),)
     """
-    parameters = values.flat.parameters
-    settings = ca.vertcat(values.modes, values.guesses)
-    inputs = [values.states, parameters.theta, values.time, settings]
-    picked = values.states[list(columns)]
-    function = ca.Function(
-        "J",
-        inputs,
-        [ca.jacobian(expression, picked), ca.jacobian(expression, values.states)],
-    )
-    rng = np.random.default_rng(6)
-    cancels = np.ones(len(columns), dtype=bool)
-    for _ in range(3):
-        own, full = function(
-            rng.uniform(-2, 2, values.states.numel()),
-            parameters.defaults * rng.uniform(0.8, 1.2, len(parameters.defaults))
-            + 0.01 * rng.uniform(size=len(parameters.defaults)),
-            rng.uniform(0, 2),
-            np.concatenate(
-                [
-                    rng.integers(0, 2, values.modes.numel()),
-                    rng.uniform(-2, 2, values.guesses.numel()),
-                ]
-            ),
-        )
-        scale = abs(csr_array(full.sparse())).max(axis=1).toarray().ravel()
-        own_entries = csr_array(own.sparse()).tocoo()
-        small = np.abs(own_entries.data) <= 1e-11 * scale[own_entries.row]
-        cancels[own_entries.col[~small]] = False
-    return cancels
+    entries = np.array(ca.jacobian_sparsity(expression, values.states).get_triplet()[1], dtype=int)
+    alive = set(entries[~vanishing(expression, values)].tolist())
+    return np.array([column not in alive for column in columns], dtype=bool)
 
 
 def needed_states(

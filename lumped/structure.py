@@ -7,19 +7,13 @@ unmatched ones reach, the over-determined part of Dulmage and Mendelsohn.
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import (
-    breadth_first_order,
-    connected_components,
-    maximum_bipartite_matching,
-)
+from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
 
-from lumped.diagnosis import class_names, equation_text, listed, locked, meets_itself, misfit
+from lumped.diagnosis import class_names, equation_text, listed, misfit
 from lumped.errors import SingularModelError
 from lumped.incidence import Entries, Incidence
-from lumped.template import PARAMETRIC
 
 __all__ = ["check_matching", "class_names", "differentiate", "equation_text"]
 
@@ -82,7 +76,7 @@ def differentiate(
     Raises
     ------
     SingularModelError
-        If there is no end to it, or constraints form a rigid loop.
+        If there is no end to it.
     """
     count = incidence.count
     times = np.zeros(count, dtype=int)
@@ -94,7 +88,6 @@ def differentiate(
         match = _match(graph)
         unmatched = np.flatnonzero(match < 0)
         if not len(unmatched):
-            _check_loops(incidence, entries, times, highest)
             return times, highest
         times[_reached(graph, match, unmatched)] += 1
     raise SingularModelError(
@@ -122,46 +115,3 @@ def check_matching(incidence: Incidence, entries: Entries) -> None:
     turned = graph.T.tocsr()
     under = [_reached(turned, owner, np.array([c])) for c in free[:_MOST_FAULTS]]
     raise SingularModelError(misfit(incidence, match, over, under, len(free)))
-
-
-def _check_loops(
-    incidence: Incidence, entries: Entries, times: np.ndarray, highest: np.ndarray
-) -> None:
-    """Refuse constraints that form a rigid loop.
-
-    Constraints that are coupled, as many as the quantities in them, and that nothing prescribed
-    enters, leave these quantities at zero for ever, or are redundant.
-    """
-    held = times[entries.rows] > 0
-    if not held.any():
-        return
-    rows, row = np.unique(entries.rows[held], return_inverse=True)
-    orders = int(entries.orders.max()) + 1
-    nodes, node = np.unique(
-        entries.classes[held] * orders + entries.orders[held], return_inverse=True
-    )
-    graph = _graph(row, node, (len(rows), len(nodes)))
-    owner = _inverse(_match(graph), len(nodes))
-    moving = _reached(graph.T.tocsr(), owner, np.flatnonzero(owner < 0))
-    fixed = np.setdiff1d(np.arange(len(nodes)), moving)
-    square, rows, nodes = graph[owner[fixed]][:, fixed], rows[owner[fixed]], nodes[fixed]
-    prescribed = np.flatnonzero(~_homogeneous(incidence)[rows])
-    guided = _reached(square.T.tocsr(), np.arange(len(rows)), prescribed)
-    label = connected_components(square, connection="strong")[1]
-    for loop in np.unique(np.delete(label, guided)):
-        found = rows[label == loop]
-        if len(found) > 1 or meets_itself(incidence, int(found[0])):
-            inside = [divmod(int(n), orders) for n in nodes[label == loop]]
-            raise SingularModelError(locked(incidence, found, inside, highest))
-
-
-def _homogeneous(incidence: Incidence) -> np.ndarray:
-    """Which equations are sums of constant factors times unknowns, and nothing else."""
-    result = np.ones(incidence.count, dtype=bool)
-    for group, e, instances, first in incidence.blocks:
-        residual = group.template.residual(e)
-        zeros = ca.SX.zeros(len(residual.locals))
-        rest = ca.substitute(residual.expression, residual.symbols, zeros)
-        plain = (residual.kinds <= PARAMETRIC).all() and ca.simplify(rest).is_zero()
-        result[first : first + len(instances)] = plain
-    return result

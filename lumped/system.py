@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from scipy.sparse import csc_array
 
 from lumped.component import Component
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel, flatten
-from lumped.prune import independent_of, needed_states, uses
+from lumped.prune import independent_of, needed_states, uses, vanishing
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.select import RANK
@@ -124,6 +125,7 @@ class System:
                         positions.add(place[number])
         outputs = None if self._outputs is None else self._raw(self._outputs)
         always = ca.vertcat(self._raw(kept), self._values.of(self._values.implicit))
+        self._positions = positions
         return needed_states(self._values, positions, outputs, always)
 
     def _raw(self, numbers: list[int]) -> ca.SX:
@@ -262,14 +264,36 @@ class System:
 
     @cached_property
     def cyclic(self) -> frozenset[int]:
-        """Nodes of states in use that are positions on which no derivative depends."""
-        used = set(self.jacobian.sparsity_out(0).get_triplet()[1])
-        found = set()
-        for i, node in enumerate(self.states):
-            number, order = self._reduced.class_and_order(node)
-            if i not in used and order + 1 < self._reduced.highest[number]:
-                found.add(node)
-        return frozenset(found)
+        """Nodes of states in use that are not speeds and on which no derivative depends."""
+        values, reduced = self._values, self._reduced
+        rates = values.of([n + 1 for n in self.states])
+        first = [
+            i
+            for i, n in zip(self._in_use, self.states, strict=True)
+            if reduced.class_and_order(n)[1] == 0
+        ]
+        used = set(uses(rates, values).indices.tolist())
+        doubtful = [i for i in first if i in used and i in self._positions]
+        idle = set(first) - used
+        if doubtful:
+            cancels = independent_of(rates, doubtful, values)
+            idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
+        return frozenset(reduced.states[i] for i in idle)
+
+    def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> csc_array:
+        """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
+        matrix = csc_array(self.jacobian(*point_inputs)[0].sparse())
+        matrix.data[self._cancelling] = 0.0
+        return matrix
+
+    @cached_property
+    def _cancelling(self) -> np.ndarray:
+        """Nonzeros of the Jacobian that vanish identically."""
+        rates = self._values.of([n + 1 for n in self.states])
+        columns = np.array(
+            ca.jacobian_sparsity(rates, self._values.states).get_triplet()[1], dtype=int
+        )
+        return vanishing(rates, self._values)[np.isin(columns, self._in_use)]
 
     @cached_property
     def _thresholds(self) -> tuple[ca.Function, np.ndarray]:

@@ -343,13 +343,34 @@ class Values:
     def _singular(self, rows: list[int], nodes: list[int]) -> SingularModelError:
         incidence = self.reduced.incidence
         listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
+        why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
+        what = "Make one of them elastic."
+        zeros = self._zero_parameters(nodes)
+        if zeros:
+            why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
+            what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
         return SingularModelError(
             f"{self.flat.name}: these equations determine nothing more, or contradict the rest:\n  "
             + "\n  ".join(listed)
-            + f"\nUnknowns of the block: {self._names(nodes[:12])}.\n"
-            "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
-            "Make one of them elastic."
+            + f"\nUnknowns of the block: {self._names(nodes[:12])}.\n{why}{what}"
         )
+
+    def _zero_parameters(self, nodes: list[int]) -> list[str]:
+        """Parameters that are zero in the equations of the block that determines the nodes."""
+        incidence, found = self.reduced.incidence, []
+        for row, order in self.reduced.blocks[self.reduced.block_of[nodes[0]]].equations:
+            if row >= incidence.first_sum:
+                continue
+            origin, place = incidence.place(row)
+            group, e, instances, _ = incidence.blocks[origin]
+            residual = group.template.residual(e, order)
+            present = ca.which_depends(
+                residual.partials, ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+            )
+            for number in group.parameters[instances[place]][np.array(present, dtype=bool)]:
+                if self._parameters[number] == 0:
+                    found.append(self.flat.parameters.names[number])
+        return found
 
 
 def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig, eigh, matrix_balance, svd
+from scipy.linalg import eig, eigh, matrix_balance, null_space, svd
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
@@ -28,9 +28,9 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
 
     Returns
     -------
-    values : ndarray of complex, shape (n,)
-        Those that are zero to rounding are exactly zero.
-    vectors : ndarray of complex, shape (n, n)
+    values : ndarray of complex, shape (k,)
+        Those that are zero to rounding are exactly zero, one for each vector of the null space.
+    vectors : ndarray of complex, shape (k, n)
         One in each row.
     """
     scale = _skew_scaling(a)
@@ -68,6 +68,12 @@ def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex,
 def _general(a: Real) -> tuple[Complex, Complex]:
     balanced, transform = matrix_balance(a)
     values, vectors = eig(balanced)
+    still = _zeroed(values, len(a)) == 0
+    if still.any():
+        # a defective zero (an angle kept beside its speed) has fewer vectors than its count
+        rest = null_space(balanced, rcond=1e-12)
+        values = np.concatenate([values[~still], np.zeros(rest.shape[1])])
+        vectors = np.hstack([vectors[:, ~still], rest])
     values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)
     values = _zeroed(values, len(a))
     return values, (transform @ vectors).T

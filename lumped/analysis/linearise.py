@@ -110,5 +110,4 @@ def linearise(
 
 def sparse_state_matrix(system: System, point: OperatingPoint) -> csc_array:
     """A as a sparse matrix."""
-    matrix = system.jacobian(point.x, point.theta, point.time, point.modes)[0]
-    return csc_array(matrix.sparse())
+    return system.state_matrix((point.x, point.theta, point.time, point.modes))

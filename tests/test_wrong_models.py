@@ -1,0 +1,1454 @@
+"""Wrong drive trains: each gets an error that names the guilty parts and says what to do.
+
+The same table makes the error catalogue; `python -m tests.test_wrong_models` rewrites it.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    AngleSensor,
+    Constant,
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Position,
+    RackAndPinion,
+    RelativeAngleSensor,
+    Speed,
+    SpeedSensor,
+    Spring,
+    Torque,
+    TorqueSensor,
+    translation,
+)
+from lumped.errors import (
+    ConnectError,
+    DeclarationError,
+    EquationError,
+    LumpedError,
+    OptionError,
+    ParameterError,
+    SingularModelError,
+    SolverError,
+    StartError,
+    UnknownNameError,
+)
+
+CATALOGUE = Path(__file__).parent.parent / "docs" / "errors.md"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mistake: its kind, what the user did, how, and what the answer must hold."""
+
+    kind: str
+    mistake: str
+    name: str
+    make: Callable[[], object]
+    error: type[LumpedError]
+    words: tuple[str, ...]
+
+
+CASES: list[Case] = []
+
+
+def wrong(kind, error, *words):
+    """Enter a function into the table; its docstring says what the user did."""
+
+    def enter(make):
+        CASES.append(Case(kind, make.__doc__, make.__name__, make, error, words))
+        return make
+
+    return enter
+
+
+def build(connections=(), **parts):
+    """Assemble a model of these parts."""
+    return lp.assemble(lp.compose(connections=connections, **parts))
+
+
+# -- parts that the library does not have ------------------------------------------------------
+
+
+class Planetary(lp.Component):
+    """Sun, ring and planet carrier: (1 + z) phi_carrier = phi_sun + z phi_ring."""
+
+    sun = lp.Flange()
+    ring = lp.Flange()
+    carrier = lp.Flange()
+    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", 2.0, above=0)
+
+    def equations(self):
+        s, r, c = self.sun, self.ring, self.carrier
+        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
+
+
+class Resistor(lp.Component):
+    """Resistor: v_p - v_n = R i."""
+
+    p = lp.Pin()
+    n = lp.Pin()
+    R: lp.Param = lp.param("Ohm", "resistance", 1.0, above=0)
+
+    def equations(self):
+        yield self.p.v - self.n.v == self.R * self.p.i
+        yield self.p.i + self.n.i == 0
+
+
+class Battery(lp.Component):
+    """Voltage source: v_p - v_n = U."""
+
+    p = lp.Pin()
+    n = lp.Pin()
+    U: lp.Param = lp.param("V", "voltage", 24.0)
+
+    def equations(self):
+        yield self.p.v - self.n.v == self.U
+        yield self.p.i + self.n.i == 0
+
+
+class Machine(lp.Component):
+    """DC machine: torque k i, voltage k w + R i."""
+
+    p = lp.Pin()
+    n = lp.Pin()
+    flange = lp.Flange()
+    k: lp.Param = lp.param("N.m/A", "machine constant", 0.1)
+    R: lp.Param = lp.param("Ohm", "resistance of the windings", 0.5, above=0)
+
+    def equations(self):
+        yield self.p.v - self.n.v == self.R * self.p.i + self.k * lp.der(self.flange.phi)
+        yield self.p.i + self.n.i == 0
+        yield self.flange.tau == -self.k * self.p.i
+
+
+class Shaft(lp.Component):
+    """Elastic shaft with its inertia: two halves and a spring, joined inside."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    J: lp.Param = lp.param("kg.m2", "moment of inertia", 0.1, above=0)
+    left: Inertia = Inertia(J=J / 2)
+    twist: Spring = Spring(c=100.0)
+    right: Inertia = Inertia(J=J / 2)
+
+    def connections(self):
+        yield from lp.chain(self.flange_a, self.left, self.twist, self.right, self.flange_b)
+
+
+class Line(lp.Component):
+    """Two elastic shafts in a row, one level further down."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    first: Shaft = Shaft()
+    second: Shaft = Shaft()
+
+    def connections(self):
+        yield from lp.chain(self.flange_a, self.first, self.second, self.flange_b)
+
+
+class Hoist(lp.Component):
+    """Motor, shafts and drum, with lists and dictionaries of parts."""
+
+    motor: Inertia = Inertia(J=0.1)
+    line: Line = Line()
+    discs: list[Inertia] = [Inertia(J=1.0), Inertia(J=1.0)]  # noqa: RUF012
+    brakes: dict[str, Damper] = {"left": Damper(d=1.0), "right": Damper(d=1.0)}  # noqa: RUF012
+    wall: Fixed = Fixed()
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.line, *self.discs)
+        for brake in self.brakes.values():
+            yield from lp.chain(self.discs[-1], brake, self.wall)
+
+
+# -- motion held or prescribed twice -----------------------------------------------------------
+
+TWICE = "Motion held or prescribed twice"
+
+
+@wrong(TWICE, SingularModelError, "bearing.flange", "brake.flange", "spring between")
+def two_supports():
+    """Two rigid supports hold the two ends of one rigid rotor."""
+    build(
+        lambda m: lp.chain(m.bearing, m.rotor, m.brake),
+        bearing=Fixed(),
+        rotor=Inertia(J=1.0),
+        brake=Fixed(),
+    )
+
+
+@wrong(TWICE, SingularModelError, "stand.motor_mount", "stand.foot", "spring between")
+def two_supports_inside_a_part():
+    """Two supports meet deep in a composite."""
+
+    class Stand(lp.Component):
+        """Two mounts at one flange."""
+
+        flange = lp.Flange()
+        motor_mount: Fixed = Fixed()
+        foot: Fixed = Fixed()
+
+        def connections(self):
+            yield lp.connect(self.flange, self.motor_mount.flange, self.foot.flange)
+
+    build(
+        lambda m: lp.chain(m.stand, m.spring, m.load),
+        stand=Stand(),
+        spring=Spring(c=1.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(TWICE, SingularModelError, "mill.w = 10", "grid.w = 12", "rotor")
+def two_speeds_on_one_shaft():
+    """Two speed sources drive the two ends of one rigid rotor."""
+    build(
+        lambda m: [
+            lp.connect(m.mill.flange, m.rotor.flange_a),
+            lp.connect(m.grid.flange, m.rotor.flange_b),
+        ],
+        mill=Speed(w=10.0),
+        rotor=Inertia(J=1.0),
+        grid=Speed(w=12.0),
+    )
+
+
+@wrong(TWICE, SingularModelError, "fast.flange", "slow.flange", "gear")
+def two_speeds_through_a_gear():
+    """Two speed sources drive the two sides of a rigid gear."""
+    build(
+        lambda m: lp.chain(m.fast, m.gear, m.slow),
+        fast=Speed(w=30.0),
+        gear=IdealGear(ratio=3.0),
+        slow=Speed(w=10.0),
+    )
+
+
+@wrong(TWICE, SingularModelError, "servo.phi = 1", "motor.w = 10")
+def speed_and_position():
+    """A speed source and a position source drive the same shaft."""
+    build(
+        lambda m: lp.chain(m.motor, m.body, m.servo),
+        motor=Speed(w=10.0),
+        body=Inertia(J=1.0),
+        servo=Position(phi=1.0),
+    )
+
+
+@wrong(TWICE, SingularModelError, "wall.flange.phi = wall.phi0", "motor")
+def speed_on_a_fixed_shaft():
+    """A speed source drives a rotor that a support holds."""
+    build(
+        lambda m: lp.chain(m.motor, m.rotor, m.wall),
+        motor=Speed(w=10.0),
+        rotor=Inertia(J=1.0),
+        wall=Fixed(),
+    )
+
+
+@wrong(TWICE, SingularModelError, "left.flange", "right.flange", "rack")
+def rack_between_two_fixed_points():
+    """A rack and its pinion are both held."""
+    build(
+        lambda m: [
+            lp.connect(m.left.flange, m.rack.flange_a),
+            lp.connect(m.rack.flange_b, m.right.flange),
+        ],
+        left=Fixed(),
+        rack=RackAndPinion(radius=0.1),
+        right=translation.Fixed(),
+    )
+
+
+@wrong(TWICE, SingularModelError, "set", "hold_sun", "hold_ring", "hold_carrier")
+def planetary_held_three_times():
+    """All three shafts of a planetary gear are held."""
+    build(
+        lambda m: [
+            lp.connect(m.hold_sun.flange, m.set.sun),
+            lp.connect(m.hold_ring.flange, m.set.ring),
+            lp.connect(m.hold_carrier.flange, m.set.carrier),
+        ],
+        set=Planetary(),
+        hold_sun=Fixed(),
+        hold_ring=Fixed(),
+        hold_carrier=Fixed(),
+    )
+
+
+@wrong(TWICE, SingularModelError, "set", "engine", "generator", "axle")
+def planetary_driven_three_times():
+    """All three shafts of a planetary gear have a speed source."""
+    build(
+        lambda m: [
+            lp.connect(m.engine.flange, m.set.carrier),
+            lp.connect(m.generator.flange, m.set.sun),
+            lp.connect(m.axle.flange, m.set.ring),
+        ],
+        set=Planetary(),
+        engine=Speed(w=100.0),
+        generator=Speed(w=200.0),
+        axle=Speed(w=50.0),
+    )
+
+
+# -- rigid loops -------------------------------------------------------------------------------
+
+LOOPS = "Rigid loops"
+
+
+@wrong(LOOPS, SingularModelError, "gear_2.flange_a.phi", "closed loop", "elastic")
+def gears_in_parallel():
+    """Two rigid gears of equal ratio join the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        gear_1=IdealGear(ratio=3.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through rotor, sensor", "share the load")
+def torque_sensor_across_a_rotor():
+    """A torque sensor is connected across a rigid rotor instead of in the power path."""
+    build(
+        lambda m: [
+            lp.connect(m.drive.flange, m.rotor.flange_a, m.sensor.flange_a),
+            lp.connect(m.rotor.flange_b, m.sensor.flange_b),
+        ],
+        drive=Torque(tau=1.0),
+        rotor=Inertia(J=1.0),
+        sensor=TorqueSensor(),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through sensor_1, sensor_2", "share the load")
+def two_torque_sensors_in_parallel():
+    """Two torque sensors join the same two rotors."""
+    build(
+        lambda m: [
+            lp.connect(m.a.flange_b, m.sensor_1.flange_a, m.sensor_2.flange_a),
+            lp.connect(m.sensor_1.flange_b, m.sensor_2.flange_b, m.b.flange_a),
+        ],
+        a=Inertia(J=1.0),
+        b=Inertia(J=1.0),
+        sensor_1=TorqueSensor(),
+        sensor_2=TorqueSensor(),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "body.flange_a", "body.flange_b", "share the load")
+def mass_attached_twice():
+    """Both flanges of one rotor are connected to the same shaft end."""
+    build(
+        lambda m: [
+            lp.connect(m.wall.flange, m.shaft.flange_a),
+            lp.connect(m.shaft.flange_b, m.body.flange_a, m.body.flange_b),
+        ],
+        wall=Fixed(),
+        shaft=Spring(c=100.0),
+        body=Inertia(J=1.0),
+    )
+
+
+# -- parts that nothing determines -------------------------------------------------------------
+
+LOOSE = "Parts that nothing holds"
+
+
+@wrong(LOOSE, SingularModelError, "left.tau", "right.tau", "nothing holds left, shaft, right")
+def spring_between_two_torques():
+    """A spring stands between two torque sources, without any inertia."""
+    build(
+        lambda m: lp.chain(m.left, m.shaft, m.right),
+        left=Torque(tau=1.0),
+        shaft=Spring(c=10.0),
+        right=Torque(tau=-1.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "spare.flange.phi", "nothing holds spare, other")
+def sensor_alone():
+    """A sensor is connected to another sensor only."""
+    build(
+        lambda m: [
+            lp.connect(m.drive.flange, m.body.flange_a),
+            lp.connect(m.spare.flange, m.other.flange),
+        ],
+        drive=Torque(tau=1.0),
+        body=Inertia(J=1.0),
+        spare=AngleSensor(),
+        other=SpeedSensor(),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "one.flange_a.phi", "nothing holds one, two, three")
+def dampers_without_ground():
+    """A ring of dampers has neither inertia nor ground."""
+    build(
+        lambda m: [
+            lp.connect(m.one.flange_b, m.two.flange_a),
+            lp.connect(m.two.flange_b, m.three.flange_a),
+            lp.connect(m.three.flange_b, m.one.flange_a),
+        ],
+        one=Damper(d=1.0),
+        two=Damper(d=2.0),
+        three=Damper(d=3.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "gear.flange_b.phi", "nothing holds motor, gear, load")
+def gear_into_nothing():
+    """A torque drives a gear whose other side carries a second torque and no inertia."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.load),
+        motor=Torque(tau=1.0),
+        gear=IdealGear(ratio=2.0),
+        load=Torque(tau=-2.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "nothing holds drives[1].motor, drives[1].shaft", "inertia")
+def one_of_several_drives_loose():
+    """In one of several equal drives the inertia was forgotten."""
+
+    class Drive(lp.Component):
+        """Torque, shaft, and something at its end."""
+
+        motor: Torque = Torque(tau=1.0)
+        shaft: Spring = Spring(c=10.0)
+        end: lp.Component = Inertia(J=1.0)
+        rotor: Inertia = Inertia(J=1.0)
+        with_rotor: bool = True
+
+        def connections(self):
+            if self.with_rotor:
+                yield from lp.chain(self.motor, self.rotor, self.shaft, self.end)
+            else:
+                yield from lp.chain(self.motor, self.shaft, self.end)
+
+    build(drives=[Drive(), Drive(with_rotor=False, end=Torque(tau=2.0))])
+
+
+@wrong(LOOSE, SingularModelError, "battery.n.v", "nothing holds battery, load", "ground")
+def circuit_without_ground():
+    """No pin of an electric circuit is grounded."""
+    build(
+        lambda m: [lp.connect(m.battery.p, m.load.p), lp.connect(m.battery.n, m.load.n)],
+        battery=Battery(),
+        load=Resistor(R=2.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "battery.n.v", "nothing holds battery, motor", "ground")
+def machine_without_ground():
+    """A motor on a battery: the shaft is sound, the electric side has no ground."""
+    build(
+        lambda m: [
+            lp.connect(m.battery.p, m.motor.p),
+            lp.connect(m.battery.n, m.motor.n),
+            lp.connect(m.motor.flange, m.rotor.flange_a),
+        ],
+        battery=Battery(),
+        motor=Machine(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "sensor.flange_a.phi", "nothing holds motor, sensor")
+def relative_sensor_in_the_power_path():
+    """A sensor of relative angle stands in the power path, where it carries no torque."""
+    build(
+        lambda m: lp.chain(m.motor, m.sensor, m.load),
+        motor=Torque(tau=1.0),
+        sensor=RelativeAngleSensor(),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "nothing holds left, right", "prescribed motions meet at grid")
+def two_mistakes_at_once():
+    """Two torques meet without an inertia, and elsewhere two speed sources meet."""
+    build(
+        lambda m: [*lp.chain(m.left, m.right), *lp.chain(m.grid, m.rotor, m.mill)],
+        left=Torque(tau=1.0),
+        right=Torque(tau=-1.0),
+        grid=Speed(w=1.0),
+        rotor=Inertia(J=1.0),
+        mill=Speed(w=2.0),
+    )
+
+
+@wrong(LOOSE, SingularModelError, "one", "two")
+def joint_between_dampers_of_zero():
+    """A massless joint is held by two dampers whose damping is zero."""
+    system = build(
+        lambda m: lp.chain(m.a, m.one, m.two, m.b),
+        a=Inertia(J=1.0),
+        one=Damper(d=0.0),
+        two=Damper(d=0.0),
+        b=Inertia(J=1.0),
+    )
+    lp.simulate(system, until=1.0)
+
+
+# -- parameters --------------------------------------------------------------------------------
+
+PARAMETERS = "Parameters"
+
+
+@wrong(PARAMETERS, ParameterError, "line.second.right.J", "no value")
+def parameter_missing_deep_inside():
+    """A part three levels down has no inertia."""
+    lp.assemble(Hoist().with_({"line.second.right": Inertia()}))
+
+
+@wrong(PARAMETERS, ParameterError, "discs[1].J = -1", "greater than 0")
+def negative_in_a_list():
+    """A negative inertia stands in a list."""
+    lp.assemble(Hoist().with_({"discs[1].J": -1.0}))
+
+
+@wrong(PARAMETERS, ParameterError, 'brakes["left"].d = -1', "line.first.twist.c = 0", "2 param")
+def two_faults_at_once():
+    """A negative damping in a dictionary, and a stiffness of zero in a part of a part."""
+    lp.assemble(Hoist().with_({'brakes["left"].d': -1.0, "line.first.twist.c": 0.0}))
+
+
+@wrong(PARAMETERS, ParameterError, "motor.J = nan", "finite")
+def parameter_nan():
+    """An inertia is not a number."""
+    lp.assemble(Hoist().with_({"motor.J": math.nan}))
+
+
+@wrong(PARAMETERS, ParameterError, "line.first.twist.c = inf", "finite")
+def parameter_infinite():
+    """A stiffness is infinite, to make the shaft rigid."""
+    lp.assemble(Hoist().with_({"line.first.twist.c": math.inf}))
+
+
+@wrong(PARAMETERS, ParameterError, "stage.gear.ratio = 0", "must not be zero")
+def ratio_of_zero():
+    """A gear deep inside has the ratio zero."""
+
+    class Stage(lp.Component):
+        """One gear."""
+
+        gear: IdealGear = IdealGear(ratio=0.0)
+
+    build(stage=Stage())
+
+
+@wrong(PARAMETERS, EquationError, "1 + time", "cannot hold the time")
+def parameter_bound_to_the_time():
+    """An inertia is bound to the time."""
+
+    class Winder(lp.Component):
+        """Reel that grows."""
+
+        rotor: Inertia = Inertia(J=1.0 + lp.time)
+
+    lp.assemble(Winder())
+
+
+@wrong(PARAMETERS, EquationError, "Winder", "'radius'")
+def parameter_bound_to_a_stranger():
+    """A part is bound to a parameter of another component."""
+
+    class Winder(lp.Component):
+        """Rotor with the radius of something else."""
+
+        rotor: Inertia = Inertia(J=2 * RackAndPinion.radius)
+
+    lp.assemble(Winder())
+
+
+@wrong(PARAMETERS, DeclarationError, "Spring(c='1e4 N.m/rad')", "number in N.m/rad")
+def parameter_as_text():
+    """A stiffness is given as text with its unit."""
+    Spring(c="1e4 N.m/rad")
+
+
+@wrong(PARAMETERS, DeclarationError, "Inertia(J=[1.0, 2.0])", "number in kg.m2")
+def parameter_as_list():
+    """An inertia is given as a list."""
+    Inertia(J=[1.0, 2.0])
+
+
+@wrong(PARAMETERS, DeclarationError, "Inertia(J=None)", "number in kg.m2")
+def parameter_as_none():
+    """An inertia is given as None."""
+    Inertia(J=None)
+
+
+@wrong(PARAMETERS, ParameterError, "rotor.J = -0.5", "greater than 0")
+def bound_parameter_out_of_range():
+    """A parameter computed from others leaves its range."""
+
+    class Pump(lp.Component):
+        """Rotor with what is left of the inertia."""
+
+        total: lp.Param = lp.param("kg.m2", "inertia of all", 1.0)
+        rotor: Inertia = Inertia(J=total - 1.5)
+
+    lp.assemble(Pump())
+
+
+@wrong(PARAMETERS, ParameterError, "rotor.J", "finite")
+def bound_parameter_divides_by_zero():
+    """A parameter is computed by a division by zero."""
+
+    class Pump(lp.Component):
+        """Inertia from a natural frequency."""
+
+        c: lp.Param = lp.param("N.m/rad", "stiffness", 1.0)
+        omega: lp.Param = lp.param("rad/s", "natural frequency", 0.0)
+        rotor: Inertia = Inertia(J=c / omega**2)
+
+    lp.assemble(Pump())
+
+
+@wrong(PARAMETERS, ParameterError, "fan.a", "fan.b", "circle")
+def parameters_in_a_circle():
+    """Two parameters are bound to each other."""
+
+    class Fan(lp.Component):
+        """Blades and hub, each half of the other."""
+
+        a: lp.Param = lp.param("kg.m2", "hub", 1.0)
+        b: lp.Param = lp.param("kg.m2", "blades", 2 * a)
+        rotor: Inertia = Inertia(J=a + b)
+
+    Fan.a.default = Fan.b / 2
+    build(fan=Fan())
+
+
+@wrong(PARAMETERS, ParameterError, "line.first.J", "'heavy'", "kg.m2")
+def text_in_a_run():
+    """A run changes a parameter to a text."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.J": "heavy"})
+
+
+@wrong(PARAMETERS, UnknownNameError, "line.first.left.J", "bound", "line.first.J")
+def bound_parameter_set_in_a_run():
+    """A run sets a parameter that is bound to one of its parent."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.left.J": 1.0})
+
+
+# -- names -------------------------------------------------------------------------------------
+
+NAMES = "Misspelt names"
+
+
+@wrong(NAMES, UnknownNameError, "Inertia has no 'j'", "J")
+def parameter_misspelt_at_construction():
+    """A parameter's name is misspelt when a part is made."""
+    Inertia(j=1.0)
+
+
+@wrong(NAMES, UnknownNameError, "stiffness", "c")
+def word_instead_of_letter():
+    """A word is used instead of the letter."""
+    Spring(stiffness=100.0)
+
+
+@wrong(NAMES, UnknownNameError, "Line has no part 'secnd'", "second")
+def part_misspelt_in_with():
+    """A part's name is misspelt in with_."""
+    Hoist().with_({"line.secnd.J": 1.0})
+
+
+@wrong(NAMES, UnknownNameError, "discs", "[7]")
+def list_index_too_large():
+    """A list of parts is asked for a member that it does not have."""
+    Hoist().with_({"discs[7].J": 1.0})
+
+
+@wrong(NAMES, UnknownNameError, "brakes", "middle")
+def dictionary_key_unknown():
+    """A dictionary of parts is asked for a key that it does not have."""
+    Hoist().with_({'brakes["middle"].d': 1.0})
+
+
+@wrong(NAMES, UnknownNameError, "line.first.twist.C", "line.first.twist.c")
+def parameter_misspelt_in_a_run():
+    """A parameter's name is misspelt in a run."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.twist.C": 1.0})
+
+
+@wrong(NAMES, UnknownNameError, "line.first.twist.phi", "line.first.twist.phi_rel")
+def start_value_misspelt():
+    """A start value's name is misspelt."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, start={"line.first.twist.phi": 1.0})
+
+
+@wrong(NAMES, UnknownNameError, "motor.speed", "motor.w")
+def result_misspelt():
+    """A result is asked for by a wrong name."""
+    lp.simulate(lp.assemble(Hoist()), until=0.01, grid=1)["motor.speed"]
+
+
+@wrong(NAMES, UnknownNameError, "motor.J", "parameter")
+def result_is_a_parameter():
+    """A parameter is asked for as a result."""
+    lp.simulate(lp.assemble(Hoist()), until=0.01, grid=1)["motor.J"]
+
+
+@wrong(NAMES, UnknownNameError, "line.first.torque", "line.first.twist.tau")
+def output_misspelt_in_assemble():
+    """An output's name is misspelt in assemble."""
+    lp.assemble(Hoist(), outputs=["line.first.torque"])
+
+
+@wrong(NAMES, UnknownNameError, "brake.d", 'brakes["left"].d')
+def input_misspelt_in_linearise():
+    """A parameter's name is misspelt in linearise."""
+    lp.linearise(lp.assemble(Hoist()), inputs=["brake.d"], outputs=["motor.w"])
+
+
+# -- connections -------------------------------------------------------------------------------
+
+CONNECTIONS = "Ports and connections"
+
+
+@wrong(CONNECTIONS, ConnectError, "shaft.flange_b", "not connected")
+def port_open():
+    """The end of a shaft is not connected."""
+    build(lambda m: lp.chain(m.motor, m.shaft), motor=Inertia(J=1.0), shaft=Spring(c=1.0))
+
+
+@wrong(CONNECTIONS, ConnectError, "hoist.line.second.twist.flange_b", "not connected")
+def port_open_deep_inside():
+    """A port three levels down is not connected."""
+
+    class Half(Shaft):
+        """Shaft whose spring has a loose end."""
+
+        def connections(self):
+            yield from lp.chain(self.flange_a, self.left, self.twist)
+            yield lp.connect(self.right.flange_b, self.flange_b)
+
+    build(hoist=Hoist().with_({"line.second": Half()}))
+
+
+@wrong(CONNECTIONS, SingularModelError, "line.second", "flange_b", "inside")
+def composite_port_not_connected_inside():
+    """A composite declares a port and connects nothing to it inside."""
+
+    class Stub(Shaft):
+        """Shaft that forgets its second port."""
+
+        def connections(self):
+            yield from lp.chain(self.flange_a, self.left, self.twist, self.right)
+
+    lp.assemble(Hoist().with_({"line.second": Stub()}))
+
+
+@wrong(CONNECTIONS, ConnectError, "line.first.twist.flange_a", "direct parts")
+def port_of_a_grandchild():
+    """A model connects to a port of a part of its part."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.line, m.load),
+            lp.connect(m.brake.flange_b, m.line.first.twist.flange_a),
+            lp.connect(m.brake.flange_a, m.wall.flange),
+        ],
+        motor=Inertia(J=1.0),
+        line=Line(),
+        load=Inertia(J=1.0),
+        brake=Damper(d=1.0),
+        wall=Fixed(),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "Crane", "IdealGear", "direct parts")
+def part_of_another_model():
+    """A model is connected to a part that was made outside of it."""
+    gear = IdealGear(ratio=2.0)
+
+    class Crane(lp.Component):
+        """Connects what is not its own."""
+
+        motor: Inertia = Inertia(J=1.0)
+
+        def connections(self):
+            yield from lp.chain(self.motor, gear)
+
+    lp.assemble(Crane())
+
+
+@wrong(CONNECTIONS, ConnectError, "rotational flange", "translational flange", "rack and pinion")
+def rotation_on_translation():
+    """A shaft is connected to a sliding mass."""
+    build(lambda m: lp.chain(m.shaft, m.slide), shaft=Inertia(J=1.0), slide=translation.Mass(m=1.0))
+
+
+@wrong(CONNECTIONS, ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
+def pin_on_a_flange():
+    """An electric pin is connected to a shaft."""
+    build(
+        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)],
+        motor=Machine(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
+def signal_on_a_flange():
+    """A signal is connected to a flange instead of to the input of a source."""
+    build(
+        lambda m: [lp.connect(m.command.y, m.rotor.flange_a)],
+        command=Constant(k=1.0),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
+def signal_of_a_sensor_on_a_shaft():
+    """The output of a speed sensor is connected to the next shaft."""
+    build(
+        lambda m: [*lp.chain(m.motor, m.sensor), lp.connect(m.sensor.w, m.load.flange_a)],
+        motor=Inertia(J=1.0),
+        sensor=SpeedSensor(),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "Inertia", "flange_a, flange_b")
+def part_instead_of_port():
+    """A part is connected, not one of its ports."""
+    build(
+        lambda m: [lp.connect(m.motor, m.shaft.flange_a)],
+        motor=Inertia(J=1.0),
+        shaft=Spring(c=1.0),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "'w'", "ports and signals")
+def variable_instead_of_port():
+    """A variable of a body is connected to the input of a source."""
+    build(
+        lambda m: [lp.connect(m.motor.w, m.drive.tau)],
+        motor=Inertia(J=1.0),
+        drive=Torque(),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, ring, carrier")
+def planetary_in_a_chain():
+    """A chain runs through a planetary gear, which has no flange_a."""
+    build(
+        lambda m: lp.chain(m.motor, m.set, m.load),
+        motor=Inertia(J=1.0),
+        set=Planetary(),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(CONNECTIONS, ConnectError, "at least two ports")
+def one_end_only():
+    """A connection has a single end."""
+    build(lambda m: [lp.connect(m.motor.flange_b)], motor=Inertia(J=1.0))
+
+
+@wrong(CONNECTIONS, EquationError, "Drive", "connections", "yield")
+def connections_return_ports():
+    """connections() yields a pair of ports without connect."""
+
+    class Drive(lp.Component):
+        """Pairs instead of connections."""
+
+        motor: Inertia = Inertia(J=1.0)
+        shaft: Spring = Spring(c=1.0)
+
+        def connections(self):
+            yield self.motor.flange_b, self.shaft.flange_a
+
+    lp.assemble(Drive())
+
+
+@wrong(CONNECTIONS, DeclarationError, "left", "right", "same Inertia object")
+def same_object_twice():
+    """The same object stands for two parts."""
+    wheel = Inertia(J=1.0)
+    lp.compose(left=wheel, right=wheel)
+
+
+@wrong(CONNECTIONS, DeclarationError, "wheels[0]", "wheels[1]", "same Inertia object")
+def list_multiplied():
+    """A list of parts is made by multiplication."""
+    lp.compose(wheels=[Inertia(J=1.0)] * 4)
+
+
+@wrong(CONNECTIONS, DeclarationError, "Drive.motor", "parentheses")
+def class_instead_of_part():
+    """A class stands where a part must, without parentheses."""
+
+    class Drive(lp.Component):
+        """Forgotten parentheses."""
+
+        motor: Inertia = Inertia
+
+
+@wrong(CONNECTIONS, DeclarationError, "Inertia.J", "with_")
+def assignment_to_a_part():
+    """A parameter of a finished part is assigned."""
+    Hoist().motor.J = 2.0
+
+
+# -- signals -----------------------------------------------------------------------------------
+
+SIGNALS = "Signals"
+
+
+@wrong(SIGNALS, ConnectError, "motor.tau", "no source", "tau=")
+def input_without_source():
+    """A torque source gets no torque."""
+    build(lambda m: lp.chain(m.motor, m.rotor), motor=Torque(), rotor=Inertia(J=1.0))
+
+
+@wrong(SIGNALS, ConnectError, "motor.tau", "one.y", "two.y", "2 sources")
+def input_with_two_sources():
+    """Two signals feed one input."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.rotor),
+            lp.connect(m.one.y, m.motor.tau),
+            lp.connect(m.two.y, m.motor.tau),
+        ],
+        motor=Torque(),
+        rotor=Inertia(J=1.0),
+        one=Constant(k=1.0),
+        two=Constant(k=2.0),
+    )
+
+
+@wrong(SIGNALS, ConnectError, "motor.tau", "connected and given")
+def input_connected_and_given():
+    """An input is given a number and connected."""
+    build(
+        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.one.y, m.motor.tau)],
+        motor=Torque(tau=3.0),
+        rotor=Inertia(J=1.0),
+        one=Constant(k=1.0),
+    )
+
+
+@wrong(SIGNALS, ConnectError, "left.tau", "right.tau", "no source")
+def inputs_joined_only():
+    """Two inputs are joined, and nothing feeds them."""
+    build(
+        lambda m: [
+            *lp.chain(m.left, m.rotor, m.right),
+            lp.connect(m.left.tau, m.right.tau),
+        ],
+        left=Torque(),
+        rotor=Inertia(J=1.0),
+        right=Torque(),
+    )
+
+
+@wrong(SIGNALS, ConnectError, "one.y", "two.y", "2 sources")
+def two_outputs_joined():
+    """Two outputs are connected to each other."""
+    build(
+        lambda m: [lp.connect(m.one.y, m.two.y)],
+        one=Constant(k=1.0),
+        two=Constant(k=2.0),
+    )
+
+
+@wrong(SIGNALS, SingularModelError, "control (Control)", "y == 2 * time", "too many")
+def output_driven_twice():
+    """An output is connected inside and has an equation too."""
+
+    class Control(lp.Component):
+        """Constant command with a second law."""
+
+        inner: Constant = Constant(k=1.0)
+        y = lp.Output("N.m", "command")
+
+        def connections(self):
+            yield lp.connect(self.inner.y, self.y)
+
+        def equations(self):
+            yield self.y == 2 * lp.time
+
+    build(
+        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.control.y, m.motor.tau)],
+        control=Control(),
+        motor=Torque(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(SIGNALS, SingularModelError, "control (Control)", "outputs")
+def output_not_driven():
+    """An output of a composite is neither connected inside nor computed."""
+
+    class Control(lp.Component):
+        """Forgets its output."""
+
+        inner: Constant = Constant(k=1.0)
+        y = lp.Output("N.m", "command")
+
+    build(
+        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.control.y, m.motor.tau)],
+        control=Control(),
+        motor=Torque(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(SIGNALS, DeclarationError, "SpeedSensor(w=", "output")
+def output_given():
+    """The output of a sensor is given a value."""
+    SpeedSensor(w=1.0)
+
+
+@wrong(SIGNALS, ConnectError, "sensor.flange", "not connected")
+def sensor_not_attached():
+    """A sensor's signal is used, but its flange is not connected."""
+    build(
+        lambda m: [*lp.chain(m.motor, m.rotor), lp.connect(m.sensor.w, m.motor.tau)],
+        motor=Torque(),
+        rotor=Inertia(J=1.0),
+        sensor=SpeedSensor(),
+    )
+
+
+@wrong(SIGNALS, SingularModelError, "one, two only repeat each other")
+def signals_in_a_circle():
+    """Two signals are each the other: an algebraic loop that determines nothing."""
+
+    class Follow(lp.Component):
+        """Repeats its input."""
+
+        u = lp.Input("1", "in")
+        y = lp.Output("1", "out")
+
+        def equations(self):
+            yield self.y == self.u
+
+    build(
+        lambda m: [lp.connect(m.one.y, m.two.u), lp.connect(m.two.y, m.one.u)],
+        one=Follow(),
+        two=Follow(),
+    )
+
+
+# -- own components ----------------------------------------------------------------------------
+
+OWN = "Equations of own components"
+
+
+class Brake(lp.Component):
+    """Brake whose law a test supplies."""
+
+    flange = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "damping", 2.0)
+    w: lp.Var = lp.var("rad/s", "speed")
+
+
+def braked(law):
+    """Assemble a rotor with a brake of this law."""
+    kind = type("Brake", (Brake,), {"__doc__": "Brake under test.", "equations": law})
+    return build(lambda m: lp.chain(m.rotor, m.brake), rotor=Inertia(J=1.0, w=1.0), brake=kind())
+
+
+@wrong(OWN, SingularModelError, "brake (Brake) brings 1 equation", "needs 2", "w", "flange")
+def equation_missing():
+    """A component has an equation too few."""
+
+    def law(self):
+        yield self.flange.tau == self.d * self.w
+
+    braked(law)
+
+
+@wrong(OWN, SingularModelError, "brake (Brake) brings 3 equations but needs 2", "too many")
+def equation_surplus():
+    """A component has an equation too many."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w
+        yield self.flange.tau == 5.0
+
+    braked(law)
+
+
+@wrong(OWN, SingularModelError, "in brake", "equations of brake (Brake)", "twice")
+def equation_twice():
+    """A component states one law twice and forgets another: the count is right."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield 2 * self.w == 2 * lp.der(self.flange.phi)
+
+    braked(law)
+
+
+@wrong(OWN, SingularModelError, "brake.w = brake.w", "no unknown is left", "cancel")
+def equation_of_itself():
+    """A quantity is said to equal itself."""
+
+    def law(self):
+        yield self.w == self.w
+        yield self.flange.tau == self.d * lp.der(self.flange.phi)
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake (Brake)", "must be an equation")
+def expression_instead_of_equation():
+    """An equation is written as an expression that should be zero."""
+
+    def law(self):
+        yield self.w - lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake", "w", "where")
+def if_on_a_variable():
+    """A law is chosen by `if` on a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        if self.w > 0:
+            yield self.flange.tau == self.d
+        else:
+            yield self.flange.tau == -self.d
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake", "lumped.ops")
+def math_function():
+    """A function of math is applied to a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * math.sin(self.w)
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake", "w == der(flange.phi)", "two equations")
+def chained_equations():
+    """Two equations are written in one: a == b == c."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi) == self.flange.tau / self.d
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake", "w", "time")
+def condition_on_a_state():
+    """A condition compares a variable, not the time."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
+
+    braked(law)
+
+
+@wrong(OWN, StartError, "no values of brake.w meet", "start values")
+def implicit_equation_without_solution():
+    """A quantity is given only implicitly, by an equation that no value of it fulfils."""
+
+    def law(self):
+        yield lp.der(self.flange.phi) == self.w**2 + 2.0
+        yield self.flange.tau == self.d * self.w
+
+    lp.simulate(braked(law), until=1.0)
+
+
+@wrong(OWN, EquationError, "cart (Cart)", "'w'", "Inertia")
+def part_of_a_stranger_in_an_equation():
+    """An equation uses a quantity of a component that is not below it."""
+    wheel = Inertia(J=1.0)
+
+    class Cart(lp.Component):
+        """Speed from a foreign wheel."""
+
+        axle: Inertia = Inertia(J=1.0)
+        v: lp.Var = lp.var("m/s", "velocity")
+
+        def equations(self):
+            yield self.v == 0.3 * wheel.w
+
+    build(cart=Cart())
+
+
+@wrong(OWN, EquationError, "gear", "left side")
+def lossless_without_an_explicit_angle():
+    """The kinematics of a lossless part have no angle alone on the left."""
+
+    class Gear(lp.Component):
+        """Gear of ratio 2, the other way round."""
+
+        flange_a = lp.Flange()
+        flange_b = lp.Flange()
+
+        def equations(self):
+            a, b = self.flange_a, self.flange_b
+            yield lp.lossless(2 * b.phi == a.phi, a, b)
+
+    build(lambda m: lp.chain(m.a, m.gear, m.b), a=Inertia(J=1.0), gear=Gear(), b=Inertia(J=1.0))
+
+
+# -- start values ------------------------------------------------------------------------------
+
+START = "Start values"
+
+
+@wrong(START, StartError, "motor.w = 10", "load.w = 10")
+def speeds_against_a_gear():
+    """The start speeds on both sides of a gear do not fit its ratio."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.motor, m.gear, m.load),
+            motor=Inertia(J=1.0, w=10.0),
+            gear=IdealGear(ratio=2.0),
+            load=Inertia(J=1.0, w=10.0),
+        )
+    )
+
+
+@wrong(START, StartError, "motor.w = 10", "load.w = 12")
+def speeds_against_a_rigid_coupling():
+    """Two rigidly joined rotors start at different speeds."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.motor, m.load),
+            motor=Inertia(J=1.0, w=10.0),
+            load=Inertia(J=1.0, w=12.0),
+        )
+    )
+
+
+@wrong(START, StartError, "rotor.w = 5")
+def speed_of_a_held_body():
+    """A body that a support holds starts with a speed."""
+    lp.start_point(
+        build(lambda m: lp.chain(m.wall, m.rotor), wall=Fixed(), rotor=Inertia(J=1.0, w=5.0))
+    )
+
+
+@wrong(START, StartError, "rotor.phi = 1")
+def angle_of_a_held_body():
+    """A body starts at another angle than that of its support."""
+    lp.start_point(
+        build(lambda m: lp.chain(m.wall, m.rotor), wall=Fixed(), rotor=Inertia(J=1.0, phi=1.0))
+    )
+
+
+@wrong(START, StartError, "rotor.w = 5")
+def speed_against_a_speed_source():
+    """A body on a speed source starts at another speed."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.motor, m.rotor),
+            motor=Speed(w=10.0),
+            rotor=Inertia(J=1.0, w=5.0),
+        )
+    )
+
+
+@wrong(START, StartError, "s_1.phi_rel", "s_2.phi_rel", "s_3.phi_rel")
+def twists_around_a_loop():
+    """The start twists of three springs around a closed loop do not add up to zero."""
+    lp.start_point(
+        build(
+            lambda m: [*lp.chain(m.a, m.s_1, m.b, m.s_2, m.c, m.s_3, m.a)],
+            a=Inertia(J=1.0),
+            b=Inertia(J=1.0),
+            c=Inertia(J=1.0),
+            s_1=Spring(c=1.0, phi_rel=0.1),
+            s_2=Spring(c=1.0, phi_rel=0.1),
+            s_3=Spring(c=1.0, phi_rel=0.1),
+        )
+    )
+
+
+@wrong(START, StartError, "shaft.tau = 50", "shaft.phi_rel = 0")
+def torque_against_twist():
+    """A spring starts with a torque and a twist that do not fit."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.a, m.shaft, m.b),
+            a=Inertia(J=1.0),
+            shaft=Spring(c=100.0, tau=50.0, phi_rel=0.0),
+            b=Inertia(J=1.0),
+        )
+    )
+
+
+@wrong(START, StartError, "body.a = 3", "rest of the model")
+def acceleration_given():
+    """A body starts with an acceleration other than what the torques give."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.drive, m.body), drive=Torque(tau=1.0), body=Inertia(J=1.0, a=3.0)
+        )
+    )
+
+
+# -- runs --------------------------------------------------------------------------------------
+
+RUNS = "Runs"
+
+
+@wrong(RUNS, OptionError, "until = -1")
+def until_negative():
+    """A run ends before it starts."""
+    lp.simulate(lp.assemble(Hoist()), until=-1.0)
+
+
+@wrong(RUNS, DeclarationError, "Inertia", "parentheses")
+def assemble_a_class():
+    """The class is assembled, not an instance."""
+    lp.assemble(Inertia)
+
+
+@wrong(RUNS, SolverError, "drum.phi would have to jump", "0.5 s")
+def prescribed_jump():
+    """A prescribed angle jumps, and a rigid body would have to follow."""
+    step = lp.ops.where(lp.time >= 0.5, 1.0, 0.0)
+    system = build(
+        lambda m: lp.chain(m.servo, m.drum), servo=Position(phi=step), drum=Inertia(J=1.0)
+    )
+    lp.simulate(system, until=1.0)
+
+
+class Point(lp.Component):
+    """Motion with a law that a test supplies."""
+
+    x: lp.Var = lp.var("m", "position")
+    y: lp.Var = lp.var("m", "distance")
+
+
+def moved(law, **start):
+    kind = type("Point", (Point,), {"__doc__": "Point under test.", "equations": law})
+    return build(part=kind(**start))
+
+
+@wrong(RUNS, SolverError, "part.x", "not a finite number", "t = 0 s")
+def division_by_zero_at_the_start():
+    """A law divides by a state that starts at zero."""
+
+    def law(self):
+        yield lp.der(self.x) == 1 / self.x
+        yield lp.der(self.y) == 1
+
+    lp.simulate(moved(law), until=1.0)
+
+
+@wrong(RUNS, SolverError, "t = 1 s", "leaves the range")
+def root_of_a_negative_number():
+    """The argument of a square root becomes negative during the run."""
+
+    def law(self):
+        yield lp.der(self.x) == -1
+        yield lp.der(self.y) == lp.ops.sqrt(self.x)
+
+    lp.simulate(moved(law, x=1.0), until=2.0)
+
+
+@wrong(RUNS, SolverError, "rotor.w", "accelerates for ever")
+def no_equilibrium():
+    """A free drive with a net torque is asked for its equilibrium."""
+    lp.equilibrium(
+        build(lambda m: lp.chain(m.motor, m.rotor), motor=Torque(tau=3.0), rotor=Inertia(J=2.0))
+    )
+
+
+# -- tests and catalogue -----------------------------------------------------------------------
+
+INTRODUCTION = """\
+# Errors
+
+<!-- Written by `python -m tests.test_wrong_models`. Do not edit. -->
+
+What a wrong model is answered, kind by kind. Every error is a `lumped.errors.LumpedError`.
+
+How to read a text:
+
+* The first line says what is wrong, and in which model.
+* Paths lead from the top of the model to the part: `line.second.twist.c` is the stiffness of
+  `twist`, in `second`, in `line`; `discs[1]` and `brakes["left"]` stand in a list and a dictionary.
+  The class stands behind in brackets.
+* Equations are shown as written, with full names, and where they stand: *in* a part, or *at* the
+  ports that a connection joins.
+* Where equations and unknowns do not fit, there are always both: equations that determine something
+  too often, and something that nothing determines. "Left after joining what is equal" counts the
+  equations that remain when quantities that are simply equal have become one.
+* The last line says what is likely meant, and what to do. Only it is a guess.
+
+Long numbers are rounded here.
+"""
+LONG = re.compile(r"-?\d+(\.\d{4,}(e[+-]\d+)?|(\.\d+)?e-\d+)")
+
+
+def answer(case):
+    """The error that a case raises."""
+    with pytest.raises(LumpedError) as caught:
+        case.make()
+    return caught.value
+
+
+def rounded(number):
+    """A long number to three digits, and zero where it is rounding."""
+    value = float(number[0])
+    return f"{value:.3g}" if abs(value) > 1e-12 else "0"
+
+
+def catalogue():
+    """The text of docs/errors.md."""
+    lines = [INTRODUCTION]
+    for kind in dict.fromkeys(case.kind for case in CASES):
+        lines.append(f"## {kind}\n")
+        for case in CASES:
+            if case.kind == kind:
+                error = answer(case)
+                text = LONG.sub(rounded, f"{type(error).__name__}: {error}")
+                lines.append(f"{case.mistake}\n\n```text\n{text}\n```\n")
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_a_wrong_model_is_answered_in_words_of_the_model(case):
+    error = answer(case)
+    print(f"\n{type(error).__name__}: {error}")
+    assert type(error) is case.error
+    for word in case.words:
+        assert word in str(error)
+
+
+def test_the_catalogue_of_errors_shows_the_texts_of_today():
+    received = CATALOGUE.read_text(encoding="utf-8")
+    expected = catalogue()
+    assert received == expected, "run: python -m tests.test_wrong_models"
+
+
+if __name__ == "__main__":
+    CATALOGUE.write_text(catalogue(), encoding="utf-8")
