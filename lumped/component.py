@@ -137,31 +137,46 @@ class Component:
                 below.setdefault(head, {})[rest] = value
             elif "[" in head:
                 slot, key = _split(head)
-                values[slot] = _replaced(values.get(slot, self._default(slot)), key, value)
+                held = self._held(slot, values)
+                if not isinstance(held, Mapping):
+                    _member(held, key, slot)
+                values[slot] = _replaced(held, key, value)
             else:
                 values[head] = value
         for head, inner in below.items():
             slot, key = _split(head)
-            if slot not in self._parts:
-                raise UnknownNameError(
-                    f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
-                )
-            held = values.get(slot, self._default(slot))
-            if key is None:
-                values[slot] = held.with_(inner)
-            else:
-                values[slot] = _replaced(held, key, _member(held, key, slot).with_(inner))
+            held = self._held(slot, values)
+            values[slot] = _replaced(held, key, _member(held, key, slot).with_(inner))
         return type(self)(**values)
+
+    def _held(self, slot: str, values: Mapping[str, Any]) -> Any:
+        if slot not in self._parts:
+            raise UnknownNameError(
+                f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
+            )
+        return values.get(slot, self._default(slot))
+
+    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            known = [*self._quantities, *self._ports, *self._parts, *self._fields]
+            raise UnknownNameError(f"{self._label()} has no '{name}'. {nearest(name, known)}")
 
     def __setattr__(self, name: str, value: object) -> None:
         raise DeclarationError(
-            f"{type(self).__name__}.{name} cannot be assigned: components are values. "
+            f"{name} of {self._label()} cannot be assigned: components are values. "
             f"Use .with_({{'{name}': ...}}), which gives a changed copy."
         )
 
     def __repr__(self) -> str:
         inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
         return f"{type(self).__name__}({inner})"
+
+    def _label(self) -> str:
+        path, kind = path_of(self), type(self).__name__
+        return f"{path} ({kind})" if path else kind
 
     def _default(self, name: str) -> Any:
         return self._values.get(name, self._parts.get(name))
@@ -309,19 +324,26 @@ def _split(head: str) -> tuple[str, str | None]:
     return slot, key.strip("\"'")
 
 
-def _member(held: Any, key: str, slot: str) -> Component:
-    try:
-        part: Component = held[key] if isinstance(held, Mapping) else held[int(key)]
-    except (KeyError, IndexError, ValueError, TypeError):
-        raise UnknownNameError(f"'{slot}' has no member [{key}].") from None
+def _member(held: Any, key: str | None, slot: str) -> Component:
+    if isinstance(held, Component):
+        if key is not None:
+            raise UnknownNameError(f"'{slot}' is one part; write {slot} without [{key}].")
+        return held
+    members = held if isinstance(held, Mapping) else {str(i): p for i, p in enumerate(held)}
+    if key is None or key not in members:
+        what = "holds several parts" if key is None else f"has no member [{key}]"
+        raise UnknownNameError(f"'{slot}' {what}. Known: {', '.join(f'[{k}]' for k in members)}.")
+    part: Component = members[key]
     return part
 
 
 def _replaced(held: Any, key: str | None, value: Any) -> Any:
+    if key is None:
+        return value
     if isinstance(held, Mapping):
         return {**held, key: value}
     members = list(held)
-    members[int(key or 0)] = value
+    members[int(key)] = value
     return members
 
 

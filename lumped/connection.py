@@ -41,16 +41,20 @@ def connect(*ends: Port | Expr) -> Connection:
     for end in ends:
         signal = isinstance(end, Ref) and isinstance(end.quantity, Input | Output)
         if not (isinstance(end, Port) or signal):
-            what = type(end).__name__
+            what = repr(end)
             hint = ""
             if isinstance(end, Component):
+                what = end._label()
                 hint = f" Name one of its ports: {', '.join(end._ports) or 'it has none'}."
             elif isinstance(end, Ref):
-                what, hint = f"the quantity '{end.name}'", " Only ports and signals connect."
+                what = f"the quantity '{label(end)}'"
+                hint = " Only ports and signals connect; a sensor makes a signal of it."
             raise ConnectError(f"connect: {what} is not a port.{hint}")
         checked.append(end)  # type: ignore[arg-type]
     if len(checked) < 2:
-        raise ConnectError("connect needs at least two ports.")
+        raise ConnectError(
+            f"connect({', '.join(label(end) for end in checked)}): at least two ports are needed."
+        )
     kinds = {_kind(end) for end in checked}
     if len(kinds) > 1:
         listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)

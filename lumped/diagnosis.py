@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import lsqr
 
-from lumped.incidence import Incidence
+from lumped.incidence import Entries, Incidence
 
-__all__ = ["class_names", "equation_text", "listed", "misfit"]
+__all__ = ["class_names", "combined", "equation_text", "listed", "misfit"]
 
 Origin = tuple[str, int]
 """Kind and number of an equation, as in `Aliases.used`."""
@@ -267,3 +269,18 @@ def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
             locals_ = np.unique(group.template.residual(e).locals)
             return [int(u) for u in group.unknowns[instance, locals_]]
     raise IndexError(number)
+
+
+# -- redundant constraints -----------------------------------------------------------------------
+
+
+def combined(constraints: Entries, row: int) -> list[int]:
+    """Rows of which multiples add up to a redundant one, itself included."""
+    rows, i = np.unique(constraints.rows, return_inverse=True)
+    nodes = constraints.classes * (constraints.orders.max() + 1) + constraints.orders
+    columns, j = np.unique(nodes, return_inverse=True)
+    matrix = csr_array((constraints.values, (i, j)), shape=(len(rows), len(columns)))
+    others = matrix[rows != row]
+    share = lsqr(others.T, matrix[rows == row].toarray().ravel(), atol=1e-12, btol=1e-12)[0]
+    used = np.abs(share) > 1e-6 * np.abs(share).max(initial=0.0)
+    return sorted([row, *rows[rows != row][used].tolist()])

@@ -56,7 +56,7 @@ class StartError(LumpedError):
     """Start values contradict each other or cannot be met."""
 
 
-class UnknownNameError(LumpedError, KeyError):
+class UnknownNameError(LumpedError, KeyError, AttributeError):
     """A name that the model does not have; the text lists the nearest ones."""
 
     def __str__(self) -> str:

@@ -24,7 +24,16 @@ class Expr:
     """A node of an expression; combine with + - * / **, functions of `lumped.ops`, and ==."""
 
     __slots__ = ()
-    __array_ufunc__ = None  # numpy arrays leave the operators to this class
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
+        """Operators of numpy numbers are those of this class; numpy's functions are refused."""
+        operator = _UFUNCS.get(ufunc.__name__)
+        if operator is None or len(inputs) != 2:
+            raise EquationError(
+                f"numpy.{ufunc.__name__} cannot be applied to '{self}': it is a symbol. Use the "
+                "functions of lumped.ops (sin, cos, atan2, sqrt, ...)."
+            )
+        return getattr(as_expr(inputs[0]), operator)(inputs[1])
 
     def children(self) -> tuple[Expr, ...]:
         """Operands, in order."""
@@ -111,6 +120,20 @@ class Expr:
 
     def __repr__(self) -> str:
         return text(self)
+
+
+_UFUNCS = {
+    "add": "__add__",
+    "subtract": "__sub__",
+    "multiply": "__mul__",
+    "divide": "__truediv__",
+    "power": "__pow__",
+    "equal": "__eq__",
+    "greater": "__gt__",
+    "greater_equal": "__ge__",
+    "less": "__lt__",
+    "less_equal": "__le__",
+}
 
 
 class Constant(Expr):
@@ -256,6 +279,9 @@ def der(of: Expr) -> Expr:
     """
     if not isinstance(of, Expr):
         raise EquationError(f"der({of!r}): only quantities of the model have a time derivative.")
+    kinds = {leaf.quantity.kind for leaf in walk(of) if isinstance(leaf, Ref)}
+    if kinds == {"parameter"} and not any(isinstance(leaf, Time) for leaf in walk(of)):
+        raise EquationError(f"der({of!r}): a parameter is constant; its derivative is zero.")
     return Der(of)
 
 

@@ -172,8 +172,12 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
 
 
 def _template(
-    tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]]
+    tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]] | None
 ) -> Template:
+    if equations is None:
+        raise EquationError(
+            f"{scope.label}: equations() gave nothing back. Yield each equation: yield a == b."
+        )
     try:
         return Template(scope.component, lambda c: tree.below(c, scope), equations)
     except EquationError as error:
@@ -234,8 +238,14 @@ def _check_hollow(node: Node, joints: Joints) -> None:
             for i, name in enumerate(node.layout.ports)
             if node.first_port + i not in joints.inside
         ]
+        outputs = [
+            name
+            for name, i in node.layout.unknowns.items()
+            if node.layout.quantities[i].kind == "output"
+            and node.first_unknown + i not in joints.driven
+        ]
         raise SingularModelError(
-            f"{node.label} has no equations, but its {', '.join(open_ports) or 'outputs'} must be "
+            f"{node.label} has no equations, but its {', '.join(open_ports + outputs)} must be "
             "determined. Connect them inside to a part, or write equations()."
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,7 +71,13 @@ def join(tree: Tree) -> Joints:
     signals: list[tuple[int, int]] = []
     sides: dict[int, set[str]] = {}
     for node in tree.nodes:
-        for connection in node.component.connections():
+        found: object = node.component.connections()
+        if not isinstance(found, Iterable):
+            raise EquationError(
+                f"{node.label}: connections() gave {found!r} back. Yield each connection: "
+                "yield lumped.connect(...), or 'yield from' lumped.chain(...)."
+            )
+        for connection in found:
             if not isinstance(connection, Connection):
                 raise EquationError(
                     f"{node.label}: connections() yielded {connection!r}; "

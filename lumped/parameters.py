@@ -148,7 +148,10 @@ def _bind(
             needs = [source(leaf, scope) for leaf in _leaves(expression)]
             waiting = [n for n in needs if n in expressions and n not in done]
             if not waiting:
-                lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
+                try:
+                    lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
+                except EquationError as error:
+                    raise EquationError(f"{names[number]}: {error}") from None
                 values[number] = lowered
                 done.add(number)
                 stack.pop()
@@ -157,7 +160,8 @@ def _bind(
             for n in waiting:
                 if n in on_stack:
                     raise ParameterError(
-                        f"{names[number]} and {names[n]} are bound to each other in a circle."
+                        f"{names[number]} and {names[n]} are bound to each other in a circle. "
+                        "Give one of them a number."
                     )
                 on_stack.add(n)
                 stack.append(n)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from lumped.errors import EquationError
+from lumped.errors import EquationError, UnknownNameError
 from lumped.expression import Equation, Expr, Partial, Ref, walk
 from lumped.quantity import Quantity
 
@@ -51,6 +51,17 @@ class Port:
         bound = object.__new__(type(self))
         bound.__dict__.update(self.__dict__, owner=obj)
         return bound
+
+    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            kind = "" if self.owner is None else f"{type(self.owner).__name__}."
+            raise UnknownNameError(
+                f"{kind}{self.name} ({self.kind}) has no '{name}'; it has {self.potential_name} "
+                f"and {self.flow_name}. A rate is der({self.name}.{self.potential_name})."
+            )
 
     def across(self) -> Ref:
         """The potential."""

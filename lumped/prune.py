@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from lumped.values import Values
 
-__all__ = ["independent_of", "needed_states", "uses", "vanishing"]
+__all__ = ["independent_of", "needed_states", "samples", "uses"]
 
 
 def uses(expression: ca.SX, values: Values) -> csr_array:
@@ -22,48 +22,39 @@ def uses(expression: ca.SX, values: Values) -> csr_array:
     return csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=shape)
 
 
-def vanishing(expression: ca.SX, values: Values) -> np.ndarray:
-    """Which derivatives by states that stand in an expression vanish identically.
-
-    The derivatives are evaluated at random states, parameters, times and settings; where one
-    vanishes to rounding at all of them, the state cancels (Schwartz-Zippel).
+def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives of an expression by the states at random points.
 
     Returns
     -------
-    ndarray of bool, shape (nonzeros,)
-        For the nonzeros of ``jacobian(expression, states)`` in CasADi's order, by columns.
+    rows, columns : ndarray of int, shape (nonzeros,)
+        Element of the expression and state of each derivative.
+    largest : ndarray, shape (nonzeros,)
+        Largest magnitude over three random states, parameters, times and settings. A derivative
+        that is rounding at all of them vanishes identically (Schwartz-Zippel).
     """
     parameters = values.flat.parameters
     settings = ca.vertcat(values.modes, values.guesses)
     inputs = [values.states, parameters.theta, values.time, settings]
     jacobian = ca.jacobian(expression, values.states)
-    rows = np.array(jacobian.sparsity().get_triplet()[0], dtype=int)
+    rows, columns = (np.array(i, dtype=int) for i in jacobian.sparsity().get_triplet())
     function = ca.Function("J", inputs, [ca.SX(jacobian.nz[:])])
     rng = np.random.default_rng(6)
-    cancels = np.ones(len(rows), dtype=bool)
-    count, defaults = expression.numel(), parameters.defaults
+    largest = np.zeros(len(rows))
+    defaults = parameters.defaults
     for _ in range(3):
-        found = np.abs(
-            np.asarray(
-                function(
-                    rng.uniform(-2, 2, values.states.numel()),
-                    defaults * rng.uniform(0.8, 1.2, len(defaults))
-                    + 0.01 * rng.uniform(size=len(defaults)),
-                    rng.uniform(0, 2),
-                    np.concatenate(
-                        [
-                            rng.integers(0, 2, values.modes.numel()),
-                            rng.uniform(-2, 2, values.guesses.numel()),
-                        ]
-                    ),
-                )
-            ).ravel()
+        modes = rng.integers(0, 2, values.modes.numel())
+        guesses = rng.uniform(-2, 2, values.guesses.numel())
+        found = function(
+            rng.uniform(-2, 2, values.states.numel()),
+            defaults * rng.uniform(0.8, 1.2, len(defaults))
+            + 0.01 * rng.uniform(size=len(defaults)),
+            rng.uniform(0, 2),
+            np.concatenate([modes, guesses]),
         )
-        # a row that is rounding as a whole is measured against all others
-        scale = np.full(count, 1e-6 * found.max(initial=0.0))
-        np.maximum.at(scale, rows, found)
-        cancels &= found <= 1e-11 * scale[rows]
-    return cancels
+        size = np.abs(np.asarray(found).ravel())
+        largest = np.maximum(largest, np.where(np.isfinite(size), size, np.inf))
+    return rows, columns, largest
 
 
 def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) -> np.ndarray:
@@ -73,8 +64,11 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
     -------
     ndarray of bool, shape (len(columns),)
     """
-    entries = np.array(ca.jacobian_sparsity(expression, values.states).get_triplet()[1], dtype=int)
-    alive = set(entries[~vanishing(expression, values)].tolist())
+    rows, entries, largest = samples(expression, values)
+    # a row that is rounding as a whole is measured against the others
+    scale = np.full(expression.numel(), 1e-3 * largest.min(initial=1.0, where=largest > 1e-9))
+    np.maximum.at(scale, rows, largest)
+    alive = set(entries[~(largest <= 1e-13 * scale[rows])].tolist())
     return np.array([column not in alive for column in columns], dtype=bool)
 
 

@@ -10,11 +10,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from lumped.alias import Aliases, eliminate_aliases
+from lumped.diagnosis import class_names, combined, equation_text, listed
 from lumped.errors import SingularModelError
 from lumped.flatten import FlatModel
 from lumped.incidence import Incidence, Point
 from lumped.select import RANK, constraint_rows, select_dependent
-from lumped.structure import check_matching, class_names, differentiate, equation_text
+from lumped.structure import check_matching, differentiate
 
 __all__ = ["Block", "Reduced", "reduce"]
 
@@ -181,12 +182,11 @@ def _dependent(
     unused = selection.unused
     expected = int(times.sum())
     if unused or len(selection.dependent) < expected:
-        involved = sorted({labels[i][0] for i in unused})
-        listed = [equation_text(incidence, *incidence.origin(row)) for row in involved[:8]]
+        row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
         raise SingularModelError(
-            f"{incidence.flat.name}: constraints are redundant or contradict each other; nothing "
-            "is left to solve for in\n  " + "\n  ".join(listed) + "\n"
-            "Likely a closed loop of rigid gears or linkages fixes the same motion twice. "
+            f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
+            + listed(incidence, combined(constraints[order], row))
+            + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
     return selection.dependent, selection.varying

@@ -11,11 +11,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
 
-from lumped.diagnosis import class_names, equation_text, listed, misfit
+from lumped.diagnosis import listed, misfit
 from lumped.errors import SingularModelError
 from lumped.incidence import Entries, Incidence
 
-__all__ = ["check_matching", "class_names", "differentiate", "equation_text"]
+__all__ = ["check_matching", "differentiate"]
 
 _MOST_ROUNDS = 12
 _MOST_FAULTS = 6

@@ -16,7 +16,7 @@ from lumped.component import Component
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel, flatten
-from lumped.prune import independent_of, needed_states, uses, vanishing
+from lumped.prune import independent_of, needed_states, samples, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.select import RANK
@@ -288,12 +288,16 @@ class System:
 
     @cached_property
     def _cancelling(self) -> np.ndarray:
-        """Nonzeros of the Jacobian that vanish identically."""
+        """Nonzeros of the Jacobian that are nothing but rounding.
+
+        Only rates of positions by speeds are looked at, which are ratios of lengths and angles:
+        elsewhere a small number may be a soft spring beside a stiff one.
+        """
         rates = self._values.of([n + 1 for n in self.states])
-        columns = np.array(
-            ca.jacobian_sparsity(rates, self._values.states).get_triplet()[1], dtype=int
-        )
-        return vanishing(rates, self._values)[np.isin(columns, self._in_use)]
+        rows, columns, largest = samples(rates, self._values)
+        order = np.array([self._reduced.class_and_order(n)[1] for n in self.states])
+        rounding: np.ndarray = (largest <= 1e-13) & (order[rows] == 0)
+        return rounding[np.isin(columns, self._in_use)]
 
     @cached_property
     def _thresholds(self) -> tuple[ca.Function, np.ndarray]:

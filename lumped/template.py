@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.component import Component
+from lumped.connection import label
 from lumped.errors import EquationError
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.lower import lower
@@ -170,8 +171,8 @@ class Template:
         below = self._place(node.owner)
         if below is None:
             raise EquationError(
-                f"{type(self._component).__name__}.equations uses '{node.name}' of a "
-                f"{type(node.owner).__name__} that is not one of its parts."
+                f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
+                "is not one of its parts."
             )
         key = (below, node.name)
         if isinstance(node.quantity, Param):

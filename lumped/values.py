@@ -13,11 +13,11 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 
+from lumped.diagnosis import class_names, equation_text
 from lumped.errors import SingularModelError
 from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
 from lumped.reduce import Block, Reduced
-from lumped.structure import class_names, equation_text
 from lumped.template import CONSTANT
 
 __all__ = ["Values"]

@@ -47,7 +47,7 @@ def test_equal_sides_stay_an_equation():
     ("use", "hint"),
     [
         (lambda: math.sin(x), "lumped.ops"),
-        (lambda: np.sin(x), "ufunc|operand"),
+        (lambda: np.sin(x), "lumped.ops"),
         (lambda: float(x), "symbol, not a number"),
         (lambda: bool(x), "no truth value"),
         (lambda: 1 if x > y else 2, "lumped.ops.where"),

@@ -377,7 +377,7 @@ def check(seed):
     torque = [c * (row @ q - rest) + d * row @ speed for _, row, c, d, rest in graph.links]
 
     modes = lp.modes(free)
-    assert modes.rigid == expected.rigid + idle
+    assert modes.rigid == expected.rigid
     oscillating = np.concatenate([modes.eigenvalues, modes.eigenvalues.conj()])
     eigenvalues = np.concatenate([oscillating, modes.decays, np.zeros(expected.rigid)])
 
@@ -399,7 +399,6 @@ def test_random_drives_move_as_their_projected_matrices_say(first):
     assert all(worst[name] < limit for name, limit in LIMITS.items())
 
 
-@pytest.mark.xfail(reason="a position that stands in a rate but cancels is counted as a mode")
 def test_a_kept_angle_adds_no_rigid_body_mode():
     model = lp.compose(
         a=Inertia(J=1.0),
@@ -418,9 +417,6 @@ def test_a_kept_angle_adds_no_rigid_body_mode():
     assert lp.modes(lp.assemble(model, keep=["a.phi"])).rigid == 1
 
 
-@pytest.mark.xfail(
-    reason="a twist that is zero by cancellation leaves a stiffness of rounding size"
-)
 def test_two_three_shaft_gears_that_lock_each_other_turn_as_one_body():
     model = lp.compose(
         a=Inertia(J=1.0),
@@ -434,7 +430,5 @@ def test_two_three_shaft_gears_that_lock_each_other_turn_as_one_body():
             lp.connect(m.set.carrier, m.gear.support),
         ],
     )
-    system = lp.assemble(model)
-    assert len(system.state_names) == 1
-    modes = lp.modes(system)
+    modes = lp.modes(lp.assemble(model))
     assert (modes.rigid, len(modes.hertz), len(modes.decays)) == (1, 0, 0)

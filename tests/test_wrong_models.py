@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import lumped as lp
@@ -307,7 +308,7 @@ def planetary_driven_three_times():
 LOOPS = "Rigid loops"
 
 
-@wrong(LOOPS, SingularModelError, "gear_2.flange_a.phi", "closed loop", "elastic")
+@wrong(LOOPS, SingularModelError, "in gear_1", "in gear_2", "closed loop", "elastic")
 def gears_in_parallel():
     """Two rigid gears of equal ratio join the same two shafts."""
     build(
@@ -493,7 +494,7 @@ def two_mistakes_at_once():
     )
 
 
-@wrong(LOOSE, SingularModelError, "one", "two")
+@wrong(LOOSE, SingularModelError, "in two (Damper)", "are zero: one.d, two.d")
 def joint_between_dampers_of_zero():
     """A massless joint is held by two dampers whose damping is zero."""
     system = build(
@@ -553,7 +554,7 @@ def ratio_of_zero():
     build(stage=Stage())
 
 
-@wrong(PARAMETERS, EquationError, "1 + time", "cannot hold the time")
+@wrong(PARAMETERS, EquationError, "rotor.J", "1 + time", "cannot hold the time")
 def parameter_bound_to_the_time():
     """An inertia is bound to the time."""
 
@@ -622,7 +623,7 @@ def bound_parameter_divides_by_zero():
     lp.assemble(Pump())
 
 
-@wrong(PARAMETERS, ParameterError, "fan.a", "fan.b", "circle")
+@wrong(PARAMETERS, ParameterError, "fan.a", "fan.b", "circle", "a number")
 def parameters_in_a_circle():
     """Two parameters are bound to each other."""
 
@@ -684,6 +685,12 @@ def dictionary_key_unknown():
     Hoist().with_({'brakes["middle"].d': 1.0})
 
 
+@wrong(NAMES, UnknownNameError, "'discs' holds several parts", "[0], [1]")
+def list_without_index():
+    """A parameter of a list of parts is set without saying of which."""
+    Hoist().with_({"discs.J": 2.0})
+
+
 @wrong(NAMES, UnknownNameError, "line.first.twist.C", "line.first.twist.c")
 def parameter_misspelt_in_a_run():
     """A parameter's name is misspelt in a run."""
@@ -718,6 +725,33 @@ def output_misspelt_in_assemble():
 def input_misspelt_in_linearise():
     """A parameter's name is misspelt in linearise."""
     lp.linearise(lp.assemble(Hoist()), inputs=["brake.d"], outputs=["motor.w"])
+
+
+@wrong(NAMES, UnknownNameError, "'discs' has no member [5]")
+def list_member_replaced_outside():
+    """A member that a list of parts does not have is replaced."""
+    Hoist().with_({"discs[5]": Inertia(J=1.0)})
+
+
+@wrong(NAMES, UnknownNameError, "shaft (Spring) has no 'ratio'")
+def quantity_misspelt_in_an_equation():
+    """An equation uses a quantity that a part does not have."""
+
+    class Stage(lp.Component):
+        """Shaft between two bodies and a law for its torque."""
+
+        motor: Inertia = Inertia(J=1.0)
+        shaft: Spring = Spring(c=1.0)
+        load: Inertia = Inertia(J=1.0)
+        y: lp.Var = lp.var("1", "torque over ratio")
+
+        def connections(self):
+            yield from lp.chain(self.motor, self.shaft, self.load)
+
+        def equations(self):
+            yield self.y == self.shaft.tau / self.shaft.ratio
+
+    build(stage=Stage())
 
 
 # -- connections -------------------------------------------------------------------------------
@@ -828,7 +862,7 @@ def signal_of_a_sensor_on_a_shaft():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "Inertia", "flange_a, flange_b")
+@wrong(CONNECTIONS, ConnectError, "motor (Inertia)", "flange_a, flange_b")
 def part_instead_of_port():
     """A part is connected, not one of its ports."""
     build(
@@ -838,7 +872,7 @@ def part_instead_of_port():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "'w'", "ports and signals")
+@wrong(CONNECTIONS, ConnectError, "'motor.w'", "ports and signals")
 def variable_instead_of_port():
     """A variable of a body is connected to the input of a source."""
     build(
@@ -859,7 +893,7 @@ def planetary_in_a_chain():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "at least two ports")
+@wrong(CONNECTIONS, ConnectError, "motor.flange_b", "at least two ports")
 def one_end_only():
     """A connection has a single end."""
     build(lambda m: [lp.connect(m.motor.flange_b)], motor=Inertia(J=1.0))
@@ -904,7 +938,7 @@ def class_instead_of_part():
         motor: Inertia = Inertia
 
 
-@wrong(CONNECTIONS, DeclarationError, "Inertia.J", "with_")
+@wrong(CONNECTIONS, DeclarationError, "J of motor (Inertia)", "with_")
 def assignment_to_a_part():
     """A parameter of a finished part is assigned."""
     Hoist().motor.J = 2.0
@@ -996,7 +1030,7 @@ def output_driven_twice():
     )
 
 
-@wrong(SIGNALS, SingularModelError, "control (Control)", "outputs")
+@wrong(SIGNALS, SingularModelError, "control (Control)", "its y must be determined")
 def output_not_driven():
     """An output of a composite is neither connected inside nor computed."""
 
@@ -1171,7 +1205,7 @@ def condition_on_a_state():
     braked(law)
 
 
-@wrong(OWN, StartError, "no values of brake.w meet", "start values")
+@wrong(OWN, StartError, "no values of brake.w meet", "t = 0 s", "start values")
 def implicit_equation_without_solution():
     """A quantity is given only implicitly, by an equation that no value of it fulfils."""
 
@@ -1182,7 +1216,7 @@ def implicit_equation_without_solution():
     lp.simulate(braked(law), until=1.0)
 
 
-@wrong(OWN, EquationError, "cart (Cart)", "'w'", "Inertia")
+@wrong(OWN, EquationError, "cart (Cart)", "uses w", "Inertia")
 def part_of_a_stranger_in_an_equation():
     """An equation uses a quantity of a component that is not below it."""
     wheel = Inertia(J=1.0)
@@ -1216,6 +1250,65 @@ def lossless_without_an_explicit_angle():
     build(lambda m: lp.chain(m.a, m.gear, m.b), a=Inertia(J=1.0), gear=Gear(), b=Inertia(J=1.0))
 
 
+@wrong(NAMES, UnknownNameError, "line.first (Shaft) has no 'axle'")
+def part_of_a_part_misnamed():
+    """An equation uses a part of a part that does not exist."""
+
+    class Cart(Hoist):
+        """Speed from a part misnamed."""
+
+        v: lp.Var = lp.var("m/s", "velocity")
+
+        def equations(self):
+            yield self.v == 0.3 * self.line.first.axle.w
+
+    build(cart=Cart())
+
+
+@wrong(
+    NAMES,
+    UnknownNameError,
+    "Brake.flange (rotational flange) has no 'w'",
+    "phi and tau",
+    "der(flange.phi)",
+)
+def speed_of_a_flange():
+    """An equation uses the speed of a flange, which has an angle and a torque only."""
+    braked(lambda self: [self.flange.tau == self.d * self.flange.w])
+
+
+@wrong(OWN, EquationError, "brake (Brake)", "yield a == b")
+def equations_return_nothing():
+    """equations() returns nothing: yield was forgotten."""
+
+    def law(self):
+        self.w == lp.der(self.flange.phi)  # noqa: B015
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake (Brake)", "der(d)", "a parameter is constant")
+def derivative_of_a_parameter():
+    """The derivative of a parameter is taken."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w + lp.der(self.d)
+
+    braked(law)
+
+
+@wrong(OWN, EquationError, "brake (Brake)", "numpy.sin", "lumped.ops")
+def numpy_function():
+    """A function of NumPy is applied to a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * np.sin(self.w)
+
+    braked(law)
+
+
 # -- start values ------------------------------------------------------------------------------
 
 START = "Start values"
@@ -1246,7 +1339,12 @@ def speeds_against_a_rigid_coupling():
     )
 
 
-@wrong(START, StartError, "rotor.w = 5")
+@wrong(
+    START,
+    StartError,
+    "rotor.w = 5",
+    "sources",
+)
 def speed_of_a_held_body():
     """A body that a support holds starts with a speed."""
     lp.start_point(
@@ -1254,7 +1352,7 @@ def speed_of_a_held_body():
     )
 
 
-@wrong(START, StartError, "rotor.phi = 1")
+@wrong(START, StartError, "rotor.phi = 1", "make it 0")
 def angle_of_a_held_body():
     """A body starts at another angle than that of its support."""
     lp.start_point(
@@ -1262,7 +1360,12 @@ def angle_of_a_held_body():
     )
 
 
-@wrong(START, StartError, "rotor.w = 5")
+@wrong(
+    START,
+    StartError,
+    "rotor.w = 5",
+    "sources",
+)
 def speed_against_a_speed_source():
     """A body on a speed source starts at another speed."""
     lp.start_point(
@@ -1303,7 +1406,7 @@ def torque_against_twist():
     )
 
 
-@wrong(START, StartError, "body.a = 3", "rest of the model")
+@wrong(START, StartError, "body.a = 3", "make it 1")
 def acceleration_given():
     """A body starts with an acceleration other than what the torques give."""
     lp.start_point(
@@ -1311,6 +1414,18 @@ def acceleration_given():
             lambda m: lp.chain(m.drive, m.body), drive=Torque(tau=1.0), body=Inertia(J=1.0, a=3.0)
         )
     )
+
+
+@wrong(START, StartError, "motor.w = nan", "finite")
+def start_value_nan():
+    """A start value is not a number."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": math.nan})
+
+
+@wrong(START, StartError, "motor.w", "'fast'")
+def start_value_text():
+    """A start value is a text."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
 
 
 # -- runs --------------------------------------------------------------------------------------
@@ -1363,7 +1478,7 @@ def division_by_zero_at_the_start():
     lp.simulate(moved(law), until=1.0)
 
 
-@wrong(RUNS, SolverError, "t = 1 s", "leaves the range")
+@wrong(RUNS, SolverError, "part.y", "t = 1 s", "outside its range")
 def root_of_a_negative_number():
     """The argument of a square root becomes negative during the run."""
 
@@ -1380,6 +1495,12 @@ def no_equilibrium():
     lp.equilibrium(
         build(lambda m: lp.chain(m.motor, m.rotor), motor=Torque(tau=3.0), rotor=Inertia(J=2.0))
     )
+
+
+@wrong(RUNS, OptionError, "until", "'1 s'")
+def until_as_text():
+    """The end of a run is given as text."""
+    lp.simulate(lp.assemble(Hoist()), until="1 s")
 
 
 # -- tests and catalogue -----------------------------------------------------------------------

@@ -93,8 +93,8 @@ def simulate(
 
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
-    if not (np.isfinite(until) and until > 0):
-        raise OptionError(f"until = {until} s: the end must be a positive, finite time.")
+    if not (isinstance(until, int | float | np.number) and np.isfinite(until) and until > 0):
+        raise OptionError(f"until = {until!r} s: the end must be a positive, finite time.")
     if not 1e-14 <= rtol < 1:
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
@@ -312,7 +312,7 @@ class _Run:
             head, x, f = (np.asarray(found[i]).ravel() for i in range(3))
             self.guess = head[HEAD:]
             if head[5]:
-                self._give_up(head[0], x, f)
+                self._give_up(head[0], x, f, self._settings(modes))
             if self.steps + self.rejected > self.max_steps:
                 raise SolverError(
                     f"{system.name}: more than max_steps = {self.max_steps} steps before "
@@ -389,8 +389,12 @@ class _Run:
         if fault:
             raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
 
-    def _give_up(self, t: float, x: np.ndarray, f: np.ndarray) -> None:
-        self._refuse(finite_fault(self.system, t, x, f))
+    def _give_up(self, t: float, x: np.ndarray, f: np.ndarray, settings: np.ndarray) -> None:
+        """Say why steps became too small: look at the present point, and at one just ahead."""
+        ahead = 1e-9 * max(1.0, abs(t))
+        beyond = self.system.rhs(x + ahead * f, self.point.theta, t + ahead, settings)
+        for rates in (f, np.asarray(beyond).ravel()):
+            self._refuse(finite_fault(self.system, t, x, rates))
         scale = self.atol + self.rtol * np.abs(x)
         worst = int(np.argmax(np.abs(f) / scale))
         raise SolverError(

@@ -74,9 +74,9 @@ def settings_at(
             return np.concatenate([modes, found])
     names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
     raise StartError(
-        f"{system.name}: no values of {names} meet their equations at t = {time:g} s, so a linkage "
-        "cannot be closed. Check its lengths, and give start values near the position that is "
-        "meant."
+        f"{system.name}: no values of {names} meet their equations at t = {round(time, 12):g} s, "
+        "so a linkage cannot be closed. Check its lengths, and give start values near the "
+        "position that is meant."
     )
 
 
@@ -112,8 +112,18 @@ class _Start:
         flat = system._flat
         given = self._evaluated(flat.given)
         for name, value in start.items():
-            given[system._tree.unknown(name)] = float(value)
+            unknown = system._tree.unknown(name)
+            try:
+                given[unknown] = float(value)
+            except (TypeError, ValueError):
+                unit = system._tree.quantity(unknown).unit
+                raise StartError(
+                    f"{system.key(name)} = {value!r}: a number in {unit} is needed."
+                ) from None
         self.given = given
+        for unknown, number in given.items():
+            if not np.isfinite(number):
+                raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
         self.guesses = self._first_guesses()
         self.settings = np.concatenate([modes_at(system, theta, 1e-300), self.guesses])
         self.x = np.zeros(len(self.reduced.states))
@@ -202,7 +212,7 @@ class _Start:
             square = csc_array(matrix[rows][:, columns])
             self.x[columns] -= np.atleast_1d(spsolve(square, miss[rows]))
         if bad.any():
-            self._refuse(targets, matrix, bad, rows, fixed)
+            self._refuse(targets, miss, matrix, bad, rows, fixed)
 
     def _leave_stationary(
         self, matrix: csc_array, missed: np.ndarray, fixed: dict[int, int]
@@ -243,6 +253,7 @@ class _Start:
     def _refuse(
         self,
         targets: dict[int, tuple[int, float]],
+        miss: np.ndarray,
         matrix: csc_array,
         bad: np.ndarray,
         searched: np.ndarray,
@@ -256,6 +267,12 @@ class _Start:
                 "start values of the angles or positions near the ones that are meant."
             )
         touching = matrix[[row]].tocoo()
+        if not touching.nnz:
+            value = self._signed(unknown, miss[row]) + self.given[unknown]
+            raise StartError(
+                f"{self._text(unknown)} cannot hold: supports, sources or loads of the model make "
+                f"it {value:.6g} at the start. Remove the start value, or change them."
+            )
         involved = [fixed[j] for j in touching.col.tolist() if j in fixed]
         involved += [u for u, _ in targets.values() if u != unknown]
         names = ", ".join(self._text(u) for u in involved[:6])
