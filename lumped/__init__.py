@@ -7,12 +7,13 @@ from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
+from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.expression import Equation, Expr, der, time
 from lumped.port import Flange, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
-from lumped.system import System, assemble
+from lumped.system import System
 
 __version__ = "0.1.0"
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -12,17 +10,16 @@ import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
 
-from lumped.component import Component
-from lumped.errors import DeclarationError, ParameterError, UnknownNameError, nearest
+from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
-from lumped.flatten import FlatModel, flatten
+from lumped.flatten import FlatModel
 from lumped.prune import independent_of, needed_states, samples, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.select import RANK
 from lumped.values import Values
 
-__all__ = ["Changes", "LeftOut", "Name", "System", "assemble"]
+__all__ = ["Changes", "LeftOut", "Name", "System"]
 
 Name = str | Expr
 Changes = Mapping[str, float] | Mapping[Name, float]
@@ -45,7 +42,7 @@ class LeftOut:
 
 
 class System:
-    """A model as ``der(x) == f(x, p, t, m)``, made by `assemble`.
+    """A model as ``der(x) == f(x, p, t, m)``, made by `lumped.assemble`.
 
     Attributes
     ----------
@@ -400,49 +397,3 @@ class System:
 def _shortened(items: list[str], separator: str = ", ", most: int = 12) -> str:
     more = f"{separator}... {len(items) - most} more" if len(items) > most else ""
     return separator.join(items[:most]) + more
-
-
-@contextmanager
-def _paused_collector() -> Iterator[None]:
-    """No garbage collection while many small objects are made that all stay: halves the time."""
-    running = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if running:
-            gc.enable()
-
-
-def assemble(
-    model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
-) -> System:
-    """Flatten, check and reduce a model.
-
-    Parameters
-    ----------
-    model : Component
-        What to assemble.
-    outputs : iterable of names or references, optional
-        Compute only what these need. Default: everything but cyclic coordinates, the absolute
-        angles or positions on which nothing depends.
-    keep : iterable of names or references
-        Cyclic coordinates to compute all the same.
-
-    Returns
-    -------
-    System
-
-    Raises
-    ------
-    ParameterError, ConnectError, EquationError, SingularModelError
-        If the model is not sound; the text names the components.
-    UnknownNameError
-        If `outputs` or `keep` names something the model does not have.
-    """
-    given: object = model
-    if not isinstance(given, Component):
-        hint = " Write it with parentheses." if isinstance(given, type) else ""
-        raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
-    with _paused_collector():
-        return System(flatten(given), outputs, keep)
