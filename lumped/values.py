@@ -268,12 +268,22 @@ class Values:
     ) -> tuple[ca.SX, np.ndarray]:
         """What to add to the present values of nodes so that linearised equations hold."""
         index = {node: j for j, node in enumerate(nodes)}
-        rows: list[dict[int, Entry]] = []
-        right: list[tuple[ca.SX, float]] = []
-        for row, order in equations:
-            entries, rest = self._equation(row, order, index)
-            rows.append(entries)
-            right.append(rest)
+        incidence = self.reduced.incidence
+        rows: list[dict[int, Entry]] = [{} for _ in equations]
+        right: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(equations)
+        alike: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+        for i, (row, order) in enumerate(equations):
+            if row >= incidence.first_sum:
+                rows[i], right[i] = self._sum_equation(row, order, index)
+            else:
+                origin, place = incidence.place(row)
+                alike[origin, order].append((i, place))
+        for (origin, order), members in alike.items():
+            places = np.array([place for _, place in members])
+            seen = incidence.occurrence(origin, order, places)
+            found = self._template_equations(seen, index)
+            for (i, _), equation in zip(members, found, strict=True):
+                rows[i], right[i] = equation
         try:
             result = solve(rows, right)
         except SingularBlockError as error:
@@ -301,35 +311,47 @@ class Values:
                 return True
         return False
 
-    def _equation(
+    def _sum_equation(
         self, row: int, order: int, index: dict[int, int]
     ) -> tuple[dict[int, Entry], tuple[ca.SX, float]]:
-        """Coefficients of the unknowns in one equation, and minus its residual."""
-        first, incidence = self.reduced.first, self.reduced.incidence
+        """Coefficients of the unknowns in a flow sum, and minus its residual."""
+        classes, shifts, signs = self.reduced.incidence.sum_terms(row)
         entries: dict[int, Entry] = {}
-        if row >= incidence.first_sum:
-            classes, shifts, signs = incidence.sum_terms(row)
-            total, number = ca.SX(0), 0.0
-            for node, sign in zip(first[classes] + shifts + order, signs, strict=True):
-                total -= float(sign) * self._sx[int(node)]
-                number -= float(sign) * self._number[node]
-                if int(node) in index:
-                    _add(entries, index[int(node)], Entry(ca.SX(sign), CONSTANT, float(sign)))
-            return entries, (total, number)
-        origin, place = incidence.place(row)
-        seen = incidence.occurrence(origin, order, np.array([place]))
-        nodes = self._nodes(seen)
-        symbols, numbers = self._arguments(seen, nodes)
-        partials = seen.residual.coefficients(*symbols)
-        partial_numbers = self._finite(np.asarray(seen.residual.coefficients(*numbers)).ravel())
-        for i, node in enumerate(nodes[0]):
+        total, number = ca.SX(0), 0.0
+        for node, sign in zip(self.reduced.first[classes] + shifts + order, signs, strict=True):
+            total -= float(sign) * self._sx[int(node)]
+            number -= float(sign) * self._number[node]
             if int(node) in index:
-                sign = float(seen.signs[0, i])
-                kind = int(seen.residual.kinds[i])
-                entry = Entry(sign * partials[i], kind, sign * partial_numbers[i])
-                _add(entries, index[int(node)], entry)
-        rest = -seen.residual.value(*symbols)
-        return entries, (rest, -float(seen.residual.value(*numbers)))
+                _add(entries, index[int(node)], Entry(ca.SX(sign), CONSTANT, float(sign)))
+        return entries, (total, number)
+
+    def _template_equations(
+        self, seen: Occurrence, index: dict[int, int]
+    ) -> list[tuple[dict[int, Entry], tuple[ca.SX, float]]]:
+        """The same for several instances of one template equation, in one call."""
+        nodes, residual = self._nodes(seen), seen.residual
+        m, n = nodes.shape
+        symbols, numbers = self._arguments(seen, nodes)
+        coefficients, value = residual.coefficients.map(m), residual.value.map(m)
+        partials = ca.vertsplit(ca.vec(coefficients(*symbols)))
+        sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T
+        rests = ca.vertsplit(ca.vec(-value(*symbols)))
+        rest_sizes = -np.asarray(value(*numbers)).ravel()
+        found = []
+        for k in range(m):
+            entries: dict[int, Entry] = {}
+            for i, node in enumerate(nodes[k].tolist()):
+                if node in index:
+                    sign = float(seen.signs[k, i])
+                    partial = partials[k * n + i]
+                    entry = Entry(
+                        partial if sign > 0 else -partial,
+                        int(residual.kinds[i]),
+                        sign * float(sizes[k, i]),
+                    )
+                    _add(entries, index[node], entry)
+            found.append((entries, (rests[k], float(rest_sizes[k]))))
+        return found
 
     def _names(self, nodes: Iterable[int]) -> str:
         incidence = self.reduced.incidence
