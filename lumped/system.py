@@ -369,8 +369,24 @@ class System:
         values = p.defaults.copy()
         if not changes:
             return values
+        for place, value in zip(self.places(changes), changes.values(), strict=True):
+            try:
+                values[place] = float(value)
+            except (TypeError, ValueError):
+                number = p.free[place]
+                raise ParameterError(
+                    f"{p.names[number]} = {value!r}: a number in "
+                    f"{p.declared[number].unit} is needed."
+                ) from None
+        self.check_parameters(values)
+        return values
+
+    def places(self, names: Iterable[Name]) -> list[int]:
+        """Places of parameters in the parameter vector."""
+        p = self._flat.parameters
         place = {number: i for i, number in enumerate(p.free)}
-        for name, value in changes.items():
+        found = []
+        for name in names:
             number = self._tree.parameter(name)
             if number not in place:
                 free = [p.names[i] for i in p.free]
@@ -378,15 +394,13 @@ class System:
                     f"'{p.names[number]}' is bound to an expression of other parameters and "
                     f"cannot be set. {nearest(p.names[number], free)}"
                 )
-            try:
-                values[place[number]] = float(value)
-            except (TypeError, ValueError):
-                raise ParameterError(
-                    f"{p.names[number]} = {value!r}: a number in "
-                    f"{p.declared[number].unit} is needed."
-                ) from None
-        p.check(np.asarray(self._all_parameters(values)).ravel(), self.name)
-        return values
+            found.append(place[number])
+        return found
+
+    def check_parameters(self, theta: np.ndarray) -> None:
+        """Refuse parameters out of range."""
+        values = np.asarray(self._all_parameters(theta)).ravel()
+        self._flat.parameters.check(values, self.name)
 
     @cached_property
     def _all_parameters(self) -> ca.Function:

@@ -81,6 +81,12 @@ class OperatingPoint:
     theta: np.ndarray
     modes: np.ndarray
 
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that can be changed, and their values here."""
+        p = self.system._flat.parameters
+        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+
     def __getitem__(self, name: Name) -> float:
         function = self.system.function([name])
         return float(function(self.x, self.theta, self.time, self.modes))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import casadi as ca
@@ -25,7 +25,7 @@ from lumped.analysis.stepper import (
 )
 from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
 from lumped.errors import OptionError, SolverError
-from lumped.system import Changes, System
+from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
 
@@ -35,7 +35,8 @@ def simulate(
     *,
     until: float,
     parameters: Changes | None = None,
-    start: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
+    free: Iterable[Name] = (),
     grid: int | Sequence[float] | np.ndarray | None = 500,
     rtol: float = 1e-6,
     atol: float | None = None,
@@ -54,8 +55,11 @@ def simulate(
         End, s.
     parameters : mapping of name to float, optional
         Parameters to change for this run.
-    start : mapping of name to float, optional
-        Start values to set or change.
+    start : mapping of name to float, or OperatingPoint, optional
+        Start values to set or change; or states and parameters to start from, as found by
+        `equilibrium` or `start_point`.
+    free : iterable of names
+        Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
         Number of equal output intervals (both sides of a jump are added), or the output times
         themselves (a value at a jump is that after it), or None for the steps of the solver.
@@ -85,7 +89,15 @@ def simulate(
     """
     _check(until, rtol, atol, method)
     times = _times(grid, until)
-    point = start_point(system, parameters, start)
+    if isinstance(start, OperatingPoint):
+        if start.system is not system or parameters or tuple(free):
+            raise OptionError(
+                "simulate: a start point brings its own parameters and belongs to the system that "
+                "it was made for; give no parameters or free parameters beside it."
+            )
+        point = start
+    else:
+        point = start_point(system, parameters, start, free)
     both_sides = grid is None or isinstance(grid, int)
     run = _Run(system, point, until, times, both_sides, rtol, atol, method, max_steps)
     run.go()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
@@ -10,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 from lumped.analysis.result import OperatingPoint
 from lumped.errors import StartError
 from lumped.select import RANK, select_dependent
-from lumped.system import Changes, System
+from lumped.system import Changes, Name, System
 from lumped.template import CONSTANT
 
 __all__ = ["given_states", "modes_at", "settings_at", "start_point"]
@@ -34,6 +36,7 @@ def start_point(
     system: System,
     parameters: Changes | None = None,
     start: Changes | None = None,
+    free: Iterable[Name] = (),
 ) -> OperatingPoint:
     """States at the time zero.
 
@@ -42,15 +45,25 @@ def start_point(
     itself a state, the least wanted states follow from it. For a quantity that a closed linkage
     determines, the start value is where the search begins, and so chooses the assembly.
 
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    parameters, start : mapping of name to float, optional
+        Parameters to change, start values to set.
+    free : iterable of names
+        Parameters that the start values determine, for example the rest length of a spring that
+        holds a body at a given place with a given acceleration.
+
     Raises
     ------
     StartError
-        If given values contradict each other; the text names them.
+        If given values contradict each other, or do not determine a free parameter.
     """
     theta = system.theta(parameters)
-    solver = _Start(system, theta, start or {})
+    solver = _Start(system, theta, start or {}, system.places(free))
     x = solver.solve()[system._in_use]
-    return OperatingPoint(system, 0.0, x, theta, solver.settings)
+    return OperatingPoint(system, 0.0, x, solver.theta, solver.settings)
 
 
 def settings_at(
@@ -105,8 +118,8 @@ def given_states(system: System, start: Changes | None) -> np.ndarray:
 
 
 class _Start:
-    def __init__(self, system: System, theta: np.ndarray, start: Changes) -> None:
-        self.system, self.theta = system, theta
+    def __init__(self, system: System, theta: np.ndarray, start: Changes, free: list[int]) -> None:
+        self.system, self.theta, self.free = system, theta, free
         self.reduced = system._reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         flat = system._flat
@@ -166,8 +179,9 @@ class _Start:
             store[node] = (unknown, value)
         for node, (_, value) in fixed.items():
             self.x[self.position[node]] = value
-        if targets:
+        if targets or self.free:
             self._meet(targets, {self.position[n]: u for n, (u, _) in fixed.items()})
+            self.system.check_parameters(self.theta)
         if len(self.guesses):
             x = self.x[self.system._in_use]
             self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)
@@ -179,24 +193,28 @@ class _Start:
         guesses = np.zeros(len(implicit))
         for values in (self._evaluated(self.system._flat.starts), self.given):
             for unknown, value in values.items():
-                place = implicit.get(self.reduced.node(unknown) or -1)
-                if place is not None:
-                    guesses[place] = self._signed(unknown, value)
+                node = self.reduced.node(unknown)
+                if node in implicit:
+                    guesses[implicit[node]] = self._signed(unknown, value)
         return guesses
 
     def _meet(self, targets: dict[int, tuple[int, float]], fixed: dict[int, int]) -> None:
-        """Newton iteration on the states that are free to meet the targets."""
-        values = self.system._values
-        expression = values.of(targets)
+        """Newton iteration on the free states and parameters to meet the targets."""
+        values, count = self.system._values, len(self.x)
+        expression, theta = values.of(targets), self.system._inputs[1]
+        unknowns = ca.vertcat(values.states, theta[self.free] if self.free else ca.SX(0, 1))
         function = ca.Function(
             "targets",
             [values.states, *self.system._inputs[1:]],
-            [expression, ca.jacobian(expression, values.states)],
+            [expression, ca.jacobian(expression, unknowns)],
         )
         wanted = np.array([v for _, v in targets.values()])
         scale = np.maximum(1.0, np.abs(wanted))
         columns: list[int] = []
         for iteration in range(50):
+            if len(self.guesses):
+                x = self.x[self.system._in_use]
+                self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)
             value, jacobian = function(self.x, self.theta, 0.0, self.settings)
             miss = np.asarray(value).ravel() - wanted
             matrix = csc_array(jacobian.sparse())
@@ -210,7 +228,10 @@ class _Start:
             if not np.isfinite(miss).all():
                 break
             square = csc_array(matrix[rows][:, columns])
-            self.x[columns] -= np.atleast_1d(spsolve(square, miss[rows]))
+            step = np.zeros(count + len(self.free))
+            step[columns] = np.atleast_1d(spsolve(square, miss[rows]))
+            self.x -= step[:count]
+            self.theta[self.free] -= step[count:]
         if bad.any():
             self._refuse(targets, miss, matrix, bad, rows, fixed)
 
@@ -223,8 +244,9 @@ class _Start:
         moved = False
         for row in missed:
             own = free & (entries.row == row)
-            if own.any() and not entries.data[own].any():
-                self.x[entries.col[own]] += 0.1
+            states = entries.col[own & (entries.col < len(self.x))]
+            if own.any() and not entries.data[own].any() and len(states):
+                self.x[states] += 0.1
                 moved = True
         return moved
 
@@ -236,9 +258,17 @@ class _Start:
         for i, j, v in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
             if j not in fixed and v:
                 rows[i][j] = (v, CONSTANT)
-        rank = np.array([self._rank(n) for n in self.reduced.states])
+        rank = np.array([self._rank(n) for n in self.reduced.states] + [-1] * len(self.free))
         chosen = select_dependent(rows, rank, np.arange(len(rank)))
         usable = np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+        parameters = self.system._flat.parameters
+        for k, place in enumerate(self.free):
+            if len(self.x) + k not in chosen.dependent:
+                name = parameters.names[parameters.free[place]]
+                raise StartError(
+                    f"The free parameter {name} is not determined by the start values. Give one "
+                    "more start value that depends on it, for example an acceleration."
+                )
         return chosen.dependent, usable
 
     def _rank(self, node: int) -> int:

@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
-from lumped.errors import SolverError
+from lumped.errors import OptionError, ParameterError, SolverError, StartError
 
 
 def test_a_start_angle_of_the_load_turns_the_drive_and_does_not_twist_the_shaft(two_mass):
@@ -26,6 +26,46 @@ def test_a_start_acceleration_sets_the_twist(two_mass):
     point = lp.start_point(lp.assemble(two_mass), start={"b.a": -6.0})
     assert point["shaft.tau"] == pytest.approx(6.0, rel=1e-12)
     assert point["shaft.phi_rel"] == pytest.approx(0.02, rel=1e-12)
+
+
+def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
+    from lumped.components import translation
+
+    model = lp.compose(
+        wall=translation.Fixed(),
+        spring=translation.Spring(c=1e3),
+        body=translation.Mass(m=2.0, s=0.5, v=0.0, a=0.0),
+        weight=translation.Force(f=-19.62),
+        connections=lambda m: lp.chain(m.wall, m.spring, m.body, m.weight),
+    )
+    system = lp.assemble(model)
+    point = lp.start_point(system, free=["spring.s_rel0"])
+    # c (0.5 - s_rel0) = -m g
+    assert point.parameters["spring.s_rel0"] == pytest.approx(0.5 + 19.62 / 1e3, rel=1e-12)
+    run = lp.simulate(system, until=1.0, free=["spring.s_rel0"], grid=10)
+    assert run["body.s"] == pytest.approx(np.full(11, 0.5), rel=1e-6)
+    with pytest.raises(StartError, match=r"spring\.c is not determined"):
+        lp.start_point(system, free=["spring.s_rel0", "spring.c"])
+    with pytest.raises(ParameterError, match=r"body\.m = -0"):
+        lp.start_point(system, start={"body.a": 50.0}, free=["body.m"])
+
+
+def test_a_run_starts_from_an_equilibrium():
+    model = lp.compose(
+        drive=Torque(tau=12.0),
+        a=Inertia(J=1.0),
+        shaft=SpringDamper(c=400.0, d=0.2),
+        b=Inertia(J=2.0),
+        load=Damper(d=0.5),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.a, m.shaft, m.b, m.load, m.ground),
+    )
+    system = lp.assemble(model)
+    steady = lp.equilibrium(system, parameters={"drive.tau": 10.0})
+    run = lp.simulate(system, until=5.0, start=steady, grid=20)
+    assert run["b.w"] == pytest.approx(np.full(21, 20.0), rel=1e-6)
+    with pytest.raises(OptionError, match="start point"):
+        lp.simulate(system, until=5.0, start=steady, parameters={"drive.tau": 9.0})
 
 
 def test_a_start_value_bound_to_a_parameter_follows_it():
