@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 
 import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from lumped.analysis.result import OperatingPoint
 from lumped.errors import StartError
@@ -229,7 +230,11 @@ class _Start:
                 break
             square = csc_array(matrix[rows][:, columns])
             step = np.zeros(count + len(self.free))
-            step[columns] = np.atleast_1d(spsolve(square, miss[rows]))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MatrixRankWarning)
+                step[columns] = np.atleast_1d(spsolve(square, miss[rows]))
+            if not np.isfinite(step).all():
+                break
             self.x -= step[:count]
             self.theta[self.free] -= step[count:]
         if bad.any():
