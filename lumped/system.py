@@ -292,9 +292,13 @@ class System:
         """
         rates = self._values.of([n + 1 for n in self.states])
         rows, columns, largest = samples(rates, self._values)
-        order = np.array([self._reduced.class_and_order(n)[1] for n in self.states])
-        rounding: np.ndarray = (largest <= 1e-13) & (order[rows] == 0)
-        return rounding[np.isin(columns, self._in_use)]
+        order = np.array([self._reduced.class_and_order(n)[1] for n in self.states], dtype=int)
+        rounding = (largest <= 1e-13) & (order[rows] == 0)
+        width = len(self._reduced.states)
+        own_rows, own = self.jacobian.sparsity_out(0).get_triplet()
+        places = np.array(own_rows, dtype=int) * width + np.array(self._in_use, dtype=int)[own]
+        found: np.ndarray = np.isin(places, (rows * width + columns)[rounding])
+        return found
 
     @cached_property
     def _thresholds(self) -> tuple[ca.Function, np.ndarray]:
@@ -329,7 +333,9 @@ class System:
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         key = ("chart", tuple(sorted(ranks.items())))
         if key not in self.made:
-            chart = System(self._flat, None, (), ranks)
+            name = self._tree.unknown_name
+            outputs = None if self._outputs is None else [name(u) for u in self._outputs]
+            chart = System(self._flat, outputs, [name(u) for u in self._kept], ranks)
             chart.made[("chart", tuple(sorted(self._ranks.items())))] = self
             self.made[key] = chart
         found: System = self.made[key]
