@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import time as clock
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -57,4 +58,9 @@ def assemble(
         hint = " Write it with parentheses." if isinstance(given, type) else ""
         raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
     with _paused_collector():
-        return System(flatten(given), outputs, keep)
+        begin = clock.perf_counter()
+        flat = flatten(given)
+        flattened = clock.perf_counter()
+        system = System(flat, outputs, keep)
+        system.seconds = {"flatten": flattened - begin, **system.seconds}
+        return system

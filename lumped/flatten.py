@@ -97,6 +97,26 @@ class FlatModel:
         found = np.asarray(evaluate(self.parameters.defaults)).ravel()
         return dict(zip(values, found.tolist(), strict=True))
 
+    @cached_property
+    def thresholds(self) -> tuple[ca.Function, np.ndarray]:
+        """Instants at which modes change as a function of p, and their directions."""
+        instants = ca.SX.zeros(self.mode_count)
+        directions = np.ones(self.mode_count)
+        for group in self.groups:
+            template = group.template
+            n = len(template.modes)
+            if not n:
+                continue
+            symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
+            thresholds = ca.vertcat(*(t for t, _ in template.thresholds))
+            function = ca.Function("thresholds", [symbols], [thresholds])
+            for i in range(len(group.nodes)):
+                place = group.first_mode + i * n
+                values = self.parameters.values[group.parameters[i].tolist()]
+                instants[place : place + n] = function(values)
+                directions[place : place + n] = [d for _, d in template.thresholds]
+        return ca.Function("instants", [self.parameters.theta], [instants]), directions
+
     def origin(self, equation: int) -> tuple[Node, str]:
         """Component of a component equation, and the equation with full names."""
         for group in self.groups:

@@ -60,6 +60,8 @@ class Reduced:
         Nodes that are states, in order of declaration.
     dependent, varying : list of int
         Candidates that constraints determine, and those whose factor varies.
+    tied : frozenset of int
+        Candidates that stand in constraints.
     blocks : list of Block
         In an order in which they can be computed.
     block_of : ndarray of int, shape (nodes,)
@@ -74,6 +76,7 @@ class Reduced:
     states: list[int]
     dependent: list[int]
     varying: list[int]
+    tied: frozenset[int]
     blocks: list[Block]
     block_of: np.ndarray
 
@@ -117,7 +120,7 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
     times, highest = differentiate(incidence, entries, floor)
     first = np.concatenate([[0], np.cumsum(highest + 1)])
-    dependent, varying = _dependent(incidence, times, highest, first, wish, ranks or {})
+    dependent, varying, tied = _dependent(incidence, times, highest, first, wish, ranks or {})
     candidates = np.ones(first[-1], dtype=bool)
     candidates[first[:-1] + highest] = False
     candidates[dependent] = False
@@ -132,6 +135,7 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
         _by_declaration(aliases, first, states),
         dependent,
         varying,
+        tied,
         blocks,
         block_of,
     )
@@ -162,9 +166,9 @@ def _dependent(
     first: np.ndarray,
     wish: dict[tuple[int, int], int],
     ranks: Mapping[int, int],
-) -> tuple[list[int], list[int]]:
+) -> tuple[list[int], list[int], frozenset[int]]:
     if not times.any():
-        return [], []
+        return [], [], frozenset()
     point = Point(incidence.flat, incidence.aliases, highest)
     constraints = [
         incidence.entries(np.full(incidence.count, order), point, times > order)
@@ -172,6 +176,7 @@ def _dependent(
     ]
     column = first[:-1, None] + np.arange(int(highest.max()) + 1)[None, :]
     rows, labels = constraint_rows(constraints, column)
+    tied = frozenset(node for row in rows for node in row)
     rank = np.full(first[-1], RANK["avoid"])
     for (number, order), value in wish.items():
         if order <= highest[number]:
@@ -189,7 +194,7 @@ def _dependent(
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
-    return selection.dependent, selection.varying
+    return selection.dependent, selection.varying, tied
 
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -16,29 +17,14 @@ from lumped.flatten import FlatModel
 from lumped.prune import independent_of, needed_states, samples, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
+from lumped.report import LeftOut, Report
 from lumped.select import RANK
 from lumped.values import Values
 
-__all__ = ["Changes", "LeftOut", "Name", "System"]
+__all__ = ["Changes", "Name", "System"]
 
 Name = str | Expr
 Changes = Mapping[str, float] | Mapping[Name, float]
-
-
-class LeftOut:
-    """Something the system does not compute, and why.
-
-    Attributes
-    ----------
-    what, why : str
-        Name or count, and reason.
-    """
-
-    def __init__(self, what: str, why: str) -> None:
-        self.what, self.why = what, why
-
-    def __repr__(self) -> str:
-        return f"{self.what}: {self.why}"
 
 
 class System:
@@ -54,6 +40,8 @@ class System:
         What is not computed, and why.
     made : dict
         What analyses built for this system and want to find again.
+    seconds : dict of str to float
+        Time that each stage of assembling took.
     """
 
     def __init__(
@@ -67,7 +55,9 @@ class System:
         self._flat = flat
         self._tree = flat.tree
         self._ranks = dict(ranks or {})
+        begin = clock.perf_counter()
         self._reduced = reduce(flat, ranks)
+        middle = clock.perf_counter()
         self._values = Values(self._reduced)
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
@@ -77,6 +67,8 @@ class System:
         self.state_names = [self._node_name(n) for n in self.states]
         self.left_out = self._left_out()
         self.made: dict[object, Any] = {}
+        end = clock.perf_counter()
+        self.seconds = {"reduce": middle - begin, "prune": end - middle}
 
     # -- structure ---------------------------------------------------------------------------
 
@@ -172,21 +164,40 @@ class System:
                 found.append(LeftOut(self._node_name(node), why))
         return found
 
-    def report(self) -> dict[str, int]:
-        """Counts before and after reduction."""
+    def report(self) -> Report:
+        """What the reduction did: counts, states and why they are, blocks, times."""
         flat, reduced = self._flat, self._reduced
         connection = len(flat.joints.equal) + len(flat.joints.sums) + len(flat.joints.grounded)
-        return {
+        coupled = [block for block in reduced.blocks if len(block.nodes) > 1]
+        counts = {
             "components": len(self._tree.nodes),
             "unknowns": self._tree.unknown_count,
             "equations": flat.equation_count + connection,
             "after alias elimination": reduced.incidence.count,
             "differentiated": int((reduced.times > 0).sum()),
             "index": int(reduced.times.max(initial=0)) + 1,
-            "coupled blocks": sum(len(b.nodes) > 1 for b in reduced.blocks),
+            "coupled blocks": len(coupled),
             "largest block": max((len(b.nodes) for b in reduced.blocks), default=0),
             "states": len(self.states),
         }
+        return Report(
+            counts,
+            {name: self._reason(n) for name, n in zip(self.state_names, self.states, strict=True)},
+            tuple(_shortened([self._node_name(n) for n in block.nodes]) for block in coupled),
+            tuple(self._node_name(n) for n in self._values.implicit),
+            tuple(self.left_out),
+            dict(self.seconds),
+        )
+
+    def _reason(self, node: int) -> str:
+        """Why a node is a state."""
+        if node not in self._reduced.tied:
+            return "its derivative stands in the equations"
+        unknown = self._members.get(node)
+        wish = "avoid" if unknown is None else self._tree.quantity(unknown).wish
+        if wish in ("prefer", "always"):
+            return f"declared state='{wish}'; constraints determine others"
+        return "leads what constraints tie to it; declared before them or wanted more"
 
     def __repr__(self) -> str:
         counts = self.report()
@@ -299,27 +310,6 @@ class System:
         places = np.array(own_rows, dtype=int) * width + np.array(self._in_use, dtype=int)[own]
         found: np.ndarray = np.isin(places, (rows * width + columns)[rounding])
         return found
-
-    @cached_property
-    def _thresholds(self) -> tuple[ca.Function, np.ndarray]:
-        """Instants at which modes change as a function of p, and their directions."""
-        flat = self._flat
-        instants = ca.SX.zeros(flat.mode_count)
-        directions = np.ones(flat.mode_count)
-        for group in flat.groups:
-            template = group.template
-            n = len(template.modes)
-            if not n:
-                continue
-            symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
-            thresholds = ca.vertcat(*(t for t, _ in template.thresholds))
-            function = ca.Function("thresholds", [symbols], [thresholds])
-            for i in range(len(group.nodes)):
-                place = group.first_mode + i * n
-                values = flat.parameters.values[group.parameters[i].tolist()]
-                instants[place : place + n] = function(values)
-                directions[place : place + n] = [d for _, d in template.thresholds]
-        return ca.Function("instants", [flat.parameters.theta], [instants]), directions
 
     def led_by(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.

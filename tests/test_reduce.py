@@ -311,6 +311,26 @@ def test_a_load_torque_may_follow_the_speed_of_a_neighbour():
         assert np.abs(run["rotor.w"] - expected).max() < 1e-8
 
 
+def test_the_report_tells_what_became_of_the_model():
+    report = lp.assemble(EllipticalDrive()).report()
+    assert report["index"] == 3
+    assert report["states"] == len(report.states) == 2
+    assert list(report.seconds) == ["flatten", "reduce", "prune"]
+    text = repr(report)
+    assert "a.phi: leads what constraints tie to it" in text
+    assert "solved together" in text
+    chain = lp.compose(
+        a=Inertia(J=1.0),
+        shaft=Spring(c=4.0),
+        b=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+    )
+    report = lp.assemble(chain).report()
+    assert report.states["shaft.phi_rel"] == "declared state='prefer'; constraints determine others"
+    assert report.states["a.w"] == "its derivative stands in the equations"
+    assert "a.phi: cyclic coordinate" in repr(report)
+
+
 def test_the_same_model_gives_the_same_system_every_time():
     model = lp.compose(
         body=[Inertia(J=1.0 + i) for i in range(4)],

@@ -267,7 +267,7 @@ class _Run:
         return tuple(name for name, s in zip(names, np.atleast_1d(small), strict=False) if s)
 
     def _instants(self) -> list[float]:
-        function, directions = self.system._thresholds
+        function, directions = self.system._flat.thresholds
         if not len(directions):
             return []
         found = np.asarray(function(self.point.theta)).ravel()

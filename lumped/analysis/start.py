@@ -26,7 +26,7 @@ _RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
 
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
     """Modes of all conditions at a time that is not itself an instant of change."""
-    function, directions = system._thresholds
+    function, directions = system._flat.thresholds
     if not len(directions):
         return np.zeros(0)
     instants = np.asarray(function(theta)).ravel()
