@@ -60,6 +60,7 @@ def select_dependent(
     for i, row in enumerate(rows):
         for column in row:
             holders.setdefault(column, set()).add(i)
+    largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
     open_rows = set(range(len(rows)))
     dependent: list[int] = []
     varying: list[int] = []
@@ -70,26 +71,30 @@ def select_dependent(
         for column in group:
             if not open_rows:
                 break
-            pivot = _pivot(rows, holders.get(column, set()), column, allow_varying)
+            pivot = _pivot(rows, largest, holders.get(column, set()), column, allow_varying)
             if pivot is None:
                 continue
             dependent.append(column)
             if rows[pivot][column][1] == VARYING:
                 varying.append(column)
             open_rows.discard(pivot)
-            _eliminate(rows, holders, pivot, column)
+            _eliminate(rows, largest, holders, pivot, column)
     return Selection(dependent, varying, sorted(open_rows))
 
 
 def _pivot(
-    rows: list[dict[int, tuple[float, int]]], held: set[int], column: int, allow_varying: bool
+    rows: list[dict[int, tuple[float, int]]],
+    largest: list[float],
+    held: set[int],
+    column: int,
+    allow_varying: bool,
 ) -> int | None:
     best, length = None, 0
     for i in sorted(held):
         value, kind = rows[i][column]
         if kind == VARYING and not allow_varying:
             continue
-        if not abs(value) > 1e-9 * max(abs(v) for v, _ in rows[i].values()):
+        if not abs(value) > 1e-9 * largest[i]:
             continue
         if best is None or len(rows[i]) < length:
             best, length = i, len(rows[i])
@@ -98,6 +103,7 @@ def _pivot(
 
 def _eliminate(
     rows: list[dict[int, tuple[float, int]]],
+    largest: list[float],
     holders: dict[int, set[int]],
     pivot: int,
     column: int,
@@ -120,6 +126,7 @@ def _eliminate(
             else:
                 row[c] = (new, max(old_kind, k, kind, factor_kind))
                 holders[c].add(i)
+        largest[i] = max((abs(v) for v, _ in row.values()), default=0.0)
 
 
 def constraint_rows(
