@@ -74,8 +74,8 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
 
 def needed_states(
     values: Values, positions: set[int], outputs: ca.SX | None, kept: ca.SX
-) -> list[int]:
-    """Numbers of the states to integrate.
+) -> tuple[list[int], csr_array]:
+    """Numbers of the states to integrate, and which states stand in each of their rates.
 
     Parameters
     ----------
@@ -94,13 +94,15 @@ def needed_states(
     asked = set(uses(kept, values).indices.tolist())
     if outputs is not None:
         asked |= set(uses(outputs, values).indices.tolist())
-        return _closed(links, asked)
+        needed = _closed(links, asked)
+        return needed, links[needed]
     used = np.zeros(len(states), dtype=bool)
     used[links.indices] = True
     doubtful = [i for i in sorted(positions - asked) if used[i]]
     if doubtful:
         used[doubtful] = ~independent_of(rates, doubtful, values)
-    return [i for i in range(len(states)) if used[i] or i in asked or i not in positions]
+    needed = [i for i in range(len(states)) if used[i] or i in asked or i not in positions]
+    return needed, links[needed]
 
 
 def _closed(links: csr_array, begin: set[int]) -> list[int]:

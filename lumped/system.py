@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array
 
 from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
@@ -62,7 +62,7 @@ class System:
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
-        self._in_use = self._needed_states(self._kept)
+        self._in_use, self._rate_uses = self._needed_states(self._kept)
         self.states = [self._reduced.states[i] for i in self._in_use]
         self.state_names = [self._node_name(n) for n in self.states]
         self.left_out = self._left_out()
@@ -100,8 +100,8 @@ class System:
         inner = self._node_name(node - order)
         return "der(" * order + inner + ")" * order
 
-    def _needed_states(self, kept: list[int]) -> list[int]:
-        """Numbers of the states that must be integrated."""
+    def _needed_states(self, kept: list[int]) -> tuple[list[int], csr_array]:
+        """Numbers of the states that must be integrated, and what their rates use."""
         reduced, aliases = self._reduced, self._reduced.aliases
         place = {node: i for i, node in enumerate(reduced.states)}
         positions = set()
@@ -222,7 +222,7 @@ class System:
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression."""
         rates = self._values.of([n + 1 for n in self.states])
-        return self._without(rates, np.setdiff1d(uses(rates, self._values).indices, self._in_use))
+        return self._without(rates, np.setdiff1d(self._rate_uses.indices, self._in_use))
 
     @cached_property
     def rhs(self) -> ca.Function:
@@ -280,7 +280,7 @@ class System:
             for i, n in zip(self._in_use, self.states, strict=True)
             if reduced.class_and_order(n)[1] == 0
         ]
-        used = set(uses(rates, values).indices.tolist())
+        used = set(self._rate_uses.indices.tolist())
         doubtful = [i for i in first if i in used and i in self._positions]
         idle = set(first) - used
         if doubtful:
