@@ -28,7 +28,7 @@ from lumped.components import (
 
 SEEDS, SHARE = 300, 20
 END = 0.05
-LIMITS = {"accelerations": 1e-9, "torques": 1e-9, "eigenvalues": 1e-9, "speeds": 1e-8}
+LIMITS = {"accelerations": 1e-9, "torques": 1e-9, "eigenvalues": 1e-9, "speeds": 1e-9}
 
 
 class Planetary(lp.Component):
