@@ -220,9 +220,10 @@ class System:
 
     @cached_property
     def rates(self) -> ca.SX:
-        """Derivatives of the states as an expression."""
+        """Derivatives of the states as an expression; common parts are shared."""
         rates = self._values.of([n + 1 for n in self.states])
-        return self._without(rates, np.setdiff1d(self._rate_uses.indices, self._in_use))
+        lost = np.setdiff1d(self._rate_uses.indices, self._in_use)
+        return ca.cse(self._without(rates, lost))
 
     @cached_property
     def rhs(self) -> ca.Function:
