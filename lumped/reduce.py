@@ -58,8 +58,8 @@ class Reduced:
         How often each equation was differentiated.
     states : list of int
         Nodes that are states, in order of declaration.
-    dependent, varying : list of int
-        Candidates that constraints determine, and those whose factor varies.
+    dependent : list of int
+        Candidates that constraints determine.
     tied : frozenset of int
         Candidates that stand in constraints.
     blocks : list of Block
@@ -75,7 +75,6 @@ class Reduced:
     times: np.ndarray
     states: list[int]
     dependent: list[int]
-    varying: list[int]
     tied: frozenset[int]
     blocks: list[Block]
     block_of: np.ndarray
@@ -120,7 +119,7 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
     np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
     times, highest = differentiate(incidence, entries, floor)
     first = np.concatenate([[0], np.cumsum(highest + 1)])
-    dependent, varying, tied = _dependent(incidence, times, highest, first, wish, ranks or {})
+    dependent, tied = _dependent(incidence, times, highest, first, wish, ranks or {})
     candidates = np.ones(first[-1], dtype=bool)
     candidates[first[:-1] + highest] = False
     candidates[dependent] = False
@@ -134,7 +133,6 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
         times,
         _by_declaration(aliases, first, states),
         dependent,
-        varying,
         tied,
         blocks,
         block_of,
@@ -166,9 +164,9 @@ def _dependent(
     first: np.ndarray,
     wish: dict[tuple[int, int], int],
     ranks: Mapping[int, int],
-) -> tuple[list[int], list[int], frozenset[int]]:
+) -> tuple[list[int], frozenset[int]]:
     if not times.any():
-        return [], [], frozenset()
+        return [], frozenset()
     point = Point(incidence.flat, incidence.aliases, highest)
     constraints = [
         incidence.entries(np.full(incidence.count, order), point, times > order)
@@ -194,7 +192,7 @@ def _dependent(
             + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
             "Make one member of the loop elastic, or remove it."
         )
-    return selection.dependent, selection.varying, tied
+    return selection.dependent, tied
 
 
 def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:

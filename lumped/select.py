@@ -31,14 +31,11 @@ class Selection:
     ----------
     dependent : list of int
         Columns that the constraints determine.
-    varying : list of int
-        Those among them whose factor varies during a run.
     unused : list of int
         Constraint rows in which nothing was left to solve for.
     """
 
     dependent: list[int]
-    varying: list[int]
     unused: list[int]
 
 
@@ -63,7 +60,6 @@ def select_dependent(
     largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
     open_rows = set(range(len(rows)))
     dependent: list[int] = []
-    varying: list[int] = []
     always = RANK["always"]
     columns = sorted(holders, key=lambda c: (rank[c], -order[c]))
     first = [c for c in columns if rank[c] < always]
@@ -75,11 +71,9 @@ def select_dependent(
             if pivot is None:
                 continue
             dependent.append(column)
-            if rows[pivot][column][1] == VARYING:
-                varying.append(column)
             open_rows.discard(pivot)
             _eliminate(rows, largest, holders, pivot, column)
-    return Selection(dependent, varying, sorted(open_rows))
+    return Selection(dependent, sorted(open_rows))
 
 
 def _pivot(

@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from lumped.analysis.result import Piece
+from lumped.errors import OptionError
 from lumped.system import System
 
-__all__ = ["Recorder"]
+__all__ = ["Recorder", "output_times"]
+
+
+def output_times(
+    grid: int | Sequence[float] | np.ndarray | None, until: float
+) -> np.ndarray | None:
+    """Output times of a run: equal intervals, those given, or None for the solver's steps.
+
+    Raises
+    ------
+    OptionError
+        If they make no sense.
+    """
+    if grid is None:
+        return None
+    if isinstance(grid, int | np.integer):
+        if grid < 1:
+            raise OptionError(f"grid = {grid}: at least one output interval is needed.")
+        return np.linspace(0.0, until, int(grid) + 1)
+    times = np.asarray(grid, dtype=float)
+    if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
+        raise OptionError("grid: the output times must be a list that does not decrease.")
+    if times[0] < 0 or times[-1] > until:
+        raise OptionError(
+            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave 0 to {until:g} s."
+        )
+    return times
 
 
 class Recorder:

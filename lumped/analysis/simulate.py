@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.analysis.march import marched
-from lumped.analysis.record import Recorder
+from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.start import modes_at, start_point
 from lumped.analysis.stepper import (
@@ -88,7 +88,7 @@ def simulate(
         If the run cannot be completed; its `partial` holds the run up to there.
     """
     _check(until, rtol, atol, method)
-    times = _times(grid, until)
+    times = output_times(grid, until)
     if isinstance(start, OperatingPoint):
         if start.system is not system or parameters or tuple(free):
             raise OptionError(
@@ -113,23 +113,6 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
     if method not in ("auto", "explicit", "implicit"):
         raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
-
-
-def _times(grid: int | Sequence[float] | np.ndarray | None, until: float) -> np.ndarray | None:
-    if grid is None:
-        return None
-    if isinstance(grid, int | np.integer):
-        if grid < 1:
-            raise OptionError(f"grid = {grid}: at least one output interval is needed.")
-        return np.linspace(0.0, until, int(grid) + 1)
-    times = np.asarray(grid, dtype=float)
-    if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
-        raise OptionError("grid: the output times must be a list that does not decrease.")
-    if times[0] < 0 or times[-1] > until:
-        raise OptionError(
-            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave 0 to {until:g} s."
-        )
-    return times
 
 
 class _Run:
