@@ -122,13 +122,13 @@ class Values:
             else:
                 origin, place = incidence.place(row)
                 singles[origin, order].append((place, node))
+        repeated: set[int] = set()
         for (origin, order), members in singles.items():
             places = np.array([m[0] for m in members])
             nodes = np.array([m[1] for m in members])
-            repeated = self._scalars(incidence.occurrence(origin, order, places), nodes)
-            coupled += [
-                block for block in blocks if len(block.nodes) == 1 and block.nodes[0] in repeated
-            ]
+            repeated |= self._scalars(incidence.occurrence(origin, order, places), nodes)
+        if repeated:
+            coupled += [b for b in blocks if len(b.nodes) == 1 and b.nodes[0] in repeated]
         self._sums(sums)
         for block in coupled:
             self._coupled(block.equations, block.nodes)

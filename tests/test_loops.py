@@ -293,6 +293,25 @@ def test_an_implicit_algebraic_equation_is_solved():
     assert np.abs(run["k.E"] - expected).max() < 1e-11
 
 
+def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
+    model = lp.compose(
+        wall=Fixed(),
+        one=Hardening(k=50.0),
+        two=Hardening(k=400.0),
+        pull=Torque(tau=lp.ops.where(lp.time >= 0.5, 30.0, -2.0)),
+        connections=lambda m: lp.chain(m.wall, m.one, m.two, m.pull),
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=4)
+    assert run.events[0].what == "pull.tau"
+    for name, k in (("one", 50.0), ("two", 400.0)):
+        twist = run[f"{name}.flange_b.phi"] - run[f"{name}.flange_a.phi"]
+        torque = np.where(np.arange(len(run.t)) < 3, -2.0, 30.0)
+        expected = [
+            brentq(lambda x, k=k, t=t: 10 * x + k * x**3 - t, -3, 3, xtol=1e-15) for t in torque
+        ]
+        assert np.abs(twist - expected).max() < 1e-12
+
+
 def test_a_driven_linkage_comes_to_rest_and_has_modes():
     model = lp.compose(
         drive=Torque(tau=2.0),

@@ -12,6 +12,9 @@ from lumped.system import Changes, System
 
 __all__ = ["equilibrium"]
 
+_MOST_CLOSING = 20
+"""Times that a linkage is closed anew at what looked like an equilibrium."""
+
 
 def equilibrium(
     system: System,
@@ -50,11 +53,16 @@ def equilibrium(
     )
     held = given_states(system, start)
     for movable in (~held, np.ones_like(held)):
-        x, residual, found = _newton(system, begin, time, settings, movable, tolerance)
-        if found:
-            guesses = settings[len(settings) - count :]
+        x, closed = begin.x, settings
+        for _ in range(_MOST_CLOSING):
+            x, residual, found = _newton(system, x, begin.theta, time, closed, movable, tolerance)
+            if not found:
+                break
+            before = closed
+            guesses = before[len(before) - count :]
             closed = settings_at(system, x, begin.theta, time + 1e-300, guesses)
-            return OperatingPoint(system, time, x, begin.theta, closed)
+            if np.allclose(closed, before, rtol=1e-9, atol=1e-12):
+                return OperatingPoint(system, time, x, begin.theta, closed)
     worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
     name = system.state_names[worst]
     raise SolverError(
@@ -66,15 +74,16 @@ def equilibrium(
 
 def _newton(
     system: System,
-    begin: OperatingPoint,
+    begin: np.ndarray,
+    theta: np.ndarray,
     time: float,
     settings: np.ndarray,
     movable: np.ndarray,
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """States, derivatives there, and whether they vanish; only movable states change."""
-    x = begin.x.copy()
-    args = (begin.theta, time, settings)
+    x = begin.copy()
+    args = (theta, time, settings)
     residual = np.asarray(system.rhs(x, *args)).ravel()
     for _ in range(100):
         if not np.isfinite(residual).all():

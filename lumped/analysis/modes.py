@@ -75,7 +75,7 @@ class Modes:
     def rigid_names(self) -> tuple[str, ...]:
         """What turns or moves together in each rigid-body mode."""
         names = self._positions[0]
-        shapes = self._scaled_rigid
+        shapes = self._rigid_positions / self._rigid_scale
         found = []
         for column in shapes.T:
             moving = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
@@ -194,16 +194,16 @@ class Modes:
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
     @cached_property
+    def _rigid_positions(self) -> Real:
+        """Amplitudes of all angles and positions of ports in the rigid-body modes."""
+        return self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
+
+    @cached_property
     def _rigid_scale(self) -> Real:
-        raw = self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
+        raw = self._rigid_positions
         largest = np.abs(raw).argmax(axis=0) if raw.size else np.zeros(self.rigid, dtype=int)
         scale = raw[largest, np.arange(self.rigid)]
         return np.where(np.abs(scale) > 0, scale, 1.0)
-
-    @cached_property
-    def _scaled_rigid(self) -> Real:
-        raw = self._required(self._position_nodes, self.rigid_vectors, np.zeros(self.rigid)).real
-        return raw / self._rigid_scale
 
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
         """Mode shapes along the drive (see `lumped.plot.mode_shapes`)."""

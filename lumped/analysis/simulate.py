@@ -13,7 +13,7 @@ import numpy as np
 from lumped.analysis.march import marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.start import modes_at, start_point
+from lumped.analysis.start import closed_with, modes_at, start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
     HEAD,
@@ -24,7 +24,7 @@ from lumped.analysis.stepper import (
     first_step,
 )
 from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
@@ -214,12 +214,11 @@ class _Run:
 
     def _closed(self, t: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """Implicit quantities at the start of a segment."""
-        guess = self.guess
-        for _ in range(2 if self.implicit else 0):
-            settings = np.concatenate([modes, guess])
-            found = self.system.closure(x, self.point.theta, t, settings)[0]
-            guess = np.asarray(found).ravel()
-        return guess
+        try:
+            settings = closed_with(self.system, x, self.point.theta, t, modes, self.guess)
+        except StartError as error:
+            raise SolverError(str(error), self.trajectory()) from None
+        return settings[len(modes) :]
 
     def trajectory(self) -> Trajectory:
         """What was computed so far."""
@@ -259,15 +258,15 @@ class _Run:
         for t in np.unique(found[inside]).tolist():
             if not edges or t - edges[-1] > 1e-13 * self.until:
                 edges.append(self.until if self.until - t <= 1e-13 * self.until else t)
-        for t in edges:
-            names = []
-            for group in self.system._flat.groups:
-                n = len(group.template.modes)
-                for i, name in enumerate(group.names):
-                    place = group.first_mode + i * n
-                    if (abs(found[place : place + n] - t) <= 1e-13 * self.until).any():
-                        names.append(name)
-            self.events.append(Event(t, ", ".join(names)))
+        owners: list[list[str]] = [[] for _ in edges]
+        for group in self.system._flat.groups:
+            n = len(group.template.modes)
+            for i, name in enumerate(group.names if n else ()):
+                own = found[group.first_mode + i * n : group.first_mode + (i + 1) * n]
+                near = np.abs(own[:, None] - edges) <= 1e-13 * self.until
+                for k in np.flatnonzero(near.any(axis=0)):
+                    owners[k].append(name)
+        self.events += [Event(t, ", ".join(names)) for t, names in zip(edges, owners, strict=True)]
         return edges
 
     def _advance(

@@ -16,7 +16,7 @@ from lumped.select import RANK, select_dependent
 from lumped.system import Changes, Name, System
 from lumped.template import CONSTANT
 
-__all__ = ["given_states", "modes_at", "settings_at", "start_point"]
+__all__ = ["closed_with", "given_states", "modes_at", "settings_at", "start_point"]
 
 _TOLERANCE = 1e-9
 _MOST_CLOSING = 20
@@ -77,7 +77,18 @@ def settings_at(
     StartError
         If a closed linkage cannot be closed from these guesses.
     """
-    modes = modes_at(system, theta, time)
+    return closed_with(system, x, theta, time, modes_at(system, theta, time), guesses)
+
+
+def closed_with(
+    system: System,
+    x: np.ndarray,
+    theta: np.ndarray,
+    time: float,
+    modes: np.ndarray,
+    guesses: np.ndarray,
+) -> np.ndarray:
+    """The same for given modes."""
     if not len(guesses):
         return modes
     rng = np.random.default_rng(3)
