@@ -13,6 +13,7 @@ from lumped.connection import Connection, chain, compose, connect
 from lumped.expression import Equation, Expr, der, time
 from lumped.port import Flange, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
+from lumped.switch import hold, when
 from lumped.system import System
 
 __version__ = "0.1.0"
@@ -43,6 +44,7 @@ __all__ = [
     "connect",
     "der",
     "equilibrium",
+    "hold",
     "linearise",
     "lossless",
     "modes",
@@ -52,4 +54,5 @@ __all__ = [
     "start_point",
     "time",
     "var",
+    "when",
 ]

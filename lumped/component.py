@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
-from lumped.expression import Equation, Expr
+from lumped.expression import Expr
 from lumped.port import Port
 from lumped.quantity import Output, Quantity
+from lumped.switch import Item
 
 if TYPE_CHECKING:
     from lumped.connection import Connection
@@ -108,8 +109,8 @@ class Component:
     _place: tuple[Component, str] | None
     _bound: dict[str, Any]
 
-    def equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
-        """Equations of the component; yielded one by one."""
+    def equations(self) -> Iterable[Item]:
+        """Equations of the component, and what changes them; yielded one by one."""
         return ()
 
     def connections(self) -> Iterable[Connection]:

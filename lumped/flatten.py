@@ -15,6 +15,7 @@ from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
+from lumped.switch import Item
 from lumped.template import Template, template_key
 from lumped.tree import Node, Tree
 
@@ -99,22 +100,25 @@ class FlatModel:
 
     @cached_property
     def thresholds(self) -> tuple[ca.Function, np.ndarray]:
-        """Instants at which modes change as a function of p, and their directions."""
-        instants = ca.SX.zeros(self.mode_count)
+        """Instants at which modes change as a function of p, and their directions.
+
+        Modes that do not depend on the time alone have no instant: it is infinite.
+        """
+        instants = ca.inf * ca.SX.ones(self.mode_count)
         directions = np.ones(self.mode_count)
         for group in self.groups:
             template = group.template
-            n = len(template.modes)
-            if not n:
+            places = np.array(list(template.thresholds))
+            if not len(places):
                 continue
             symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
-            thresholds = ca.vertcat(*(t for t, _ in template.thresholds))
+            thresholds = ca.vertcat(*(t for t, _ in template.thresholds.values()))
             function = ca.Function("thresholds", [symbols], [thresholds])
             for i in range(len(group.nodes)):
-                place = group.first_mode + i * n
+                own = (group.first_mode + i * len(template.modes) + places).tolist()
                 values = self.parameters.values[group.parameters[i].tolist()]
-                instants[place : place + n] = function(values)
-                directions[place : place + n] = [d for _, d in template.thresholds]
+                instants[own] = function(values)
+                directions[own] = [d for _, d in template.thresholds.values()]
         return ca.Function("instants", [self.parameters.theta], [instants]), directions
 
     def origin(self, equation: int) -> tuple[Node, str]:
@@ -191,9 +195,7 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
     return list(groups.values()), equations, modes
 
 
-def _template(
-    tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]] | None
-) -> Template:
+def _template(tree: Tree, scope: Node, equations: Iterable[Item] | None) -> Template:
     if equations is None:
         raise EquationError(
             f"{scope.label}: equations() gave nothing back. Yield each equation: yield a == b."

@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.alias import Aliases
 from lumped.flatten import FlatModel, Group
-from lumped.template import CONSTANT, Residual
+from lumped.template import CONSTANT, Residual, Stick
 
 __all__ = ["Entries", "Incidence", "Occurrence"]
 
@@ -94,6 +94,11 @@ class Incidence:
         """Block of a component equation, and its position in it."""
         block = bisect_right(self._firsts, row) - 1
         return block, row - self._firsts[block]
+
+    def stick(self, block: int) -> Stick | None:
+        """The constraint that holds or slides, if a block of equations is its row."""
+        group, e, _, _ = self.blocks[block]
+        return next((s for s in group.template.sticks if s.equation == e), None)
 
     def occurrence(self, block: int, order: int, picked: np.ndarray) -> Occurrence:
         """Symbols of the equations `picked` (positions in the block), differentiated."""

@@ -19,6 +19,7 @@ from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.report import LeftOut, Report
 from lumped.select import RANK
+from lumped.switching import Switching
 from lumped.values import Values
 
 __all__ = ["Changes", "Name", "System"]
@@ -36,6 +37,8 @@ class System:
         What was assembled.
     state_names : list of str
         Names of the states, in their order in x.
+    switching : Switching
+        What decides modes that depend on more than the time.
     left_out : list of LeftOut
         What is not computed, and why.
     made : dict
@@ -59,6 +62,7 @@ class System:
         self._reduced = reduce(flat, ranks)
         middle = clock.perf_counter()
         self._values = Values(self._reduced)
+        self.switching = Switching(self._values)
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
@@ -113,7 +117,8 @@ class System:
                     if number in place:
                         positions.add(place[number])
         outputs = None if self._outputs is None else self._raw(self._outputs)
-        always = ca.vertcat(self._raw(kept), self._values.of(self._values.implicit))
+        implicit = self._values.of(self._values.implicit)
+        always = ca.vertcat(self._raw(kept), implicit, self.switching.needed())
         self._positions = positions
         return needed_states(self._values, positions, outputs, always)
 
@@ -222,8 +227,37 @@ class System:
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
         rates = self._values.of([n + 1 for n in self.states])
+        place = {node: i for i, node in enumerate(self.states)}
+        holds = self.switching
+        for h, node in enumerate(holds.speeds):
+            if node in place:
+                # a speed that is held stays exactly what it is
+                first = int(holds.first_modes[h])
+                stuck, demand = self._values.modes[first], self._values.modes[first + 4]
+                i = place[node]
+                rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
         lost = np.setdiff1d(self._rate_uses.indices, self._in_use)
         return ca.cse(self._without(rates, lost))
+
+    def _in_states(self, expression: ca.SX) -> ca.SX:
+        """An expression of the states in use."""
+        lost = np.setdiff1d(uses(expression, self._values).indices, self._in_use)
+        return ca.cse(self._without(expression, lost))
+
+    @cached_property
+    def margins(self) -> ca.Function:
+        """Distances to the next change of modes, and their tolerances: (x, p, t, m)."""
+        found, tolerances = self.switching.margins
+        both = ca.vertsplit(
+            self._in_states(ca.vertcat(found, tolerances)), [0, found.numel(), 2 * found.numel()]
+        )
+        return ca.Function("margins", self._inputs, both)
+
+    @cached_property
+    def look(self) -> ca.Function:
+        """All that decides modes, then the derivatives of the states: (x, p, t, m) -> (k,)."""
+        parts = self._in_states(self.switching.needed())
+        return ca.Function("look", self._inputs, [ca.densify(ca.vertcat(parts, self.rates))])
 
     @cached_property
     def rhs(self) -> ca.Function:

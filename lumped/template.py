@@ -16,11 +16,22 @@ import numpy as np
 from lumped.component import Component
 from lumped.connection import label
 from lumped.errors import EquationError
-from lumped.expression import Equation, Expr, Ref, text
+from lumped.expression import Compare, Equation, Expr, Ref, as_expr
 from lumped.lower import lower
 from lumped.quantity import Param
+from lumped.switch import Hold, Item, When
 
-__all__ = ["CONSTANT", "PARAMETRIC", "VARYING", "Residual", "Template", "template_key"]
+__all__ = [
+    "CONSTANT",
+    "PARAMETRIC",
+    "VARYING",
+    "Jump",
+    "Relation",
+    "Residual",
+    "Stick",
+    "Template",
+    "template_key",
+]
 
 CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 """Kinds of a coefficient: a number, a function of parameters, anything else."""
@@ -86,13 +97,59 @@ class Residual:
         return ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
 
     def _inputs(self) -> list[ca.SX]:
-        t = self.template
-        return [
-            self.symbols,
-            ca.vertcat(ca.SX(0, 1), *t.parameter_symbols),
-            t.time,
-            ca.vertcat(ca.SX(0, 1), *t.modes),
-        ]
+        return self.template.inputs(list(zip(self.locals, self.orders, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """A condition on states: its mode is 1 while ``greater >= less``."""
+
+    mode: int
+    greater: ca.SX
+    less: ca.SX
+    condition: Compare
+
+
+@dataclass(frozen=True, eq=False)
+class Stick:
+    """A lowered `Hold`.
+
+    Attributes
+    ----------
+    equation : int
+        Number of the equation that determines the reaction.
+    first : int
+        First of its five modes: stuck, forward, backward (0 or 1); compliance, by which the
+        reactions of redundant constraints are shared; demanded acceleration, for impulses.
+    engaged : int or None
+        Mode of the condition under which it acts.
+    speed, acceleration, reaction : (int, int)
+        Local unknown and order of derivative.
+    forward, backward, upper, lower, gap, restitution : SX
+        Infinite limits, and laws and gaps that do not exist, are nan.
+    """
+
+    hold: Hold
+    equation: int
+    first: int
+    engaged: int | None
+    speed: tuple[int, int]
+    acceleration: tuple[int, int]
+    reaction: tuple[int, int]
+    upper: ca.SX
+    lower: ca.SX
+    gap: ca.SX
+    restitution: ca.SX
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """A lowered `When`: mode of its condition, local unknowns, their new values."""
+
+    mode: int
+    targets: list[int]
+    values: list[ca.SX]
+    condition: Compare
 
 
 class Template:
@@ -106,22 +163,28 @@ class Template:
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
         The same for the parameters.
-    thresholds : list of (SX, int)
-        Instant at which each mode changes, and +1 if it becomes 1 there, -1 if it becomes 0.
+    thresholds : dict of int to (SX, int)
+        Modes that depend on the time alone: instant of change, and +1 if the mode becomes 1
+        there, -1 if it becomes 0.
+    relations, sticks, jumps : list
+        What changes modes or states at instants that are not known beforehand.
     """
 
     def __init__(
         self,
         component: Component,
         place: Callable[[Component], str | None],
-        equations: Iterable[Equation | tuple[Equation, ...]],
+        equations: Iterable[Item],
     ) -> None:
         self.equations: list[Equation] = []
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
         self.modes: list[ca.SX] = []
-        self.thresholds: list[tuple[ca.SX, int]] = []
+        self.thresholds: dict[int, tuple[ca.SX, int]] = {}
+        self.relations: list[Relation] = []
+        self.sticks: list[Stick] = []
+        self.jumps: list[Jump] = []
         self.time = ca.SX.sym("time")
         self._place = place
         self._component = component
@@ -131,15 +194,29 @@ class Template:
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
         for item in equations:
-            for equation in item if isinstance(item, tuple) else (item,):
-                if not isinstance(equation, Equation):
-                    raise EquationError(
-                        f"{type(component).__name__}.equations yielded {equation!r}; "
-                        "each item must be an equation: left == right."
-                    )
-                self.equations.append(equation)
-        for number, equation in enumerate(self.equations):
-            self._residuals[number, 0] = self._analyse(self._lowered(equation))
+            if isinstance(item, Hold):
+                self._stick(item)
+            elif isinstance(item, When):
+                self._jump(item)
+            else:
+                for equation in item if isinstance(item, tuple) else (item,):
+                    if not isinstance(equation, Equation):
+                        raise EquationError(
+                            f"{type(component).__name__}.equations yielded {equation!r}; "
+                            "each item must be an equation: left == right."
+                        )
+                    self._add(equation, self._lowered(equation.left - equation.right))
+
+    def _add(self, equation: Equation, residual: ca.SX) -> None:
+        self._residuals[len(self.equations), 0] = self._analyse(residual)
+        self.equations.append(equation)
+
+    def inputs(self, keys: list[tuple[int, int]]) -> list[ca.SX]:
+        """Inputs of functions of this template: symbols of keys, parameters, time, modes."""
+        none = ca.SX(0, 1)
+        symbols = ca.vertcat(none, *(self._symbols[k] for k in keys))
+        parameters = ca.vertcat(none, *self.parameter_symbols)
+        return [symbols, parameters, self.time, ca.vertcat(none, *self.modes)]
 
     def residual(self, number: int, order: int = 0) -> Residual:
         """Equation `number`, differentiated `order` times by the time."""
@@ -150,18 +227,68 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, equation: Equation) -> ca.SX:
-        sides = [
-            lower(
-                side,
-                self._leaf,
-                time=self.time,
-                derivative=self._time_derivative,
-                relation=lambda g: self._mode(g, equation),
+    def _lowered(self, expression: Expr) -> ca.SX:
+        return lower(
+            expression,
+            self._leaf,
+            time=self.time,
+            derivative=self._time_derivative,
+            relation=self._mode,
+        )
+
+    def _stick(self, item: Hold) -> None:
+        """The row ``stuck (a + compliance r - demand) + (1 - stuck) (r - law) == 0``."""
+        first = len(self.modes)
+        names = ("stuck", "forward", "backward", "compliance", "demand")
+        self.modes += [ca.SX.sym(name) for name in names]
+        stuck, forward, backward, compliance, demand = self.modes[first:]
+        speed, reaction = self._lowered(item.speed), self._lowered(item.reaction)
+        acceleration = self._time_derivative(speed)
+        law = ca.SX(0)
+        for sliding, given in ((forward, item.forward), (backward, item.backward)):
+            if given is not None:
+                law += sliding * self._lowered(given)
+        engaged = None
+        if item.engaged is not None:
+            engaged = self._condition(item.engaged)
+        number = len(self.equations)
+        held = acceleration + compliance * reaction - demand
+        self._add(item.equation(), stuck * held + (1 - stuck) * (reaction - law))
+        if item.mode is not None:
+            code = 1 - stuck if item.gap is not None else forward - backward
+            free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
+            self._add(item.mode == as_expr(0), self._lowered(item.mode) - code - free)
+        nothing = ca.SX.nan()
+
+        def given_or_none(given: Expr | None) -> ca.SX:
+            return nothing if given is None else self._lowered(given)
+
+        self.sticks.append(
+            Stick(
+                item,
+                number,
+                first,
+                engaged,
+                self._key_of[speed.element_hash()],
+                self._key_of[acceleration.element_hash()],
+                self._key_of[reaction.element_hash()],
+                given_or_none(item.upper),
+                given_or_none(item.lower),
+                given_or_none(item.gap),
+                self._lowered(item.restitution),
             )
-            for side in (equation.left, equation.right)
-        ]
-        return sides[0] - sides[1]
+        )
+
+    def _jump(self, item: When) -> None:
+        mode = self._condition(item.condition)
+        targets = [self._key_of[self._lowered(ref).element_hash()][0] for ref, _ in item.changes]
+        values = [self._lowered(value) for _, value in item.changes]
+        self.jumps.append(Jump(mode, targets, values, item.condition))
+
+    def _condition(self, condition: Compare) -> int:
+        sides = self._lowered(condition.greater), self._lowered(condition.less)
+        mode = self._mode(condition, *sides)
+        return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr) -> ca.SX:
         if isinstance(node, Param):
@@ -184,9 +311,10 @@ class Template:
         if key not in self._unknown_index:
             self._unknown_index[key] = len(self.unknowns)
             self.unknowns.append(key)
-        return self._symbol(self._unknown_index[key], 0)
+        return self.symbol(self._unknown_index[key], 0)
 
-    def _symbol(self, unknown: int, order: int) -> ca.SX:
+    def symbol(self, unknown: int, order: int) -> ca.SX:
+        """Symbol of a local unknown at an order of derivative."""
         key = (unknown, order)
         if key not in self._symbols:
             symbol = ca.SX.sym(self.unknowns[unknown][1] + "'" * order)
@@ -194,32 +322,39 @@ class Template:
             self._key_of[symbol.element_hash()] = key
         return self._symbols[key]
 
-    def _present(self, expression: ca.SX) -> list[tuple[int, int]]:
+    def present(self, expression: ca.SX) -> list[tuple[int, int]]:
+        """Local unknowns and orders of derivative that stand in an expression."""
         hashes = [s.element_hash() for s in ca.symvar(expression)]
         return sorted(self._key_of[h] for h in hashes if h in self._key_of)
 
     def _time_derivative(self, expression: ca.SX) -> ca.SX:
-        keys = self._present(expression)
+        keys = self.present(expression)
         symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
-        rates = ca.vertcat(1, *(self._symbol(u, order + 1) for u, order in keys))
+        rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
         return ca.jtimes(expression, symbols, rates)
 
-    def _mode(self, g: ca.SX, equation: Equation) -> ca.SX:
+    def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        g = greater - less
         slope = ca.jacobian(g, self.time)
-        if self._present(g) or not slope.is_constant():
-            raise EquationError(
-                f"{type(self._component).__name__}: a condition in '{text(equation.left)} == "
-                f"{text(equation.right)}' must compare the time with parameters."
+        number = len(self.modes)
+        if self.present(g) or not slope.is_constant():
+            for known in self.relations:
+                same = known.condition.strict == condition.strict
+                if same and ca.is_equal(known.greater - known.less, g, 100):
+                    return self.modes[known.mode]
+            self.relations.append(Relation(number, greater, less, condition))
+        else:
+            rate = float(slope)
+            at_zero = ca.substitute(g, self.time, 0)
+            threshold = (
+                ca.if_else(at_zero >= 0, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
             )
-        rate = float(slope)
-        at_zero = ca.substitute(g, self.time, 0)
-        threshold = ca.if_else(at_zero >= 0, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
-        self.thresholds.append((threshold, -1 if rate < 0 else 1))
+            self.thresholds[number] = (threshold, -1 if rate < 0 else 1)
         self.modes.append(ca.SX.sym("mode"))
-        return self.modes[-1]
+        return self.modes[number]
 
     def _analyse(self, expression: ca.SX) -> Residual:
-        keys = self._present(expression)
+        keys = self.present(expression)
         symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
         partials = ca.densify(ca.jacobian(expression, symbols)).T
         n = len(keys)

@@ -84,6 +84,12 @@ class Values:
         self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
         return self._sx[wanted] if wanted else ca.SX(0, 1)
 
+    def arguments(self, seen: Occurrence) -> list[ca.SX]:
+        """Arguments of a template's functions, one column per instance."""
+        nodes = self._nodes(seen)
+        self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
+        return self._arguments(seen, nodes)[0]
+
     def corrections(self) -> ca.SX:
         """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
         self.of(self.implicit)
@@ -124,6 +130,9 @@ class Values:
                 singles[origin, order].append((place, node))
         repeated: set[int] = set()
         for (origin, order), members in singles.items():
+            if incidence.stick(origin) is not None:
+                repeated |= {node for _, node in members}
+                continue
             places = np.array([m[0] for m in members])
             nodes = np.array([m[1] for m in members])
             repeated |= self._scalars(incidence.occurrence(origin, order, places), nodes)
@@ -272,12 +281,18 @@ class Values:
         rows: list[dict[int, Entry]] = [{} for _ in equations]
         right: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(equations)
         alike: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+        last: dict[int, int] = {}
         for i, (row, order) in enumerate(equations):
             if row >= incidence.first_sum:
                 rows[i], right[i] = self._sum_equation(row, order, index)
             else:
                 origin, place = incidence.place(row)
                 alike[origin, order].append((i, place))
+                reaction = self._reaction(origin, place)
+                if reaction is not None:
+                    if reaction not in index:
+                        raise self._unheld(row)
+                    last[i] = index[reaction]
         for (origin, order), members in alike.items():
             places = np.array([place for _, place in members])
             seen = incidence.occurrence(origin, order, places)
@@ -285,13 +300,32 @@ class Values:
             for (i, _), equation in zip(members, found, strict=True):
                 rows[i], right[i] = equation
         try:
-            result = solve(rows, right)
+            result = solve(rows, right, last)
         except SingularBlockError as error:
             lost = [equations[i][0] for i in error.args[0]]
             raise self._singular(lost, nodes) from None
         return (
             ca.vertcat(*(expression for expression, _ in result)),
             self._finite(np.array([number for _, number in result])),
+        )
+
+    def _reaction(self, origin: int, place: int) -> int | None:
+        """Node of the reaction, if an equation is that of a constraint that holds or slides."""
+        incidence = self.reduced.incidence
+        stick = incidence.stick(origin)
+        if stick is None:
+            return None
+        group, _, instances, _ = incidence.blocks[origin]
+        return self.reduced.node(int(group.unknowns[instances[place], stick.reaction[0]]))
+
+    def _unheld(self, row: int) -> SingularModelError:
+        incidence = self.reduced.incidence
+        group, _, instances, _ = incidence.blocks[incidence.place(row)[0]]
+        name = group.names[int(instances[incidence.place(row)[1]])] or self.flat.name
+        return SingularModelError(
+            f"{self.flat.name}: {name} holds and slides, but one of its sides has no inertia, so "
+            "that its reaction is known and its speed is not while it slides. Put an Inertia or "
+            f"Mass on each side of {name}."
         )
 
     def _is_implicit(self, block: Block) -> bool:

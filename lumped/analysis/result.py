@@ -26,12 +26,20 @@ class Event:
     ----------
     time : float
         When, s.
-    what : str
-        Components in which a function of time changes its piece, or the change of a state.
+    component : str
+        Where: a component that changed its mode, or those in which a function of time changes
+        its piece.
+    before, after : str
+        The mode in words; empty for functions of time.
+    loss : float
+        Mechanical energy lost in an impact, J.
     """
 
     time: float
-    what: str
+    component: str
+    before: str = ""
+    after: str = ""
+    loss: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -139,7 +147,7 @@ class Trajectory:
     theta : ndarray
         Parameters.
     events : tuple of Event
-        Jumps of functions of time, and changes of states.
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
     statistics : Statistics
         Cost of the run.
     """

@@ -11,7 +11,8 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from lumped.analysis.result import OperatingPoint
-from lumped.errors import StartError
+from lumped.analysis.settle import Settler
+from lumped.errors import SolverError, StartError
 from lumped.select import RANK, select_dependent
 from lumped.system import Changes, Name, System
 from lumped.template import CONSTANT
@@ -63,8 +64,16 @@ def start_point(
     """
     theta = system.theta(parameters)
     solver = _Start(system, theta, start or {}, system.places(free))
-    x = solver.solve()[system._in_use]
-    return OperatingPoint(system, 0.0, x, solver.theta, solver.settings)
+    x, settings = solver.solve()[system._in_use], solver.settings
+    if system.switching:
+        count = len(settings) - len(system._values.implicit)
+        settler = Settler(system, solver.theta, 1.0)
+        try:
+            x, modes = settler.begin(1e-300, x, settings[:count], settings[count:])
+        except SolverError as error:
+            raise StartError(str(error)) from None
+        settings = np.concatenate([modes, settings[count:]])
+    return OperatingPoint(system, 0.0, x, solver.theta, settings)
 
 
 def settings_at(

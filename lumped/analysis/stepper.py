@@ -9,7 +9,7 @@ Jacobian. Both have dense output.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -20,6 +20,7 @@ from lumped.system import System
 __all__ = [
     "ACCEPTED",
     "CLOSED",
+    "GIVEN_UP",
     "HEAD",
     "REJECTED",
     "STIFF_AFTER",
@@ -31,6 +32,7 @@ __all__ = [
 Method = Literal["explicit", "implicit"]
 
 ACCEPTED, REJECTED, IDLE = 1, 0, -1
+GIVEN_UP, CROSSED = 1, 2
 
 HEAD = 6
 """Entries of `head` before the implicit quantities."""
@@ -40,6 +42,9 @@ CLOSED = 1e-9
 
 STIFF_AFTER = 15
 """Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
+
+_LOCATING = 40
+"""Iterations in which a root inside a step is found to rounding."""
 
 _EXPAND_BELOW = 200
 """States up to which a step is expanded to scalar operations."""
@@ -53,7 +58,8 @@ class Stepper:
     ----------
     many : Function
         (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense); `head` is
-        (t, h, just rejected, stiff count, calm count, given up, implicit quantities).
+        (t, h, just rejected, stiff count, calm count, stopped, implicit quantities), where stopped
+        is GIVEN_UP or CROSSED.
         Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
         ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it, with
         the implicit quantities, `dense` its interpolation coefficients (empty without dense
@@ -78,7 +84,7 @@ class Stepper:
         if n <= _EXPAND_BELOW and method == "explicit":
             attempt = attempt.expand()
         width = attempt.size1_out(5) * attempt.size2_out(5) + 2 * n + 12
-        chunk = int(np.clip(1_000_000 // width, 8, 256))
+        chunk = int(np.clip(1_000_000 // width, 8, 32 if system.switching else 256))
         skip = _skip(attempt)
         step = ca.Function.if_else("step", attempt, skip)
         args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
@@ -111,16 +117,78 @@ class Stepper:
         dense : ndarray, shape (k, c, n)
             Interpolation coefficients.
         """
-        x = theta[:, None]
-        if self.method == "implicit":
-            inner = dense[:, 0] + x * (dense[:, 1] + x * dense[:, 2])
-            y: np.ndarray = (1 - x) * before + x * (after + (1 - x) * inner)
-            return y
-        y = np.zeros_like(before)
-        for i in range(7):
-            y = (y + dense[:, 6 - i]) * (x if i % 2 == 0 else 1 - x)
-        y += before
-        return y
+        columns = [dense[:, i] for i in range(dense.shape[1])]
+        inside: np.ndarray = _interpolated(self.method, theta[:, None], before, after, columns)
+        return inside
+
+    def locate(
+        self, system: System, step: tuple[np.ndarray, ...], span: tuple[float, float], row: int
+    ) -> float:
+        """Where in a step a margin falls to zero, as a fraction of the step.
+
+        Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
+
+        Parameters
+        ----------
+        step : tuple
+            State before and after, interpolation coefficients (n, c), time before, length,
+            parameters, settings.
+        span : tuple of float
+            Fractions between which the margin changes its sign.
+        row : int
+            Number of the margin.
+        """
+        key = ("locate", self.method)
+        if key not in system.made:
+            system.made[key] = _locator(system, self.method, step[2].shape[1])
+        choice = np.zeros(system.margins.size1_out(0))
+        choice[row] = 1.0
+        return float(system.made[key](*span, choice, *step))
+
+
+def _interpolated(
+    method: Method, fraction: Any, before: Any, after: Any, columns: list[Any]
+) -> Any:
+    """The dense output of a step, in numbers or symbols."""
+    rest = 1 - fraction
+    if method == "implicit":
+        inner = columns[0] + fraction * (columns[1] + fraction * columns[2])
+        return rest * before + fraction * (after + rest * inner)
+    y = 0.0 * before
+    for i in range(7):
+        y = (y + columns[6 - i]) * (fraction if i % 2 == 0 else rest)
+    return before + y
+
+
+def _locator(system: System, method: Method, width: int) -> ca.Function:
+    """Root of one margin in a step; see `Stepper.locate`."""
+    n = len(system.states)
+    choice = ca.MX.sym("choice", system.margins.size1_out(0))
+    step = [ca.MX.sym("before", n), ca.MX.sym("after", n), ca.MX.sym("dense", n, width)]
+    step += [ca.MX.sym("t"), ca.MX.sym("h")]
+    step += [ca.MX.sym("p", system._inputs[1].numel()), ca.MX.sym("m", system._inputs[3].numel())]
+    before, after, dense, t, h, p, m = step
+    fraction, bracket = ca.MX.sym("fraction"), ca.MX.sym("bracket", 4)
+    x = _interpolated(method, fraction, before, after, ca.horzsplit(dense))
+    value = ca.dot(choice, system.margins(x, p, t + fraction * h, m)[0])
+    margin = ca.Function("margin", [fraction, choice, *step], [value])
+    a, fa, b, fb = ca.vertsplit(bracket)
+    secant = ca.if_else(fa == fb, b, (a * fb - b * fa) / (fb - fa))
+    fc = margin(secant, choice, *step)
+    crossed = fc * fb < 0
+    improved = ca.vertcat(ca.if_else(crossed, b, a), ca.if_else(crossed, fb, 0.5 * fa), secant, fc)
+    done = ca.logic_or(fb == 0, a == b)
+    once = ca.Function("once", [bracket, choice, *step], [ca.if_else(done, bracket, improved)])
+    low, high = ca.MX.sym("low"), ca.MX.sym("high")
+    found = ca.vertcat(low, margin(low, choice, *step), high, margin(high, choice, *step))
+    for _ in range(_LOCATING):
+        found = once(found, choice, *step)
+    # of the last bracket, the end at which the margin is used up
+    return ca.Function(
+        "locate",
+        [low, high, choice, *step],
+        [ca.if_else(found[3] <= 0, found[2], found[0])],
+    )
 
 
 def first_step(
@@ -189,6 +257,8 @@ class _Frame:
         self.p, self.m = ca.MX.sym("p", np_), ca.MX.sym("m", nm)
         self.settings = ca.vertcat(self.m, self.head[HEAD:])
         self.closure = system.closure if implicit else None
+        watched = bool(system.switching) and bool(system.margins.size1_out(0))
+        self.margins = system.margins if watched else None
         self.end, self.rtol = ca.MX.sym("end"), ca.MX.sym("rtol")
         self.atol = ca.MX.sym("atol", n)
         self.t = self.head[0]
@@ -222,6 +292,11 @@ class _Frame:
             open_loop = ca.norm_inf(correction / (1 + ca.fabs(found))) > CLOSED
             error = ca.if_else(open_loop, 100, error)
             guesses = ca.if_else(error <= 1, found, guesses)
+        stop = ca.MX(0)
+        if self.margins is not None:
+            settings = ca.vertcat(self.m, guesses)
+            margins, tolerances = self.margins(new, self.p, t_new, settings)
+            stop = CROSSED * (ca.mmin(margins + tolerances) < 0)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
@@ -237,7 +312,8 @@ class _Frame:
             stiff = ca.if_else(accept, ca.if_else(at_limit, stiff + 1, stiff), stiff)
             stiff = ca.if_else(calm >= 6, 0, stiff)
         t_out = ca.if_else(accept, t_new, self.t)
-        flags = (ca.logic_not(accept), stiff, calm, given_up)
+        stop = ca.if_else(accept, stop, GIVEN_UP * given_up)
+        flags = (ca.logic_not(accept), stiff, calm, stop)
         head = ca.vertcat(t_out, h_new, *flags, guesses)
         x_out = ca.if_else(accept, new, self.x)
         f_out = ca.if_else(accept, f_new, self.f)
