@@ -69,7 +69,8 @@ class Settler:
         self._place = {node: i for i, node in enumerate(system.states)}
         s = self.s
         self.impulsive = ~(s.has_upper & s.has_lower)
-        self._shared: np.ndarray | None = None
+        self._yielding: np.ndarray | None = None
+        self._known: dict[bytes, bool] = {}
 
     # -- reading and writing modes -----------------------------------------------------------
 
@@ -150,24 +151,16 @@ class Settler:
         return work.x, work.modes, work.changes(before)
 
     def _prepare(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
-        """Whether constraints can be redundant; then they share reactions as springs would."""
+        """How far each constraint yields to its reaction, if constraints can be redundant."""
         h = len(self.s.first_modes)
-        if self._shared is not None or not h:
+        if self._yielding is not None or not h:
             return
-        self._shared = np.zeros(h)
-        rng = np.random.default_rng(4)
+        self._yielding = np.zeros(h)
         trial = modes.copy()
         for i in range(h):
             self._set(trial, i, 0)
-        wanted = rng.uniform(0.5, 1.5, h)
-        rest = self.look(t, x, trial, guess)
-        trial[self.s.first_modes + 4] = wanted
-        look = self.look(t, x, trial, guess)
-        got = look.a - rest.a
-        scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
-        if np.isfinite(scale) and np.abs(got - wanted).max() < 1e-6:
+        if not self._redundant(t, x, trial, guess):
             return
-        yielding = np.zeros(h)
         for i in range(h):
             alone = modes.copy()
             for j in range(h):
@@ -176,19 +169,39 @@ class Settler:
             rest = self.look(t, x, alone, guess)
             alone[self.s.first_modes[i] + 4] = 1.0
             force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
-            yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
-        typical = yielding.max(initial=0.0) or 1.0
-        self._shared = np.full(h, _COMPLIANCE * typical)
+            self._yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
 
-    def shares(self, modes: np.ndarray, look: _Look) -> None:
-        """Compliances of redundant constraints: the stronger one carries more."""
-        if self._shared is None or not self._shared.any():
+    def _redundant(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> bool:
+        """Whether what sticks cannot have any accelerations that one likes."""
+        stuck = self._get(modes)[0]
+        key = stuck.tobytes()
+        if key not in self._known:
+            trial, h = modes.copy(), len(stuck)
+            trial[self.s.first_modes + 3] = 0.0
+            rest = self.look(t, x, trial, guess)
+            wanted = np.random.default_rng(4).uniform(0.5, 1.5, h)
+            trial[self.s.first_modes + 4] = wanted
+            look = self.look(t, x, trial, guess)
+            error = np.abs(look.a - rest.a - wanted)[stuck].max(initial=0.0)
+            finite = np.isfinite(look.reaction - rest.reaction)[stuck].all()
+            self._known[key] = not (finite and error < 1e-6)
+        return self._known[key]
+
+    def share(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
+        """Let redundant constraints yield a little; the stronger one carries more."""
+        if self._yielding is None or not self._yielding.any():
             return
+        modes[self.s.first_modes + 3] = 0.0
+        if not self._redundant(t, x, modes, guess):
+            return
+        typical = self._yielding.max()
+        modes[self.s.first_modes + 3] = _COMPLIANCE * typical
+        look = self.look(t, x, modes, guess)
         reach = np.minimum(np.abs(look.upper), np.abs(look.lower))
         finite = np.isfinite(reach) & (reach > 0)
         largest = reach[finite].max(initial=0.0)
         weight = np.where(finite & (largest > 0), largest / np.where(finite, reach, 1.0), 1.0)
-        modes[self.s.first_modes + 3] = self._shared * np.minimum(weight, 1e3)
+        modes[self.s.first_modes + 3] *= np.minimum(weight, 1e3)
 
 
 class _Instant:
@@ -231,8 +244,8 @@ class _Instant:
         h, r = len(self.s.first_modes), len(self.s.relation_modes)
         most = 40 + 20 * (h + r + len(self.s.jumps))
         for number in range(most):
+            self.o.share(self.t, self.x, self.modes, self.guess)
             look = self.o.look(self.t, self.x, self.modes, self.guess)
-            self.o.shares(self.modes, look)
             if self._relations(look, number) or self._jumps(look) or self._switch(look):
                 continue
             if self._collide(look) or self._rebalance(look, number):
@@ -381,6 +394,7 @@ class _Instant:
             trial = self.modes.copy()
             for h in range(len(s.names)):
                 self.o._set(trial, h, 0 if h in members else None)
+            self.o.share(self.t, self.x, trial, self.guess)
             rest = self.o.look(self.t, self.x, trial, self.guess)
             for h, change in members.items():
                 trial[s.first_modes[h] + 4] = change
@@ -429,7 +443,7 @@ class _Instant:
             return False
         stuck, forward, backward = self.o._get(self.modes)
         slack = _SLACK * np.abs(look.reaction) + 1e-13
-        if self.o._shared is not None and self.o._shared.any():
+        if self.modes[s.first_modes + 3].any():
             slack = slack * 1e4
         calm = 1e-9 * (1.0 + np.abs(look.rates).max(initial=0.0))
         still = np.array([self._standstill(h) for h in range(len(s.names))])

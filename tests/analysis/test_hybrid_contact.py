@@ -1,0 +1,74 @@
+"""What contacts ask of the hybrid kernel; the components here are the smallest that show it."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components.translation import Force, Mass
+
+
+class Slot(lp.Component):
+    """A pin in a slot of unit width: two opposite contacts at one body."""
+
+    flange = lp.LinearFlange()
+    x: lp.Var = lp.var("m", "position in the slot", state="prefer")
+    v: lp.Var = lp.var("m/s", "velocity", state="prefer")
+    v_back: lp.Var = lp.var("m/s", "velocity the other way", state="avoid")
+    lower: lp.Var = lp.var("N", "reaction of the lower end")
+    upper: lp.Var = lp.var("N", "reaction of the upper end")
+
+    def equations(self):
+        yield self.x == self.flange.s
+        yield self.v == lp.der(self.x)
+        yield self.v_back == -self.v
+        yield self.flange.f == self.lower - self.upper
+        yield lp.hold(self.lower, self.v, gap=self.x + 0.5)
+        yield lp.hold(self.upper, self.v_back, gap=0.5 - self.x)
+
+
+class Slide(lp.Component):
+    """Contact from above with a floor at the height zero."""
+
+    flange = lp.LinearFlange()
+    s: lp.Var = lp.var("m", "height", state="prefer")
+    v: lp.Var = lp.var("m/s", "velocity", state="prefer")
+    f: lp.Var = lp.var("N", "reaction")
+
+    def equations(self):
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        yield self.flange.f == self.f
+        yield lp.hold(self.f, self.v, gap=self.s)
+
+
+def pressed(*contacts, mass=1.0, force=-10.0, **start):
+    """A mass with contacts, pressed by a force."""
+
+    def connections(model):
+        ends = [contact.flange for contact in model.contacts]
+        yield lp.connect(model.mass.flange_a, model.force.flange, *ends)
+
+    model = lp.compose(
+        mass=Mass(m=mass, **start),
+        force=Force(f=force),
+        contacts=list(contacts),
+        connections=connections,
+    )
+    return lp.assemble(model)
+
+
+@pytest.mark.parametrize("mass", [0.5, 1.0, 3.0])
+def test_opposite_contacts_of_one_body_carry_the_whole_force(mass):
+    run = lp.simulate(pressed(Slot(), mass=mass, s=-0.4, v=0.0), until=1.0, rtol=1e-9)
+    received = [run["contacts[0].lower"][-1], run["contacts[0].upper"][-1]]
+    expected = [-10.0, 0.0]
+    np.testing.assert_allclose(received, expected, rtol=1e-14)
+    assert run["mass.v"][-1] == 0.0
+
+
+def test_two_equal_supports_share_the_load_and_nothing_moves():
+    run = lp.simulate(pressed(Slide(), Slide(), s=0.1, v=0.0), until=1.0, rtol=1e-9)
+    received = [run[f"contacts[{i}].f"][-1] for i in (0, 1)]
+    expected = [-5.0, -5.0]
+    np.testing.assert_allclose(received, expected, rtol=1e-8)
+    np.testing.assert_allclose(run["mass.s"][-1], 0.0, atol=1e-12)
