@@ -12,7 +12,9 @@ if not __name__.startswith("lumped."):
 
 from lumped.components import translation
 from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.contact import ElastoBacklash
 from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
 from lumped.components.sensors import (
     AccelerationSensor,
@@ -29,12 +31,16 @@ from lumped.components.sources import Fixed, Position, Speed, Torque
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "Backlash",
     "Constant",
+    "Coupling",
     "Damper",
+    "ElastoBacklash",
     "Expression",
     "Fixed",
     "IdealGear",
     "Inertia",
+    "PickUp",
     "Position",
     "PowerSensor",
     "RackAndPinion",
@@ -47,6 +53,7 @@ __all__ = [
     "Spring",
     "SpringDamper",
     "Step",
+    "Stop",
     "Table",
     "Torque",
     "TorqueSensor",

@@ -22,14 +22,27 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.translation_contact import (
+    Backlash,
+    Coupling,
+    ElastoGap,
+    MassWithStops,
+    PickUp,
+    Stop,
+)
 
 __all__ = [
     "AccelerationSensor",
+    "Backlash",
+    "Coupling",
     "Damper",
+    "ElastoGap",
     "Fixed",
     "Force",
     "ForceSensor",
     "Mass",
+    "MassWithStops",
+    "PickUp",
     "Position",
     "PositionSensor",
     "PowerSensor",
@@ -39,6 +52,7 @@ __all__ = [
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "Stop",
 ]
 
 
