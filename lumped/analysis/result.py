@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lumped.analysis.settle import Change
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -81,6 +82,8 @@ class OperatingPoint:
         States in the order of ``system.state_names``.
     theta, modes : ndarray
         Parameters; modes and values of implicit quantities.
+    collisions : tuple of Change
+        Impacts at this very instant; the states are those after them.
     """
 
     system: System
@@ -88,6 +91,7 @@ class OperatingPoint:
     x: np.ndarray
     theta: np.ndarray
     modes: np.ndarray
+    collisions: tuple[Change, ...] = ()
 
     @property
     def parameters(self) -> dict[str, float]:

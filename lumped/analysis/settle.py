@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.errors import SolverError
+from lumped.errors import SolverError, StartError
 from lumped.system import System
 
 __all__ = ["Change", "Settler"]
@@ -17,6 +17,9 @@ _EQUAL = 1e-12
 
 _SLACK = 1e-10
 """Relative excess of a limit that is still rounding."""
+
+_INSIDE = 1e-9
+"""How deep bodies may start inside each other, m or rad: rounding of start values."""
 
 _COMPLIANCE = 1e-9
 """Of redundant constraints, relative to the compliance of what they hold."""
@@ -112,14 +115,39 @@ class Settler:
 
     def begin(
         self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """States and modes at the start; only modes of functions of time are given."""
+    ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
+        """States and modes at the start, and what collides there at once.
+
+        Only modes of functions of time are given.
+
+        Raises
+        ------
+        StartError
+            If bodies start inside each other.
+        SolverError
+            If no modes fit.
+        """
         modes = modes.copy()
         for _ in range(3):
             look = self.look(t, x, modes, guess)
             modes[self.s.relation_modes] = look.greater > look.less
-        x, modes, _ = self.settle(t, x, modes, guess, modes)
-        return x, modes
+        for h in np.flatnonzero(self.s.has_gap & (look.gap < -_INSIDE)):
+            raise StartError(
+                f"{self.system.name}: {self.s.names[h]} starts {-look.gap[h]:.6g} "
+                f"{self.s.gap_units[h]} inside the body that it must not enter. Give start values "
+                "that leave a gap, or none."
+            )
+        self._prepare(t, x, modes, guess)
+        work = _Instant(self, t, x.copy(), modes.copy(), guess, modes)
+        work.run()
+        words = self.words(work.modes)
+        slow = 1e-9 * (1.0 + np.abs(x).max(initial=0.0))
+        hits = [h for h in sorted(work.impacts) if abs(look.v[h]) > slow]
+        return (
+            work.x,
+            work.modes,
+            tuple(Change(self.s.names[h], "", words[h], work.impacts[h]) for h in hits),
+        )
 
     def settle(
         self,

@@ -165,7 +165,8 @@ class _Run:
         self._take(system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
         self.crossings: list[float] = []
-        self.events: list[Event] = []
+        hits = point.collisions
+        self.events = [Event(0.0, c.component, c.before, c.after, c.loss) for c in hits]
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settle import Settler
+from lumped.analysis.settle import Change, Settler
 from lumped.errors import SolverError, StartError
 from lumped.select import RANK, select_dependent
 from lumped.system import Changes, Name, System
@@ -45,7 +45,8 @@ def start_point(
     Start values given to instances (``Inertia(J=1, w=100)``) and those in `start` hold exactly.
     States that they do not determine take their declared defaults; where a given quantity is not
     itself a state, the least wanted states follow from it. For a quantity that a closed linkage
-    determines, the start value is where the search begins, and so chooses the assembly.
+    determines, the start value is where the search begins, and so chooses the assembly. Where bodies
+    collide at once, the start values are those before the impact, and the states those after it.
 
     Parameters
     ----------
@@ -60,20 +61,22 @@ def start_point(
     Raises
     ------
     StartError
-        If given values contradict each other, or do not determine a free parameter.
+        If given values contradict each other, do not determine a free parameter, or put bodies
+        inside each other.
     """
     theta = system.theta(parameters)
     solver = _Start(system, theta, start or {}, system.places(free))
     x, settings = solver.solve()[system._in_use], solver.settings
+    collisions: tuple[Change, ...] = ()
     if system.switching:
         count = len(settings) - len(system._values.implicit)
         settler = Settler(system, solver.theta, 1.0)
         try:
-            x, modes = settler.begin(1e-300, x, settings[:count], settings[count:])
+            x, modes, collisions = settler.begin(1e-300, x, settings[:count], settings[count:])
         except SolverError as error:
             raise StartError(str(error)) from None
         settings = np.concatenate([modes, settings[count:]])
-    return OperatingPoint(system, 0.0, x, solver.theta, settings)
+    return OperatingPoint(system, 0.0, x, solver.theta, settings, collisions)
 
 
 def settings_at(

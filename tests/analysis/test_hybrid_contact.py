@@ -5,6 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components.translation import Force, Mass
+from lumped.errors import StartError
 
 
 class Slot(lp.Component):
@@ -72,3 +73,16 @@ def test_two_equal_supports_share_the_load_and_nothing_moves():
     expected = [-5.0, -5.0]
     np.testing.assert_allclose(received, expected, rtol=1e-8)
     np.testing.assert_allclose(run["mass.s"][-1], 0.0, atol=1e-12)
+
+
+def test_a_body_that_starts_in_contact_and_moving_into_it_collides_at_once():
+    run = lp.simulate(pressed(Slide(), mass=3.0, s=0.0, v=-2.0), until=1.0)
+    hits = [(event.time, event.component, event.after, event.loss) for event in run.events]
+    expected = [(0.0, "contacts[0]", "closed", pytest.approx(3.0 * 2.0**2 / 2, rel=1e-14))]
+    assert hits == expected
+    assert run["mass.v"][0] == 0.0
+
+
+def test_a_body_that_starts_inside_another_is_refused_with_name_and_depth():
+    with pytest.raises(StartError, match=r"contacts\[0\] starts 0\.25 m inside"):
+        lp.start_point(pressed(Slide(), s=-0.25, v=0.0))
