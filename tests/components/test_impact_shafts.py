@@ -1,0 +1,343 @@
+"""Rigid play, couplings and bodies picked up: momentum and energy across drive trains."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Backlash,
+    Coupling,
+    IdealGear,
+    Inertia,
+    PickUp,
+    SpringDamper,
+    Torque,
+    translation,
+)
+
+
+def at(instant):
+    """A command that becomes 1."""
+    return lp.ops.where(lp.time >= instant, 1, 0)
+
+
+def losses(run):
+    return sum(event.loss for event in run.events)
+
+
+class Work(lp.Component):
+    """Work done on what is joined to the flange by a sine torque: ``der(work) = tau w``."""
+
+    flange = lp.Flange()
+    amplitude: lp.Param = lp.param("N.m", "amplitude")
+    pulse: lp.Param = lp.param("rad/s", "angular frequency")
+    work: lp.Var = lp.var("J", "work done", state="always")
+
+    def equations(self):
+        tau = self.amplitude * lp.ops.sin(self.pulse * lp.time)
+        yield self.flange.tau == -tau
+        yield lp.der(self.work) == tau * lp.der(self.flange.phi)
+
+
+class Friction(lp.Component):
+    """Viscous bearing that counts its heat: ``der(heat) = d w^2``."""
+
+    flange = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "viscous damping")
+    heat: lp.Var = lp.var("J", "heat", state="always")
+
+    def equations(self):
+        yield self.flange.tau == self.d * lp.der(self.flange.phi)
+        yield lp.der(self.heat) == self.d * lp.der(self.flange.phi) ** 2
+
+
+# -- play --------------------------------------------------------------------------------------
+
+
+def test_two_discs_with_play_meet_at_the_instants_of_the_closed_form():
+    a, b, w, play, e = 1.0, 2.0, 10.0, 0.2, 0.5
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=a, w=w),
+            play=Backlash(b=play, restitution=e),
+            b=Inertia(J=b, w=0.0),
+            connections=lambda m: lp.chain(m.a, m.play, m.b),
+        )
+    )
+    run = lp.simulate(system, until=1.0, start={"play.phi_rel": 0.0})
+    hits = [event for event in run.events if event.loss]
+    n = np.arange(len(hits))
+    flights = np.concatenate([[play / 2 / w], play / (w * e ** n[1:])])
+    np.testing.assert_allclose([h.time for h in hits], np.cumsum(flights), rtol=1e-11)
+    reduced = a * b / (a + b)
+    expected = reduced / 2 * (w * e**n) ** 2 * (1 - e**2)
+    np.testing.assert_allclose([h.loss for h in hits], expected, rtol=1e-11)
+    assert run["a.w"][-1] * a + run["b.w"][-1] * b == pytest.approx(a * w, rel=1e-12)
+
+
+def test_an_impact_in_a_gear_train_shakes_everything_that_is_rigid_with_it():
+    # the play stands between two gears; the impulse passes both by their ratios
+    J, ratios, w, e = (0.5, 3.0, 40.0), (4.0, 2.5), 30.0, 0.3
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=J[0], w=w),
+            first=IdealGear(ratio=ratios[0]),
+            middle=Inertia(J=J[1]),
+            play=Backlash(b=0.01, restitution=e, phi_rel=0.0),
+            last=IdealGear(ratio=ratios[1]),
+            load=Inertia(J=J[2], w=0.0),
+            connections=lambda m: lp.chain(m.motor, m.first, m.middle, m.play, m.last, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1e-3, grid=[0.0, 1e-3])
+    (hit,) = [event for event in run.events if event.loss]
+    here, there = J[1] + J[0] * ratios[0] ** 2, J[2] / ratios[1] ** 2
+    before = w / ratios[0]
+    common = here * before / (here + there)
+    # speeds at the play: common speed, and its deviation reversed and reduced
+    driving = common - e * (before - common)
+    driven = common + e * common
+    assert run["motor.w"][-1] == pytest.approx(driving * ratios[0], rel=1e-12)
+    assert run["load.w"][-1] == pytest.approx(driven / ratios[1], rel=1e-12)
+    reduced = here * there / (here + there)
+    assert hit.loss == pytest.approx(reduced / 2 * before**2 * (1 - e**2), rel=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.4])
+def test_a_rattling_gear_keeps_its_books(restitution):
+    system = lp.assemble(
+        lp.compose(
+            drive=Work(amplitude=8.0, pulse=40.0),
+            motor=Inertia(J=0.2, w=0.0),
+            play=Backlash(b=0.02, restitution=restitution, phi_rel=0.0),
+            gear=IdealGear(ratio=3.0),
+            load=Inertia(J=1.0),
+            bearing=Friction(d=0.3),
+            connections=lambda m: [
+                lp.connect(m.drive.flange, m.motor.flange_a),
+                *lp.chain(m.motor, m.play, m.gear, m.load),
+                lp.connect(m.load.flange_b, m.bearing.flange),
+            ],
+        )
+    )
+    run = lp.simulate(system, until=2.0, rtol=1e-10)
+    stored = run["motor.w"] ** 2 * 0.2 / 2 + run["load.w"] ** 2 / 2
+    supplied, heat = run["drive.work"], run["bearing.heat"]
+    hits = [(e.time, e.loss) for e in run.events if e.loss]
+    lost = np.array([sum(loss for t, loss in hits if t < now) for now in run.t])
+    inner = ~np.isin(run.t, [t for t, _ in hits])
+    turned = lost[-1] + heat[-1]
+    error = np.abs(supplied - stored - heat - lost)[inner].max()
+    print(f"{len(hits)} impacts, {turned:.3g} J turned over, books out by {error:.1e} J")
+    assert len(hits) > 20
+    assert error <= 1e-8 * turned
+    assert np.abs(run["play.phi_rel"]).max() <= 0.01 + 1e-11
+
+
+def test_flanks_carry_the_torque_that_the_load_needs():
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=6.0),
+            motor=Inertia(J=1.0, w=0.0),
+            play=Backlash(b=0.02, phi_rel=0.01),
+            load=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.drive, m.motor, m.play, m.load),
+        )
+    )
+    # flange b leads: first the motor has to cross the play, then it pushes at the back flank
+    run = lp.simulate(system, until=1.0, rtol=1e-10)
+    (hit,) = [event for event in run.events if event.loss]
+    assert hit.time == pytest.approx(np.sqrt(2 * 0.02 / 6.0), rel=1e-11)
+    assert run["play.tau"][-1] == pytest.approx(-4.0, rel=1e-12)
+    assert run["play.phi_rel"][-1] == pytest.approx(-0.01, abs=1e-12)
+
+
+# -- couplings ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, -2.0])
+def test_a_coupling_closes_with_momentum_kept_through_a_gear(ratio):
+    a, b, w, v = 0.7, 5.0, 40.0, 3.0
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=a, w=w),
+            coupling=Coupling(u=at(0.5) - at(0.8)),
+            gear=IdealGear(ratio=ratio),
+            load=Inertia(J=b, w=v),
+            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.4, 0.6, 1.0])
+    common = (a * w + b / ratio**2 * ratio * v) / (a + b / ratio**2)
+    np.testing.assert_allclose(run["motor.w"], [w, common, common], rtol=1e-13)
+    np.testing.assert_allclose(run["load.w"] * ratio, [v * ratio, common, common], rtol=1e-13)
+    expected = a * w**2 / 2 + b * v**2 / 2 - (a + b / ratio**2) * common**2 / 2
+    assert losses(run) == pytest.approx(expected, rel=1e-13)
+    np.testing.assert_allclose(run["coupling.mode"], [2.0, 0.0, 2.0])
+
+
+def test_a_closed_coupling_carries_torque_and_lets_go_at_the_command():
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=9.0),
+            motor=Inertia(J=1.0, w=0.0),
+            coupling=Coupling(u=1.0 - at(0.5)),
+            load=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.25, 1.0], rtol=1e-10)
+    np.testing.assert_allclose(run["coupling.tau"], [-6.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(run["motor.w"][-1], 3.0 * 0.5 + 9.0 * 0.5, rtol=1e-12)
+    np.testing.assert_allclose(run["load.w"][-1], 3.0 * 0.5, rtol=1e-12)
+
+
+def test_couplings_in_a_chain_close_one_after_another_and_together():
+    J, w = np.array([1.0, 2.0, 0.5, 4.0, 3.0]), np.array([10.0, -3.0, 25.0, 1.0, 0.0])
+    closing = [0.1, 0.3, 0.1, 0.2]
+
+    def connections(model):
+        row = [model.discs[0]]
+        for i, coupling in enumerate(model.couplings):
+            row += [coupling, model.discs[i + 1]]
+        return lp.chain(*row)
+
+    system = lp.assemble(
+        lp.compose(
+            discs=[Inertia(J=j, w=v) for j, v in zip(J, w, strict=True)],
+            couplings=[Coupling(u=at(t)) for t in closing],
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=0.4, grid=[0.05, 0.15, 0.25, 0.35])
+    received = np.array([run[f"discs[{i}].w"] for i in range(5)]).T
+
+    def joined(*groups):
+        found = np.empty(5)
+        for group in groups:
+            own = list(group)
+            found[own] = J[own] @ w[own] / J[own].sum()
+        return found
+
+    expected = [
+        w,
+        joined((0, 1), (2, 3), (4,)),
+        joined((0, 1), (2, 3, 4)),
+        joined((0, 1, 2, 3, 4)),
+    ]
+    np.testing.assert_allclose(received, expected, rtol=1e-12, atol=1e-14 * 25)
+    assert losses(run) == pytest.approx(J @ w**2 / 2 - (J @ w) ** 2 / J.sum() / 2, rel=1e-12)
+
+
+def test_a_coupling_that_closes_in_a_drive_with_a_spring_keeps_the_books():
+    # the spring takes no part in the impact, the disc behind it keeps its speed at first
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=0.5, w=20.0),
+            coupling=Coupling(u=at(0.1)),
+            gear=Inertia(J=0.3, w=0.0),
+            shaft=SpringDamper(c=400.0, phi_rel=0.0),
+            load=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.shaft, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, rtol=1e-11)
+    (hit,) = [event for event in run.events if event.loss]
+    assert hit.loss == pytest.approx(0.5 * 0.3 / 0.8 / 2 * 20.0**2, rel=1e-12)
+    masses, speeds = (0.5, 0.3, 2.0), [run[f"{n}.w"] for n in ("motor", "gear", "load")]
+    energy = sum(J * w**2 / 2 for J, w in zip(masses, speeds, strict=True))
+    energy = energy + 400.0 / 2 * run["shaft.phi_rel"] ** 2
+    expected = np.where(run.t < 0.1, 100.0, 100.0 - hit.loss)
+    inner = run.t != 0.1
+    np.testing.assert_allclose(energy[inner], expected[inner], rtol=1e-8)
+
+
+# -- bodies picked up --------------------------------------------------------------------------
+
+
+def test_a_turning_arm_picks_a_body_up_and_puts_it_down():
+    arm, body, w = 3.0, 1.5, 2.0
+    system = lp.assemble(
+        lp.compose(
+            arm=Inertia(J=arm, w=w),
+            load=PickUp(J=body, u=at(0.5) - at(1.0)),
+            connections=lambda m: [lp.connect(m.arm.flange_b, m.load.flange)],
+        )
+    )
+    run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
+    slow = w * arm / (arm + body)
+    np.testing.assert_allclose(run["arm.w"], [w, slow, slow], rtol=1e-13)
+    np.testing.assert_allclose(run["load.w"], [0.0, slow, 0.0], rtol=1e-13)
+    np.testing.assert_allclose(run["load.mode"], [2.0, 0.0, 2.0])
+    expected = [arm * w**2 / 2 * body / (arm + body), body * slow**2 / 2]
+    received = [event.loss for event in run.events if event.loss]
+    np.testing.assert_allclose(received, expected, rtol=1e-13)
+
+
+class Window(lp.Component):
+    """Command between two angles of a shaft: 1 there, else 0."""
+
+    flange = lp.Flange()
+    first: lp.Param = lp.param("rad", "where it begins")
+    last: lp.Param = lp.param("rad", "where it ends")
+    u = lp.Output("1", "command")
+
+    def equations(self):
+        yield self.flange.tau == 0
+        begun, over = self.flange.phi >= self.first, self.flange.phi >= self.last
+        yield self.u == lp.ops.where(begun, 1, 0) - lp.ops.where(over, 1, 0)
+
+
+def test_an_arm_takes_a_body_where_it_passes_and_leaves_it_further_on():
+    model = lp.compose(
+        motor=Inertia(J=0.01),
+        gear=IdealGear(ratio=50.0),
+        arm=Inertia(J=4.0, w=1.2, phi=0.0),
+        window=Window(first=0.3, last=0.9),
+        load=PickUp(J=30.0),
+        connections=lambda m: [
+            *lp.chain(m.motor, m.gear, m.arm),
+            lp.connect(m.arm.flange_b, m.load.flange, m.window.flange),
+            lp.connect(m.window.u, m.load.u),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=2.0)
+    w, moving = 1.2, 4.0 + 0.01 * 50.0**2
+    slow = w * moving / (moving + 30.0)
+    times = sorted({event.time for event in run.events})
+    np.testing.assert_allclose(times, [0.3 / w, 0.3 / w + 0.6 / slow], rtol=1e-11)
+    assert run["arm.w"][-1] == pytest.approx(slow, rel=1e-12)
+    assert run["load.w"][-1] == 0.0
+
+
+def test_a_sliding_carriage_picks_up_and_puts_down():
+    system = lp.assemble(
+        lp.compose(
+            carriage=translation.Mass(m=3.0, v=2.0, s=0.0),
+            load=translation.PickUp(m=1.0, u=at(0.5) - at(1.0)),
+            connections=lambda m: [lp.connect(m.carriage.flange_b, m.load.flange)],
+        )
+    )
+    run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
+    np.testing.assert_allclose(run["carriage.v"], [2.0, 1.5, 1.5], rtol=1e-13)
+    np.testing.assert_allclose(run["load.v"], [0.0, 1.5, 0.0], rtol=1e-13)
+
+
+def test_sliding_play_and_coupling_follow_the_same_laws():
+    system = lp.assemble(
+        lp.compose(
+            a=translation.Mass(m=1.0, v=3.0),
+            play=translation.Backlash(b=0.2, restitution=0.25, s_rel=0.0),
+            b=translation.Mass(m=2.0, v=0.0),
+            coupling=translation.Coupling(u=at(0.5)),
+            c=translation.Mass(m=4.0, v=0.0),
+            connections=lambda m: lp.chain(m.a, m.play, m.b, m.coupling, m.c),
+        )
+    )
+    run = lp.simulate(system, until=0.6, grid=[0.01, 0.05, 0.6])
+    # common speed 1; the deviations -2 and 1 are reversed and reduced
+    np.testing.assert_allclose(run["a.v"][:2], [3.0, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(run["b.v"][:2], [0.0, 1.25], rtol=1e-12)
+    assert run["b.v"][-1] == run["c.v"][-1]
+    momentum = run["a.v"] + 2 * run["b.v"] + 4 * run["c.v"]
+    np.testing.assert_allclose(momentum, 3.0, rtol=1e-12)
