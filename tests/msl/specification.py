@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import yaml
 import lumped as lp
 from lumped.components import (
     Damper,
+    ElastoBacklash,
     Fixed,
     IdealGear,
     Inertia,
@@ -50,6 +52,28 @@ class Body(lp.Component):
         yield self.flange_b.s == self.s + self.length / 2
         yield self.v == lp.der(self.s)
         yield self.m * lp.der(self.v) == self.flange_a.f + self.flange_b.f
+
+
+class Rod(lp.Component):
+    """Massless rigid rod: ``s_b = s_a + length``."""
+
+    flange_a = lp.LinearFlange()
+    flange_b = lp.LinearFlange()
+    length: lp.Param = lp.param("m", "length", 0.0)
+
+    def equations(self):
+        a, b = self.flange_a, self.flange_b
+        yield lp.lossless(b.s == a.s + self.length, a, b)
+
+
+class MeasuredSpring(translation.Spring):
+    """Spring that also tells its relative velocity: ``v_rel = der(s_rel)``."""
+
+    v_rel: lp.Var = lp.var("m/s", "relative velocity")
+
+    def equations(self):
+        yield from super().equations()
+        yield self.v_rel == lp.der(self.s_rel)
 
 
 class Acceleration(lp.Component):
@@ -116,8 +140,27 @@ class FilteredSlideSource(SlideSource):
         yield lp.der(self.v) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.v)
 
 
+class FilteredPlaceSource(lp.Component):
+    """Position after a Bessel filter of second order with the corner frequency `f_crit`."""
+
+    flange = lp.LinearFlange()
+    ref = lp.Input("m", "wanted position")
+    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
+    s: lp.Var = lp.var("m", "position")
+    v: lp.Var = lp.var("m/s", "velocity")
+
+    def equations(self):
+        corner = 2 * lp.ops.pi * self.f_crit
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        push = (self.ref - self.s) * corner - 1.3617 * self.v
+        yield lp.der(self.v) == push * corner / 0.6180
+
+
 ROTATION = {
     "damper": Damper,
+    "elastic_backlash": ElastoBacklash,
+    "elastic_backlash_jump": partial(ElastoBacklash, limited=False),
     "fixed": Fixed,
     "ideal_gear": IdealGear,
     "inertia": Inertia,
@@ -130,11 +173,14 @@ ROTATION = {
 }
 TRANSLATION = {
     "acceleration_source": Acceleration,
+    "contact_gap": translation.ElastoGap,
     "damper": translation.Damper,
     "fixed": translation.Fixed,
     "force_source": translation.Force,
+    "filtered angle_source": FilteredPlaceSource,
     "mass": Body,
-    "spring": translation.Spring,
+    "rod": Rod,
+    "spring": MeasuredSpring,
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
     "filtered speed_source": FilteredSlideSource,
@@ -154,6 +200,10 @@ QUANTITIES = {
 PARAMETERS = {
     ("fixed", False): {"at": "phi0"},
     ("fixed", True): {"at": "s0"},
+    ("contact_gap", True): {"rest": "s_rel0"},
+    ("elastic_backlash", False): {"rest": "phi_rel0"},
+    ("elastic_backlash_jump", False): {"rest": "phi_rel0"},
+    ("rod", True): {"L": "length"},
     ("spring", False): {"rest": "phi_rel0"},
     ("spring", True): {"rest": "s_rel0"},
     ("spring_damper", False): {"rest": "phi_rel0"},
