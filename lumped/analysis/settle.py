@@ -139,6 +139,7 @@ class Settler:
             )
         self._prepare(t, x, modes, guess)
         work = _Instant(self, t, x.copy(), modes.copy(), guess, modes)
+        work.starting = True
         work.run()
         words = self.words(work.modes)
         slow = 1e-9 * (1.0 + np.abs(x).max(initial=0.0))
@@ -248,7 +249,8 @@ class _Instant:
         self.t, self.x, self.modes, self.guess = t, x, modes, guess
         self._was_stuck = settler._get(before)[0]
         self.edge = before[np.array([j.mode for j in self.s.jumps], dtype=int)] > 0.5
-        self.moved = False
+        self.moved = self.starting = False
+        self.jumped: set[int] = set()
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
@@ -319,13 +321,14 @@ class _Instant:
         return bool(len(places))
 
     def _jumps(self, look: _Look) -> bool:
-        if not self.s.jumps:
+        if self.starting or not self.s.jumps:
             return False
         now = self.modes[[j.mode for j in self.s.jumps]] > 0.5
         rising = now & ~self.edge
         self.edge = now
         for k in np.flatnonzero(rising):
             jump = self.s.jumps[k]
+            self.jumped.add(jump.mode)
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                 place = self.o._place[node]
                 self.x[place] = sign * look.values[jump.first + i]
@@ -530,6 +533,8 @@ class _Instant:
         found = []
         for k, mode in enumerate(self.s.relation_modes):
             was, now = bool(before[mode] > 0.5), bool(self.modes[mode] > 0.5)
+            if mode in self.jumped:
+                was, now = False, True  # even if the change itself ended it
             if was != now:
                 name, old = self.s.relation_text(k, was)
                 found.append(Change(name, old, self.s.relation_text(k, now)[1]))
