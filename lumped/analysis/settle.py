@@ -454,9 +454,8 @@ class _Instant:
             if wrong:
                 del members[max(wrong, key=lambda h: abs(impulse[h]))]
             elif touching:
-                h = touching[0]
-                closing[h] = float(look.restitution[h])
-                members[h] = -(1.0 + closing[h]) * look.v[h]
+                # it did not approach, so there is nothing that would bounce
+                members[touching[0]] = -look.v[touching[0]]
             else:
                 break
         self.x = self.x + push.rates - rest.rates

@@ -26,7 +26,7 @@ from lumped.analysis.stepper import (
     Stepper,
     first_step,
 )
-from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
+from lumped.analysis.watch import dips, finite_fault, jump_fault, unfit_states
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
@@ -121,6 +121,9 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
 
 _INSIDE = np.array([0.25, 0.5, 0.75, 1.0])
 """Fractions of each step at which margins are looked at."""
+
+_REFINED = 3
+"""Times that points are added where margins may have been used up between two others."""
 
 _STORM = 200
 """Changes of mode that may follow each other at practically the same instant."""
@@ -412,36 +415,58 @@ class _Run:
         dense: np.ndarray,
         modes: np.ndarray,
     ) -> _Crossing | None:
-        """The first instant at which a margin is used up; three points inside each step count."""
+        """The first instant at which a margin is used up, even if only for part of a step."""
         accepted = np.flatnonzero(log[2] == ACCEPTED)
         if not self.system.switching or not len(accepted):
             return None
         n, theta = len(x), self.point.theta
-        fractions = np.tile(_INSIDE, len(accepted))
-        step = np.repeat(accepted, len(_INSIDE))
-        before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
-        t = log[0][step] + fractions * (log[1][step] - log[0][step])
-        inside = stepper.interpolate(fractions, before, after, dense[step])
-        inside[fractions == 1.0] = after[fractions == 1.0]
-        settings = self._rows(modes, xs[step, n:])
-        margins, slack = (
-            np.asarray(v) for v in self.system.margins(inside.T, theta, t[None, :], settings.T)
-        )
-        below = (margins + slack < 0).any(axis=0)
+        starts, lengths = log[0], log[1] - log[0]
+        all_before = np.vstack([x, xs[:-1, :n]])
+
+        def sample(step: np.ndarray, fractions: np.ndarray) -> list[np.ndarray]:
+            before, after = all_before[step], xs[step, :n]
+            inside = stepper.interpolate(fractions, before, after, dense[step])
+            inside[fractions == 1.0] = after[fractions == 1.0]
+            t = starts[step] + fractions * lengths[step]
+            settings = self._rows(modes, xs[step, n:])
+            found = self.system.margins(inside.T, theta, t[None, :], settings.T)
+            margins, slack = (np.asarray(v) for v in found)
+            return [step, fractions, t, margins, margins + slack < 0]
+
+        fractions = np.append(0.0, np.tile(_INSIDE, len(accepted)))
+        step = np.append(accepted[0], np.repeat(accepted, len(_INSIDE)))
+        seen = sample(step, fractions)
+        for _ in range(_REFINED):
+            step, fractions, t, margins, used_up = seen
+            used_up[:, 0] = False  # what is left of the last change
+            some = used_up.any(axis=0)
+            end = int(np.argmax(some)) + 1 if some.any() else len(t)
+            extra = dips(t[:end], margins[:, :end])
+            if not len(extra):
+                break
+            own = accepted[np.searchsorted(log[1][accepted], extra).clip(max=len(accepted) - 1)]
+            more = sample(own, (extra - starts[own]) / lengths[own])
+            order = np.argsort(np.append(t, extra), kind="stable")
+            seen = [
+                np.concatenate(pair, axis=-1)[..., order] for pair in zip(seen, more, strict=True)
+            ]
+        step, fractions, t, margins, used_up = seen
+        below = used_up.any(axis=0)
         if not below.any():
             return None
         k = int(np.argmax(below))
         row = int(step[k])
-        span = (fractions[k - 1] if k % len(_INSIDE) else 0.0, fractions[k])
-        h = log[1, row] - log[0, row]
-        point = (before[k], after[k], dense[row].T, log[0, row], h, theta, settings[k])
-        suspects = np.flatnonzero((margins + slack < 0)[:, k])
+        span = (fractions[k - 1] if step[k - 1] == row else 0.0, fractions[k])
+        before, after, settings = all_before[row], xs[row, :n], self._rows(modes, xs[[row], n:])[0]
+        point = (before, after, dense[row].T, starts[row], lengths[row], theta, settings)
+        suspects = np.flatnonzero(used_up[:, k])
         roots = [stepper.locate(self.system, point, span, int(i)) for i in suspects]
         fraction = min(roots)
-        found = stepper.interpolate(np.array([fraction]), before[[k]], after[[k]], dense[[row]])[0]
-        time = float(log[0, row] + fraction * h)
+        at = np.array([fraction])
+        found = stepper.interpolate(at, before[None, :], after[None, :], dense[[row]])[0]
+        time = float(starts[row] + fraction * lengths[row])
         left, tolerance = (
-            np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings[k])
+            np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings)
         )
         rows = self.system.switching.rows
         fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]

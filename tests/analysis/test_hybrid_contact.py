@@ -86,3 +86,51 @@ def test_a_body_that_starts_in_contact_and_moving_into_it_collides_at_once():
 def test_a_body_that_starts_inside_another_is_refused_with_name_and_depth():
     with pytest.raises(StartError, match=r"contacts\[0\] starts 0\.25 m inside"):
         lp.start_point(pressed(Slide(), s=-0.25, v=0.0))
+
+
+@pytest.mark.parametrize("depth", [0.2, 0.05, 1e-2, 1e-4, 1e-7])
+def test_a_contact_that_would_last_less_than_a_step_is_found(depth):
+    # without the ceiling the mass would rise v^2 / 2 g, and `depth` of that is above it
+    v, g = 10.0, 9.81
+    rise = v**2 / (2 * g) - depth
+    system = pressed(Slide(), force=g, s=rise, v=-v)  # upside down
+    run = lp.simulate(system, until=2.0)
+    hit = run.events[0].time
+    expected = v / g - np.sqrt(2 * depth / g)
+    assert hit == pytest.approx(expected, rel=1e-9)
+    assert run["mass.s"].min() >= -1e-12
+
+
+def test_a_contact_that_separates_takes_an_impact_without_being_entered():
+    # a hits b, which is just leaving c at the same place: b must not be driven into c
+    class Pair(lp.Component):
+        """Contact between two bodies."""
+
+        flange_a = lp.LinearFlange()
+        flange_b = lp.LinearFlange()
+        gap: lp.Var = lp.var("m", "gap", state="prefer")
+        v: lp.Var = lp.var("m/s", "velocity", state="prefer")
+        f: lp.Var = lp.var("N", "reaction")
+
+        def equations(self):
+            yield self.gap == self.flange_b.s - self.flange_a.s
+            yield self.v == lp.der(self.gap)
+            yield self.flange_b.f == self.f
+            yield self.flange_a.f == -self.f
+            yield lp.hold(self.f, self.v, gap=self.gap, restitution=0.5)
+
+    def connections(m):
+        yield from lp.chain(m.a, m.first, m.b, m.second, m.c)
+
+    model = lp.compose(
+        a=Mass(m=5.0, s=0.0, v=10.0),
+        first=Pair(),
+        b=Mass(m=1.0, s=0.0, v=0.0),
+        second=Pair(),
+        c=Mass(m=1.0, s=0.0, v=0.1),
+        connections=connections,
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0)
+    assert run["second.gap"].min() >= -1e-12
+    momentum = 5 * run["a.v"] + run["b.v"] + run["c.v"]
+    np.testing.assert_allclose(momentum, 50.1, rtol=1e-12)
