@@ -122,6 +122,9 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
 _INSIDE = np.array([0.25, 0.5, 0.75, 1.0])
 """Fractions of each step at which margins are looked at."""
 
+_SOON = 0.02
+"""One more for the first step of a chunk, which shows where margins move to."""
+
 _REFINED = 3
 """Times that points are added where margins may have been used up between two others."""
 
@@ -433,8 +436,8 @@ class _Run:
             margins, slack = (np.asarray(v) for v in found)
             return [step, fractions, t, margins, margins + slack < 0]
 
-        fractions = np.append(0.0, np.tile(_INSIDE, len(accepted)))
-        step = np.append(accepted[0], np.repeat(accepted, len(_INSIDE)))
+        fractions = np.append([0.0, _SOON], np.tile(_INSIDE, len(accepted)))
+        step = np.append(accepted[[0, 0]], np.repeat(accepted, len(_INSIDE)))
         seen = sample(step, fractions)
         for _ in range(_REFINED):
             step, fractions, t, margins, used_up = seen
@@ -460,17 +463,24 @@ class _Run:
         before, after, settings = all_before[row], xs[row, :n], self._rows(modes, xs[[row], n:])[0]
         point = (before, after, dense[row].T, starts[row], lengths[row], theta, settings)
         suspects = np.flatnonzero(used_up[:, k])
-        roots = [stepper.locate(self.system, point, span, int(i)) for i in suspects]
-        fraction = min(roots)
-        at = np.array([fraction])
-        found = stepper.interpolate(at, before[None, :], after[None, :], dense[[row]])[0]
-        time = float(starts[row] + fraction * lengths[row])
-        left, tolerance = (
-            np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings)
-        )
-        rows = self.system.switching.rows
-        fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]
-        fired += [rows[i] for i in suspects if left[i] <= tolerance[i] and rows[i] not in fired]
+        rows, fired = self.system.switching.rows, []
+        low, fraction = span
+        for _ in rows:
+            roots = [stepper.locate(self.system, point, (low, fraction), int(i)) for i in suspects]
+            fraction = min(roots)
+            at = np.array([fraction])
+            found = stepper.interpolate(at, before[None, :], after[None, :], dense[[row]])[0]
+            time = float(starts[row] + fraction * lengths[row])
+            left, slack = (
+                np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings)
+            )
+            first = [i for i, root in zip(suspects, roots, strict=True) if root == fraction]
+            fired = [rows[i] for i in {*first, *suspects[left[suspects] <= slack[suspects]]}]
+            # what is used up by then without being a suspect was so earlier
+            late = np.flatnonzero((left + slack < 0) & (margins[:, k - 1] + slack >= 0))
+            suspects = np.setdiff1d(late, first)
+            if fraction <= low or not len(suspects):
+                break
         return _Crossing(row, time, found, fired)
 
     def _unfit(

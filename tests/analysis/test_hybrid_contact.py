@@ -132,5 +132,7 @@ def test_a_contact_that_separates_takes_an_impact_without_being_entered():
     )
     run = lp.simulate(lp.assemble(model), until=1.0)
     assert run["second.gap"].min() >= -1e-12
-    momentum = 5 * run["a.v"] + run["b.v"] + run["c.v"]
-    np.testing.assert_allclose(momentum, 50.1, rtol=1e-12)
+    # b and c go on together, a at half the speed of approach slower
+    a = (5 * 10.0 + 0.1 - 2 * 5.0) / 7
+    speeds = [run[f"{name}.v"][-1] for name in "abc"]
+    np.testing.assert_allclose(speeds, [a, a + 5.0, a + 5.0], rtol=1e-12)

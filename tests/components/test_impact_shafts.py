@@ -134,6 +134,47 @@ def test_a_rattling_gear_keeps_its_books(restitution):
     assert np.abs(run["play.phi_rel"]).max() <= 0.01 + 1e-11
 
 
+@pytest.mark.parametrize(("seed", "restitution"), [(0, 0.2), (3, 0.5), (5, 0.0)])
+def test_ten_rattling_gears_enter_no_flank_and_keep_their_books(seed, restitution):
+    rng, count = np.random.default_rng(seed), 10
+    J = rng.uniform(0.05, 0.5, count)
+    play, ratio = rng.uniform(0.005, 0.02, count - 1), rng.uniform(0.5, 2.0, count - 1)
+
+    def connections(m):
+        row = [m.discs[0]]
+        for i in range(count - 1):
+            row += [m.plays[i], m.gears[i], m.discs[i + 1]]
+        yield lp.connect(m.drive.flange, m.discs[0].flange_a)
+        yield from lp.chain(*row)
+        yield lp.connect(m.discs[-1].flange_b, m.bearing.flange)
+
+    system = lp.assemble(
+        lp.compose(
+            drive=Work(amplitude=8.0, pulse=40.0),
+            discs=[Inertia(J=j) for j in J],
+            plays=[Backlash(b=b, restitution=restitution) for b in play],
+            gears=[IdealGear(ratio=r) for r in ratio],
+            bearing=Friction(d=0.2),
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=0.5, rtol=1e-9)
+    deepest = max(np.abs(run[f"plays[{i}].phi_rel"]).max() - b / 2 for i, b in enumerate(play))
+    stored = sum(j / 2 * run[f"discs[{i}].w"] ** 2 for i, j in enumerate(J))
+    supplied, heat = run["drive.work"], run["bearing.heat"]
+    times, each = np.unique([e.time for e in run.events], return_inverse=True)
+    lost = np.bincount(each, weights=[e.loss for e in run.events])
+    inner = ~np.isin(run.t, times)
+    sums = np.array([lost[times < now].sum() for now in run.t])
+    error = np.abs(supplied - stored - heat - sums)[inner].max()
+    turned = lost.sum() + heat[-1]
+    print(f"{len(times)} instants, {turned:.3g} J, out by {error:.1e} J, {deepest:.1e} rad deep")
+    assert len(times) > 20
+    assert deepest <= 1e-11
+    assert lost.min() >= -1e-12 * turned
+    assert error <= 1e-7 * turned
+
+
 def test_flanks_carry_the_torque_that_the_load_needs():
     system = lp.assemble(
         lp.compose(
