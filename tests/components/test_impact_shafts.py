@@ -382,3 +382,44 @@ def test_sliding_play_and_coupling_follow_the_same_laws():
     assert run["b.v"][-1] == run["c.v"][-1]
     momentum = run["a.v"] + 2 * run["b.v"] + 4 * run["c.v"]
     np.testing.assert_allclose(momentum, 3.0, rtol=1e-12)
+
+
+def test_the_arm_of_a_tube_mill_slows_down_where_it_takes_the_mandrel():
+    # published numbers of a mandrel rotary arm: tray, arms, counterweights, shaft, reducer; rotor
+    # behind the reducer; the mandrel on its circle, without spin; speed times 0.52448
+    arm = 330.2 + 2477.5 + 651.7 + 66.24 + 0.2
+    rotor, ratio, mandrel, w = 12.8, 50.0, 31_700 * 1.008**2, 0.170715
+    system = lp.assemble(
+        lp.compose(
+            rotor=Inertia(J=rotor),
+            reducer=IdealGear(ratio=ratio),
+            arm=Inertia(J=arm, w=w),
+            mandrel=PickUp(J=mandrel, u=at(0.5)),
+            connections=lambda m: [
+                *lp.chain(m.rotor, m.reducer, m.arm),
+                lp.connect(m.arm.flange_b, m.mandrel.flange),
+            ],
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.4, 1.0])
+    before, after = run["arm.w"]
+    assert after / before == pytest.approx(0.52448, abs=5e-6)
+    moving = arm + rotor * ratio**2
+    assert after == pytest.approx(w * moving / (moving + mandrel), rel=1e-13)
+
+
+def test_a_coupling_that_is_closed_from_the_start_makes_speeds_equal_at_once():
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0, w=9.0),
+            coupling=Coupling(u=1.0),
+            b=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.a, m.coupling, m.b),
+        )
+    )
+    run = lp.simulate(system, until=1.0)
+    (event,) = run.events
+    assert (event.time, event.component) == (0.0, "coupling")
+    assert event.loss == pytest.approx(1.0 * 2.0 / 3.0 / 2 * 9.0**2, rel=1e-13)
+    np.testing.assert_allclose(run["a.w"], 3.0, rtol=1e-13)
+    np.testing.assert_allclose(run["b.w"], 3.0, rtol=1e-13)
