@@ -227,3 +227,83 @@ def test_a_pushed_train_leaves_in_order_when_it_is_pulled_back():
     np.testing.assert_allclose(opening, 0.5, atol=1e-9)
     speed = 12.0 * 0.5 - 12.0 * 0.25
     np.testing.assert_allclose(run["bodies[2].v"][-1], speed / sum(masses), rtol=1e-9)
+
+
+def collided(masses, x, v, walls, restitution, until):
+    """Positions and number of collisions of free bodies between walls, collision by collision."""
+    x, v, now, count = np.array(x), np.array(v), 0.0, 0
+    m = np.concatenate([[np.inf], masses, [np.inf]])
+    while True:
+        places, speeds = np.array([walls[0], *x, walls[1]]), np.array([0.0, *v, 0.0])
+        gaps, rates = np.diff(places), np.diff(speeds)
+        with np.errstate(divide="ignore"):
+            waits = np.where(rates < 0, gaps / -rates, np.inf)
+        i = int(np.argmin(waits))
+        step = min(waits[i], until - now)
+        x, now = x + v * step, now + step
+        if now >= until:
+            return x, count
+        inverse = 1 / m[i] + 1 / m[i + 1]
+        impulse = (1 + restitution) * -rates[i] / inverse
+        speeds[i] -= impulse / m[i]
+        speeds[i + 1] += impulse / m[i + 1]
+        v, count = speeds[1:-1], count + 1
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9])
+def test_bodies_between_walls_collide_as_they_do_one_collision_at_a_time(restitution):
+    rng, count = np.random.default_rng(8), 5
+    masses, v = rng.uniform(0.5, 2.0, count), rng.uniform(-2.0, 2.0, count)
+    x = np.sort(rng.uniform(0.1, 2.9, count))
+
+    def connections(m):
+        ends = [m.left.flange, *m.bodies, m.right.flange]
+        for i, contact in enumerate(m.contacts):
+            before = ends[i] if i == 0 else ends[i].flange_b
+            after = ends[i + 1] if i == count else ends[i + 1].flange_a
+            yield lp.connect(before, contact.flange_a)
+            yield lp.connect(contact.flange_b, after)
+
+    system = lp.assemble(
+        lp.compose(
+            left=translation.Fixed(s0=0.0),
+            right=translation.Fixed(s0=3.0),
+            bodies=[Mass(m=m, s=s, v=w) for m, s, w in zip(masses, x, v, strict=True)],
+            contacts=[translation.Stop(restitution=restitution) for _ in range(count + 1)],
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=8.0, rtol=1e-10)
+    expected, hits = collided(masses, x, v, (0.0, 3.0), restitution, 8.0)
+    received = [run[f"bodies[{i}].s"][-1] for i in range(count)]
+    error = np.abs(received - expected).max()
+    print(f"e = {restitution}: {hits} collisions, largest error of a position {error:.1e} m")
+    assert len({event.time for event in run.events}) == hits
+    assert error <= 1e-9
+
+
+def test_a_dropped_stack_comes_to_rest_on_itself():
+    # collisions between all neighbours become ever faster until everything lies still
+    masses, heights, e = [1.0, 2.0, 3.0, 1.0, 0.2], [1.0, 1.2, 1.5, 1.6, 1.7], 0.6
+
+    def connections(m):
+        yield lp.connect(m.contacts[0].flange_b, m.bodies[0].flange_a)
+        for i in range(1, len(masses)):
+            yield from lp.chain(m.bodies[i - 1], m.contacts[i], m.bodies[i])
+        for body, weight in zip(m.bodies, m.weights, strict=True):
+            yield lp.connect(body.flange_b, weight.flange)
+
+    system = lp.assemble(
+        lp.compose(
+            bodies=[Mass(m=m, s=h, v=0.0) for m, h in zip(masses, heights, strict=True)],
+            weights=[Force(f=-m * G) for m in masses],
+            contacts=[translation.Stop(restitution=e) for _ in masses],
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=3.0, rtol=1e-9)
+    carried = [run[f"contacts[{i}].f"][-1] for i in range(len(masses))]
+    np.testing.assert_allclose(carried, -G * np.cumsum(masses[::-1])[::-1], rtol=1e-10)
+    assert [run[f"bodies[{i}].v"][-1] for i in range(len(masses))] == [0.0] * len(masses)
+    energy = G * np.dot(masses, heights)
+    assert sum(event.loss for event in run.events) == pytest.approx(energy, rel=1e-9)
