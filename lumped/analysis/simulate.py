@@ -11,7 +11,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.march import marched
+from lumped.analysis.march import first_change, marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settle import Settler
@@ -360,8 +360,7 @@ class _Run:
         if end <= begin:
             return end, x, None
         if not len(x):
-            self._static(begin, end, modes)
-            return end, x, None
+            return self._static(begin, end, x, modes)
         settings = self._settings(modes)
         f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
         self._refuse(finite_fault(system, begin, x, f))
@@ -529,8 +528,15 @@ class _Run:
         """Settings of several points."""
         return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
-    def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
-        """A system without states: only its functions of time remain."""
+    def _static(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
+    ) -> tuple[float, np.ndarray, _Stop | None]:
+        """A system without states: its functions of time and what they switch remain."""
+        stop, span = None, (begin, end)
+        if self.system.switching:
+            change = first_change(self.system, self.point.theta, span, modes, self.guess)
+            if change is not None:
+                stop, end = _Crossing(0, change[0], x, change[1]), change[0]
         wanted = self.output.due(end) if self.output.on_grid else np.array([end])
         times = np.append(wanted, end)
         guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)
@@ -539,9 +545,10 @@ class _Run:
                 f"a linkage or implicit equation could not be followed up to t = {end:g} s. Ask "
                 "for more output points, or check its range."
             )
-            return
+            return end, x, None
         self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
         self.guess = guesses[-1]
+        return end, x, stop
 
     def _refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
