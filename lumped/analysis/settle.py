@@ -72,7 +72,7 @@ class Settler:
         self._place = {node: i for i, node in enumerate(system.states)}
         s = self.s
         self.impulsive = ~(s.has_upper & s.has_lower)
-        self._yielding: np.ndarray | None = None
+        self._yielding: float | None = None
         self._known: dict[bytes, bool] = {}
 
     # -- reading and writing modes -----------------------------------------------------------
@@ -137,7 +137,6 @@ class Settler:
                 f"{self.s.gap_units[h]} inside the body that it must not enter. Give start values "
                 "that leave a gap, or none."
             )
-        self._prepare(t, x, modes, guess)
         work = _Instant(self, t, x.copy(), modes.copy(), guess, modes)
         work.starting = True
         work.run()
@@ -173,36 +172,34 @@ class Settler:
         SolverError
             If no modes fit, or changes follow each other without end.
         """
-        self._prepare(t, x, modes, guess)
         work = _Instant(self, t, x.copy(), modes.copy(), guess, before)
         work.flip(fired)
         work.run()
         return work.x, work.modes, work.changes(before)
 
-    def _prepare(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
-        """How far each constraint yields to its reaction, if constraints can be redundant."""
-        h = len(self.s.first_modes)
-        if self._yielding is not None or not h:
-            return
-        self._yielding = np.zeros(h)
-        trial = modes.copy()
-        for i in range(h):
-            self._set(trial, i, 0)
-        if not self._redundant(t, x, trial, guess):
-            return
-        for i in range(h):
-            alone = modes.copy()
-            for j in range(h):
-                self._set(alone, j, 0 if j == i else None)
-            alone[self.s.first_modes + 3] = 0.0
+    def _softest(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> float:
+        """How much acceleration a unit of force gives at most where a constraint acts."""
+        found = 0.0
+        alone = modes.copy()
+        alone[self.s.first_modes + 3] = 0.0
+        for i in range(len(self.s.first_modes)):
+            self._set(alone, i, None)
+        for i, first in enumerate(self.s.first_modes.tolist()):
+            self._set(alone, i, 0)
             rest = self.look(t, x, alone, guess)
-            alone[self.s.first_modes[i] + 4] = 1.0
+            alone[first + 4] = 1.0
             force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
-            self._yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
+            alone[first + 4] = 0.0
+            self._set(alone, i, None)
+            if np.isfinite(force) and force > 0:
+                found = max(found, 1.0 / force)
+        return found or 1.0
 
     def _redundant(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> bool:
         """Whether what sticks cannot have any accelerations that one likes."""
         stuck = self._get(modes)[0]
+        if not stuck.any():
+            return False
         key = stuck.tobytes()
         if key not in self._known:
             trial, h = modes.copy(), len(stuck)
@@ -218,13 +215,12 @@ class Settler:
 
     def share(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
         """Let redundant constraints yield a little; the stronger one carries more."""
-        if self._yielding is None or not self._yielding.any():
-            return
         modes[self.s.first_modes + 3] = 0.0
         if not self._redundant(t, x, modes, guess):
             return
-        typical = self._yielding.max()
-        modes[self.s.first_modes + 3] = _COMPLIANCE * typical
+        if self._yielding is None:
+            self._yielding = _COMPLIANCE * self._softest(t, x, modes, guess)
+        modes[self.s.first_modes + 3] = self._yielding
         look = self.look(t, x, modes, guess)
         reach = np.minimum(np.abs(look.upper), np.abs(look.lower))
         finite = np.isfinite(reach) & (reach > 0)
