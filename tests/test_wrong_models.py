@@ -1194,15 +1194,15 @@ def chained_equations():
     braked(law)
 
 
-@wrong(OWN, EquationError, "brake", "w", "time")
-def condition_on_a_state():
-    """A condition compares a variable, not the time."""
+@wrong(OWN, SolverError, "changes of mode within", "t = 1 s", "in brake", "lumped.hold")
+def friction_by_the_sign_of_a_speed():
+    """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
     def law(self):
         yield self.w == lp.der(self.flange.phi)
         yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
 
-    braked(law)
+    lp.simulate(braked(law), until=5.0)
 
 
 @wrong(OWN, StartError, "no values of brake.w meet", "t = 0 s", "start values")

@@ -256,8 +256,9 @@ class _Run:
             recent = sorted({event.component for event in self.events[-_STORM:]})
             self._refuse(
                 f"{_STORM} changes of mode within {t - self.crossings[-_STORM]:.2g} s before "
-                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Modes that switch each other or "
-                "bounces without end: check the conditions, or take a restitution of 0."
+                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
+                "dry friction and contacts that can rest need lumped.hold, which finds a "
+                "standstill; a condition on a speed cannot."
             )
         return x, modes
 
@@ -444,7 +445,14 @@ class _Run:
         )
         rows = self.system.switching.rows
         fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]
-        fired += [rows[i] for i in suspects if left[i] <= tolerance[i] and rows[i] not in fired]
+        # what shares one reaction lets go together
+        switching = self.system.switching
+        sharing = set(np.flatnonzero(settings[k, switching.first_modes + 3] > 0).tolist())
+        for i in np.flatnonzero(left <= tolerance).tolist():
+            kind, h = rows[i]
+            together = kind in ("upper", "lower") and h in sharing
+            if (together or i in suspects) and rows[i] not in fired:
+                fired.append(rows[i])
         return _Crossing(row, time, found, fired)
 
     def _unfit(
