@@ -1194,7 +1194,7 @@ def chained_equations():
     braked(law)
 
 
-@wrong(OWN, SolverError, "changes of mode within", "t = 1 s", "in brake", "lumped.hold")
+@wrong(OWN, SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
 def friction_by_the_sign_of_a_speed():
     """Dry friction is written with a condition on the speed, so that it cannot stick."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.analysis.stepper import called
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -91,8 +92,8 @@ class Settler:
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> _Look:
         """Evaluate everything that decides modes."""
-        row = self.system.look(x, self.theta, t, np.concatenate([modes, guess]))
-        return _Look(self.system, np.asarray(row).ravel())
+        (row,) = called(self.system, "look")(x, self.theta, t, np.concatenate([modes, guess]))
+        return _Look(self.system, row)
 
     def words(self, modes: np.ndarray) -> list[str]:
         """Mode of each hold in words."""
