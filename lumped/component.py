@@ -44,7 +44,9 @@ class Component:
 
     A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class
     attributes, yields its equations from `equations` and its connections from `connections`.
-    Plain annotated class attributes are structural choices, fixed at flattening.
+    What shall hold at the start only, such as ``der(self.w) == 0``, it yields from
+    `initial_equations`. Plain annotated class attributes are structural choices, fixed at
+    flattening.
 
     Parameters
     ----------
@@ -110,6 +112,10 @@ class Component:
 
     def equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
         """Equations of the component; yielded one by one."""
+        return ()
+
+    def initial_equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
+        """Equations that hold at the start of a run only; yielded one by one."""
         return ()
 
     def connections(self) -> Iterable[Connection]:

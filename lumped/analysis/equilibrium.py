@@ -6,7 +6,8 @@ import numpy as np
 from scipy.linalg import lstsq
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.start import given_states, settings_at, start_point
+from lumped.analysis.settings import settings_at
+from lumped.analysis.start import given_states, start_point
 from lumped.errors import SolverError
 from lumped.system import Changes, System
 

@@ -13,7 +13,8 @@ import numpy as np
 from lumped.analysis.march import marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.start import closed_with, modes_at, start_point
+from lumped.analysis.settings import closed_with, modes_at
+from lumped.analysis.start import start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
     HEAD,
