@@ -13,7 +13,7 @@ from lumped.analysis.targets import Targets
 from lumped.errors import StartError
 from lumped.system import Changes, Name, System
 
-__all__ = ["given_states", "start_point"]
+__all__ = ["start_point"]
 
 
 def start_point(
@@ -53,13 +53,6 @@ def start_point(
     begin = _Start(system, theta, start or {}, system.places(free))
     x = begin.solve()[system._in_use]
     return OperatingPoint(system, 0.0, x, begin.theta, begin.settings)
-
-
-def given_states(system: System, start: Changes | None) -> np.ndarray:
-    """Which states in use have a start value that was given, not only declared."""
-    unknowns = [*system._flat.given, *(system._tree.unknown(name) for name in start or {})]
-    nodes = {system._reduced.node(u) for u in unknowns}
-    return np.array([node in nodes for node in system.states], dtype=bool)
 
 
 class _Start:

@@ -80,14 +80,13 @@ class Targets:
         """
         self.theta = theta.copy()
         begin = np.concatenate([x, theta[self.free]])
-        found = self._directly(begin)
-        if found is None:
+        met = self._directly(begin)
+        if met is None:
             begin, columns, rows = self._generic(begin)
-            found = self._newton(begin, self.wanted, columns, rows)
-            if found is None:
-                found = self._continued(begin, columns, rows)
-            self._check(begin if found is None else found, rows)
-        met = begin if found is None else found
+            last, found = self._newton(begin, self.wanted, columns, rows)
+            continued = None if found else self._continued(begin, columns, rows)
+            met = last if continued is None else continued
+            self._check(met, rows)
         return met[: self.count], self._parameters(met)
 
     def _parameters(self, z: np.ndarray) -> np.ndarray:
@@ -116,13 +115,14 @@ class Targets:
         """Newton's method with the unknowns that determine the targets where it begins."""
         value, matrix = self._at(begin)
         columns, rows = self._columns(matrix, complain=False)
-        found = self._newton(begin, self.wanted, columns, rows)
-        determined = np.isin(self.count + np.arange(len(self.free)), columns).all()
-        if found is None or not determined:
+        if not np.isin(self.count + np.arange(len(self.free)), columns).all():
             return None
-        value, matrix = self._at(found)
-        missed = self._missed(value - self.wanted, self.wanted, matrix, found)
-        return None if missed.any() else found
+        last, found = self._newton(begin, self.wanted, columns, rows)
+        if not found:
+            return None
+        value, matrix = self._at(last)
+        missed = self._missed(value - self.wanted, self.wanted, matrix, last)
+        return None if missed.any() else last
 
     def _generic(self, begin: np.ndarray) -> tuple[np.ndarray, list[int], np.ndarray]:
         """A point nearby where nothing vanishes by chance, and what determines the targets there.
@@ -144,24 +144,25 @@ class Targets:
         columns: list[int],
         rows: np.ndarray,
         most: int = 50,
-    ) -> np.ndarray | None:
-        """A point where these targets have these values, or None."""
-        z = begin.copy()
+    ) -> tuple[np.ndarray, bool]:
+        """The last point reached, and whether these targets have these values there."""
+        z = last = begin
         for _ in range(most):
             try:
                 value, matrix = self._at(z)
             except StartError:  # a linkage that cannot be closed here
-                return None
-            miss = value - goal
+                break
+            last, miss = z, value - goal
             if not self._missed(miss, goal, matrix, z)[rows].any():
-                return z
+                return z, True
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", MatrixRankWarning)
                 step = np.atleast_1d(spsolve(csc_array(matrix[rows][:, columns]), miss[rows]))
             if not np.isfinite(step).all():
-                return None
+                break
+            z = z.copy()
             z[columns] -= step
-        return None
+        return last, False
 
     def _continued(
         self, begin: np.ndarray, columns: list[int], rows: np.ndarray
@@ -172,9 +173,9 @@ class Targets:
         while reached < 1.0:
             trial = min(1.0, reached + length)
             goal = first + trial * (self.wanted - first)
-            found = self._newton(z, goal, columns, rows, most=8)
-            if found is not None:
-                z, reached, length = found, trial, 2 * length
+            last, found = self._newton(z, goal, columns, rows, most=8)
+            if found:
+                z, reached, length = last, trial, 2 * length
             elif length < _SHORTEST:
                 return None
             else:
