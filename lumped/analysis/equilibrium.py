@@ -21,6 +21,8 @@ __all__ = ["equilibrium"]
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
+_FARTHEST = 1e9
+"""A free parameter so many times larger than it was runs away."""
 _REST = (
     "Nothing may move at rest: stop sources of motion, and let springs or supports take the "
     "torques that do not balance."
@@ -156,11 +158,14 @@ class _Search:
         self.time, self.tolerance, self.needed = time, tolerance, needed
         x, theta = self.system._inputs[:2]
         free = theta[places] if places else ca.SX(0, 1)
+        by_parameters = ca.SX(len(needed), 0)
+        if places:
+            by_parameters = ca.jacobian(self.system.rates, free)
         self.effects = ca.Function(
             "effects",
             self.system._inputs,
             [
-                ca.jacobian(self.system.rates, free),
+                by_parameters,
                 kept,
                 ca.jacobian(kept, ca.vertcat(x, free)),
             ],
@@ -228,7 +233,8 @@ class _Search:
     ) -> tuple[np.ndarray, bool]:
         """Where the iteration ends, and whether the derivatives vanish there."""
         columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        self.residual = self._missed(z, settings)
+        first = self.residual = self._missed(z, settings)
+        far = _FARTHEST * (np.abs(z[len(movable) :]) + 1.0)
         for _ in range(100):
             if not np.isfinite(self.residual).all():
                 break
@@ -242,6 +248,9 @@ class _Search:
             step[columns] = lstsq(scaled, -self.residual / scale, lapack_driver="gelsy")[0]
             z, moved = self._line_search(z, step, scale, settings)
             if not moved:
+                break
+            if (np.abs(z[len(movable) :]) > far).any():  # as if a body were infinitely heavy
+                self.residual = first
                 break
         return z, False
 
@@ -284,12 +293,11 @@ class _Search:
             "speeds", system._inputs, [system._without(system._values.of(nodes), lost)]
         )
         found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
-        moving = np.flatnonzero(~(np.abs(found) <= 1e-9))
-        if len(moving):
-            raise SolverError(
-                f"{system.name}: no rest: {system._node_name(nodes[moving[0]])} = "
-                f"{found[moving[0]]:.4g}. {_REST}"
-            )
+        for node, speed in zip(nodes, found, strict=True):
+            if not abs(speed) <= 1e-9:
+                name = system._node_name(node)
+                unit = "" if "(" in name else f" {system.quantity(name).unit}"
+                raise SolverError(f"{system.name}: no rest: {name} = {speed:.4g}{unit}. {_REST}")
 
     def fault(self, what: str) -> str:
         """Why the last search found nothing."""

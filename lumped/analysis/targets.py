@@ -8,7 +8,7 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import MatrixRankWarning, spsolve
+from scipy.sparse.linalg import MatrixRankWarning, lsqr, spsolve
 
 from lumped.analysis.initial import initial_residuals
 from lumped.analysis.settings import settings_at
@@ -241,14 +241,26 @@ class Targets:
                 f"{_capital(text)} cannot hold: no state or free parameter changes it, and its "
                 f"sides differ by {value[row]:.6g}. Remove it, or change the model."
             )
-        involved = [self._given_text(self.fixed[j]) for j in touching.col if j in self.fixed]
-        involved += [self._text(i) for i in range(len(self.wanted)) if i != row]
-        names = ", ".join(involved[:6])
+        others = self._repeated_by(matrix, row)
+        held = np.unique(matrix[[row, *others]].tocoo().col)
+        involved = [self._given_text(self.fixed[j]) for j in held.tolist() if j in self.fixed]
+        involved += [self._text(i) for i in others]
+        more = f" and {len(involved) - 6} more" if len(involved) > 6 else ""
+        names = ", ".join(involved[:6]) + more
         head = "Start values contradict each other" if given else "Too much is asked of the start"
         raise StartError(
             f"{head}: {text} cannot hold together with {names or 'the rest of the model'}. Give "
             f"fewer start values{'' if given else ' or initial equations'}, or make them fit."
         )
+
+    def _repeated_by(self, matrix: csc_array, row: int) -> list[int]:
+        """Targets of which multiples add up to the effect of one on what is not fixed."""
+        rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
+        movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
+        wanted = movable[:, [row]].toarray().ravel()
+        share = np.abs(lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0])
+        found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
+        return found
 
 
 def _capital(text: str) -> str:

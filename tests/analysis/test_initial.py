@@ -148,6 +148,21 @@ def test_a_target_is_approached_step_by_step_where_newtons_method_alone_runs_awa
     assert abs(x - expected) > 1.0
 
 
+def test_of_many_initial_equations_only_those_in_conflict_are_named():
+    model = lp.compose(
+        body=[Inertia(J=1.0 + i) for i in range(5)],
+        initial_equations=lambda m: [
+            *(b.w == 3.0 for b in m.body),
+            m.body[1].w + m.body[3].w == 7.0,
+        ],
+    )
+    with pytest.raises(StartError) as caught:
+        lp.start_point(lp.assemble(model))
+    text = str(caught.value)
+    named = [i for i in range(5) if f"body[{i}].w" in text]
+    assert named == [1, 3]
+
+
 def test_an_initial_condition_on_a_mode_is_refused():
     model = hanging(
         initial_equations=lambda m: [m.body.s == lp.ops.where(lp.time >= 1, 1.0, 0.0)],
