@@ -7,12 +7,14 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 from scipy.linalg import lstsq, null_space
+from scipy.sparse import csc_array, eye_array
 
 from lumped.analysis.initial import initial_residuals
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import settings_at
 from lumped.analysis.settle import settled
 from lumped.analysis.start import start_point
+from lumped.analysis.steady import unsteady_part
 from lumped.errors import SolverError, StartError
 from lumped.prune import uses
 from lumped.system import Changes, Name, System
@@ -42,8 +44,8 @@ def equilibrium(
     """Find states whose derivatives all vanish, nearest to the start values.
 
     Given start values are kept and initial equations go on to hold if an equilibrium allows it, so
-    a free drive turns at the speed that was given. An absolute angle or position on which nothing
-    depends may go on at a constant rate (steady rotation), whether the system keeps it or not.
+    a free drive turns at the speed that was given. Absolute angles or positions may go on at a
+    constant rate if nothing depends on how far they turned together (steady rotation).
 
     The search starts from `start_point`. It is a Newton iteration with minimum-norm steps
     (Deuflhard, Newton Methods for Nonlinear Problems, ch. 4). Where that fails, the way on which
@@ -77,18 +79,16 @@ def equilibrium(
     unknowns = {*system._flat.given, *(system._tree.unknown(name) for name in start or {})}
     held, others = _kept(system, unknowns)
     still = np.zeros(len(begin.x), dtype=bool)
-    needed = ~still
     if rest:
         _refuse_speeds(system, start)
         still = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
-    else:
-        needed = ~_turning(system)
+    change = csc_array(eye_array(len(still))) if rest else unsteady_part(begin)
     x = np.where(still, 0.0, begin.x)
     implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
     settings = settings_at(system, x, begin.theta, time + 1e-300, implicit)
     attempts = [(held | still, others)] + [(still, ca.SX(0, 1))] * (not places)
     for fixed, kept in attempts:
-        search = _Search(begin, places, time, tolerance, needed, kept)
+        search = _Search(begin, places, time, tolerance, change, kept)
         found = search.near(x, settings, ~fixed, still)
         if found is not None:
             if rest:
@@ -100,12 +100,6 @@ def equilibrium(
 
 def _order(system: System, node: int) -> int:
     return system._reduced.class_and_order(node)[1]
-
-
-def _turning(system: System) -> np.ndarray:
-    """Positions that are states and on which nothing depends."""
-    positions = {system._reduced.states[i] for i in system._positions}
-    return np.array([n in system.cyclic & positions for n in system.states], dtype=bool)
 
 
 def _kept(system: System, unknowns: set[int]) -> tuple[np.ndarray, ca.SX]:
@@ -139,8 +133,8 @@ class _Search:
         Whose parameters and values of `kept` hold.
     places : list of int
         Places of the free parameters.
-    needed : ndarray of bool, shape (states,)
-        Whose derivatives must vanish.
+    change : csc_array, shape (states, states)
+        What of the derivatives must vanish: a projection on what is no steady motion.
     kept : SX
         Expressions that must keep the values that they have at the begin.
     """
@@ -151,14 +145,14 @@ class _Search:
         places: list[int],
         time: float,
         tolerance: float,
-        needed: np.ndarray,
+        change: csc_array,
         kept: ca.SX,
     ) -> None:
         self.system, self.theta, self.places = begin.system, begin.theta, places
-        self.time, self.tolerance, self.needed = time, tolerance, needed
+        self.time, self.tolerance, self.change = time, tolerance, change
         x, theta = self.system._inputs[:2]
         free = theta[places] if places else ca.SX(0, 1)
-        by_parameters = ca.SX(len(needed), 0)
+        by_parameters = ca.SX(len(begin.x), 0)
         if places:
             by_parameters = ca.jacobian(self.system.rates, free)
         self.effects = ca.Function(
@@ -173,7 +167,7 @@ class _Search:
         self.wanted = np.asarray(
             self.effects(begin.x, begin.theta, begin.time, begin.modes)[1]
         ).ravel()
-        self.residual = np.zeros(len(needed) + len(self.wanted))
+        self.residual = np.zeros(len(begin.x) + len(self.wanted))
 
     def near(
         self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray, still: np.ndarray
@@ -184,8 +178,8 @@ class _Search:
         """
         found = self._closed(begin, settings, movable)
         if found is None and not self.places:
-            follow = (movable | still) & self.needed
-            end = settled(self.system, begin, self.theta, self.time, settings, follow)
+            point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
+            end = settled(point, movable | still, self.change)
             if end is not None:
                 found = self._closed(np.where(still, 0.0, end[0]), end[1], movable)
         return found
@@ -210,13 +204,14 @@ class _Search:
     def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and parameters."""
         theta = self.theta.copy()
-        theta[self.places] = z[len(self.needed) :]
-        return z[: len(self.needed)], theta
+        count = len(self.system.states)
+        theta[self.places] = z[count:]
+        return z[:count], theta
 
     def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
         """Derivatives that must vanish, then changes of what is kept."""
         point = (*self._parted(z), self.time, settings)
-        rates = np.where(self.needed, np.asarray(self.system.rhs(*point)).ravel(), 0.0)
+        rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
         return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
 
     def _jacobian(self, z: np.ndarray, settings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -224,8 +219,7 @@ class _Search:
         point = (*self._parted(z), self.time, settings)
         by_parameters, _, kept = (part.full() for part in self.effects(*point))
         rates = np.hstack([self.system.jacobian(*point)[0].full(), by_parameters])
-        rates[~self.needed] = 0.0
-        matrix = np.vstack([rates, kept])
+        matrix = np.vstack([self.change @ rates, kept])
         return matrix, np.abs(matrix) @ (np.abs(z) + 1e-3) + 1e-9
 
     def _newton(
@@ -301,7 +295,7 @@ class _Search:
 
     def fault(self, what: str) -> str:
         """Why the last search found nothing."""
-        system, residual = self.system, self.residual[: len(self.needed)]
+        system, residual = self.system, self.residual[: len(self.system.states)]
         worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
         hint = (
             "A free drive with a net torque accelerates for ever: add a load or damper, or set "

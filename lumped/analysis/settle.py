@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import warnings
 
-import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
+from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import followed
 from lumped.system import System
 
@@ -22,26 +22,23 @@ _FARTHEST = 1e12
 
 
 def settled(
-    system: System,
-    begin: np.ndarray,
-    theta: np.ndarray,
-    time: float,
-    settings: np.ndarray,
-    movable: np.ndarray,
+    point: OperatingPoint, movable: np.ndarray, change: csc_array
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """States near those that the system approaches, and settings there; None if it settles nowhere.
 
     Pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508): one
     linearised step of the implicit Euler method after the other. A step is taken if the equations
     are nearly met at its end; the next is then longer. Short steps follow the motion that the
-    system would make, long ones are steps of Newton's method. States not movable are held.
+    system would make, long ones are steps of Newton's method. States not movable are held; only
+    what the matrix `change` makes of the derivatives counts.
     """
+    system, begin, settings = point.system, point.x, point.modes
     nominal = np.array([_nominal(system, node) for node in system.states])
     free = np.flatnonzero(movable)
     x = begin.copy()
     if not len(free):
         return None
-    rates = _rates(system, x, theta, time, settings)
+    rates = change @ _rates(point, x, settings)
     size = np.abs(x) + nominal
     fastest = np.abs(rates[free] / size[free]).max()
     if not (np.isfinite(fastest) and fastest > 0):
@@ -49,16 +46,17 @@ def settled(
     length = shortest = _FIRST_MOVE / fastest
     for _ in range(_MOST_STEPS):
         size = np.abs(x) + nominal
-        matrix = csc_array(system.jacobian(x, theta, time, settings)[0].sparse())[free][:, free]
+        jacobian = system.jacobian(x, point.theta, point.time, settings)[0]
+        matrix = csc_array(change @ csc_array(jacobian.sparse()))[free][:, free]
         step = np.zeros(len(x))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MatrixRankWarning)
             euler = csc_array(eye_array(len(free)) / length - matrix)
             step[free] = np.atleast_1d(spsolve(euler, rates[free]))
-        closed = followed(system, x + step, theta, time, settings)
+        closed = followed(system, x + step, point.theta, point.time, settings)
         share = np.inf
         if closed is not None:
-            found = _rates(system, x + step, theta, time, closed)
+            found = change @ _rates(point, x + step, closed)
             miss = (step / length - found)[free] / size[free]
             share = float(np.linalg.norm(miss) / np.linalg.norm(rates[free] / size[free]))
         if closed is None or not share <= 0.5:  # not finite counts as too far
@@ -75,11 +73,8 @@ def settled(
     return None
 
 
-def _rates(
-    system: System, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
-) -> np.ndarray:
-    found: ca.DM = system.rhs(x, theta, time, settings)
-    return np.asarray(found).ravel()
+def _rates(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> np.ndarray:
+    return np.asarray(point.system.rhs(x, point.theta, point.time, settings)).ravel()
 
 
 def _nominal(system: System, node: int) -> float:

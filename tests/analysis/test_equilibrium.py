@@ -53,6 +53,97 @@ def test_a_loaded_drive_turns_at_its_given_speed_with_twisted_shaft(keep):
         assert run["b.phi"] == pytest.approx(0.4 + 25.0 * run.t, rel=1e-9)
 
 
+class Coupling(lp.Component):
+    """Elastic coupling that hardens, without a twist of its own: tau = c (b - a) + k (b - a)^3."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    c: lp.Param = lp.param("N.m/rad", "stiffness", 200.0)
+    k: lp.Param = lp.param("N.m/rad3", "hardening", 5e4)
+
+    def equations(self):
+        twist = self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == self.c * twist + self.k * twist**3
+        yield self.flange_a.tau == -self.flange_b.tau
+
+
+def coupled(**coupling):
+    return lp.compose(
+        motor=Torque(tau=30.0),
+        a=Inertia(J=0.5, w=100.0),
+        coupling=Coupling(**coupling),
+        b=Inertia(J=2.0),
+        load=Torque(tau=-30.0),
+        connections=lambda m: lp.chain(m.motor, m.a, m.coupling, m.b, m.load),
+    )
+
+
+def test_a_drive_of_absolute_angles_turns_steadily_too():
+    system = lp.assemble(coupled())
+    assert {"a.phi", "b.phi"} <= set(system.state_names)
+    point = lp.equilibrium(system)
+    twist = brentq(lambda x: 200.0 * x + 5e4 * x**3 + 30.0, -1, 0, xtol=1e-15)
+    assert point["b.phi"] - point["a.phi"] == pytest.approx(twist, rel=1e-9)
+    assert [point["a.w"], point["b.w"]] == pytest.approx([100.0, 100.0], rel=1e-12)
+    rest = lp.equilibrium(system, rest=True)
+    assert rest["b.phi"] - rest["a.phi"] == pytest.approx(twist, rel=1e-9)
+    assert [rest["a.w"], rest["b.w"]] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("keep", [[], ["fluid.phi_rel"], ["a.phi", "fluid.phi_rel"]])
+def test_a_fluid_coupling_slips_steadily(keep):
+    model = lp.compose(
+        motor=Torque(tau=30.0),
+        a=Inertia(J=0.5),
+        fluid=Damper(d=2.0),
+        b=Inertia(J=2.0),
+        fan=Damper(d=0.5),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.motor, m.a, m.fluid, m.b, m.fan, m.wall),
+    )
+    point = lp.equilibrium(lp.assemble(model, keep=keep))
+    assert point["b.w"] == pytest.approx(30.0 / 0.5, rel=1e-10)
+    assert point["a.w"] == pytest.approx(30.0 / 0.5 + 30.0 / 2.0, rel=1e-10)
+
+
+class Rotor(lp.Component):
+    """Rotor without an angle: J der(w) = tau."""
+
+    w: lp.Var = lp.var("rad/s", "speed", 3.0)
+
+    def equations(self):
+        yield 2.0 * lp.der(self.w) == 4.0
+
+
+def test_a_speed_that_nothing_depends_on_must_not_grow():
+    model = lp.compose(rotor=Rotor(), body=Inertia(J=1.0))
+    with pytest.raises(SolverError, match=r"der\(rotor\.w\) stays at 2"):
+        lp.equilibrium(lp.assemble(model))
+
+
+class Tether(lp.Component):
+    """Very soft spring to ground: tau = c phi."""
+
+    flange = lp.Flange()
+
+    def equations(self):
+        yield self.flange.tau == 1e-2 * self.flange.phi
+
+
+def test_a_soft_tether_beside_a_stiff_coupling_keeps_a_drive_from_turning_for_ever():
+    model = lp.compose(
+        motor=Torque(tau=0.5),
+        a=Inertia(J=0.5, w=100.0),
+        coupling=Coupling(c=1e6),
+        b=Inertia(J=2.0),
+        tether=Tether(),
+        connections=lambda m: lp.chain(m.motor, m.a, m.coupling, m.b, m.tether),
+    )
+    point = lp.equilibrium(lp.assemble(model))
+    assert point["b.phi"] == pytest.approx(0.5 / 1e-2, rel=1e-6)
+    assert [point["a.w"], point["b.w"]] == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
 @pytest.mark.parametrize("keep", [[], ["b.phi"]])
 def test_the_speed_is_found_where_the_load_depends_on_it(keep):
     system = lp.assemble(loaded(brake=Damper(d=3.0), wall=Fixed()), keep=keep)
