@@ -215,7 +215,7 @@ class Template:
                 for equation in item if isinstance(item, tuple) else (item,):
                     if not isinstance(equation, Equation):
                         raise EquationError(
-                            f"{type(component).__name__}.equations yielded {equation!r}; "
+                            f"{type(component).__name__} yielded {equation!r} as an equation; "
                             "each item must be an equation: left == right."
                         )
                     self._add(equation, self._lowered(equation.left - equation.right))
@@ -311,7 +311,7 @@ class Template:
         below = self._place(node.owner)
         if below is None:
             raise EquationError(
-                f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
+                f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
                 "is not one of its parts."
             )
         key = (below, node.name)
