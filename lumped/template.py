@@ -237,7 +237,7 @@ class Template:
         )
 
     def _stick(self, item: Hold) -> None:
-        """The row ``stuck (a + compliance r - demand) + (1 - stuck) (r - law) == 0``."""
+        """The row ``stuck (demand - a + compliance r) + (1 - stuck) (r - law) == 0``."""
         first = len(self.modes)
         names = ("stuck", "forward", "backward", "compliance", "demand")
         self.modes += [ca.SX.sym(name) for name in names]
@@ -252,7 +252,7 @@ class Template:
         if item.engaged is not None:
             engaged = self._condition(item.engaged)
         number = len(self.equations)
-        held = acceleration + compliance * reaction - demand
+        held = demand - acceleration + compliance * reaction
         self._add(item.equation(), stuck * held + (1 - stuck) * (reaction - law))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward
