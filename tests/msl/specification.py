@@ -188,12 +188,9 @@ def ramp(height, duration, begin=0.0, offset=0.0):
 
 def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
     """Pulses from `begin` on, each for a share of the period."""
-    starts = np.arange(begin, until, period)
-    edges = np.column_stack([starts, starts + width_percent / 100 * period])
-    rises = (
-        step(h, t) for pair in edges.tolist() for h, t in zip((height, -height), pair, strict=True)
-    )
-    return sum(rises, start=offset)
+    starts = np.arange(begin, until, period).tolist()
+    width = width_percent / 100 * period
+    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
 
 
 SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
