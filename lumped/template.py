@@ -66,8 +66,6 @@ class Residual:
         The partial derivative where it is a number, else nan.
     affine : ndarray of bool, shape (n, n)
         ``affine[i, j]``: the partial derivative by symbol i does not depend on symbol j.
-    homogeneous : bool
-        The equation is a sum of numbers times symbols and nothing else.
     """
 
     template: Template
@@ -79,7 +77,6 @@ class Residual:
     kinds: np.ndarray
     values: np.ndarray
     affine: np.ndarray
-    homogeneous: bool
 
     @cached_property
     def coefficients(self) -> ca.Function:
@@ -90,6 +87,22 @@ class Residual:
     def value(self) -> ca.Function:
         """The residual: (symbols, parameters, time, modes) -> (1,)."""
         return ca.Function("value", self._inputs(), [self.expression])
+
+    @cached_property
+    def homogeneous(self) -> bool:
+        """The equation is a sum of numbers times symbols and nothing else."""
+        return bool((self.kinds == CONSTANT).all()) and self.proportional
+
+    @cached_property
+    def proportional(self) -> bool:
+        """The equation is a sum of numbers or parameters times symbols and nothing else."""
+        if (self.kinds == VARYING).any():
+            return False
+        n = len(self.kinds)
+        rest = (
+            ca.substitute(self.expression, self.symbols, ca.SX.zeros(n)) if n else self.expression
+        )
+        return bool(ca.simplify(rest).is_zero())
 
     def solved_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
@@ -369,10 +382,6 @@ class Template:
                 kinds[i] = PARAMETRIC
             else:
                 affine[i] = ~np.array(ca.which_depends(entry, symbols), dtype=bool)
-        homogeneous = bool((kinds == CONSTANT).all())
-        if homogeneous:
-            rest = ca.substitute(expression, symbols, ca.SX.zeros(n)) if n else expression
-            homogeneous = ca.simplify(rest).is_zero()
         return Residual(
             template=self,
             expression=expression,
@@ -383,5 +392,4 @@ class Template:
             kinds=kinds,
             values=values,
             affine=affine,
-            homogeneous=homogeneous,
         )

@@ -323,6 +323,90 @@ def gears_in_parallel():
     )
 
 
+@wrong(
+    LOOPS,
+    SingularModelError,
+    "leave no motion of motor.phi, load.phi",
+    "runs through gear_1, gear_2: gear_1.ratio = 2, gear_2.ratio = 3.",
+    "ratios agree",
+)
+def gears_of_unequal_ratio():
+    """Two rigid gears of unequal ratio join the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through gear_1, gear_2: gear_1.ratio = 2", "ratios agree")
+def gears_of_unequal_ratio_at_a_speed():
+    """A prescribed speed drives two gears of unequal ratio between the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Speed(w=100.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(
+    LOOPS, SingularModelError, "leave no motion of motor.phi", "runs through gear: gear.ratio = 4."
+)
+def gear_beside_a_rigid_shaft():
+    """A gear joins two rotors that are also joined directly."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.gear, m.load),
+            lp.connect(m.motor.flange_a, m.load.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.z = 2", "lower.ratio = 2.5")
+def planetary_set_tied_by_two_gears():
+    """Two gears tie all three shafts of a planetary set to each other."""
+    build(
+        lambda m: [
+            lp.connect(m.set.sun, m.motor.flange_b, m.upper.flange_a),
+            lp.connect(m.set.ring, m.upper.flange_b, m.lower.flange_a),
+            lp.connect(m.set.carrier, m.load.flange_a, m.lower.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        set=Planetary(),
+        upper=IdealGear(ratio=-1.5),
+        lower=IdealGear(ratio=2.5),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through pinion_1, pinion_2: pinion_1.radius = 0.1 m")
+def rack_with_two_pinions_on_a_shaft():
+    """Two pinions of unequal radius on one shaft mesh with one rack."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.pinion_1.flange_a, m.pinion_2.flange_a),
+            lp.connect(m.pinion_1.flange_b, m.pinion_2.flange_b, m.table.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        pinion_1=RackAndPinion(radius=0.1),
+        pinion_2=RackAndPinion(radius=0.12),
+        table=translation.Mass(m=1.0),
+    )
+
+
 @wrong(LOOPS, SingularModelError, "runs through rotor, sensor", "share the load")
 def torque_sensor_across_a_rotor():
     """A torque sensor is connected across a rigid rotor instead of in the power path."""
@@ -1194,15 +1278,15 @@ def chained_equations():
     braked(law)
 
 
-@wrong(OWN, EquationError, "brake", "w", "time")
-def condition_on_a_state():
-    """A condition compares a variable, not the time."""
+@wrong(OWN, SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+def friction_by_the_sign_of_a_speed():
+    """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
     def law(self):
         yield self.w == lp.der(self.flange.phi)
         yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
 
-    braked(law)
+    lp.simulate(braked(law), until=5.0)
 
 
 @wrong(OWN, StartError, "no values of brake.w meet", "t = 0 s", "start values")

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settle import Settler
+from lumped.analysis.changeover import Settler
 from lumped.errors import SolverError, StartError
 from lumped.select import RANK, select_dependent
 from lumped.system import Changes, Name, System

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.analysis.stepper import called
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -41,10 +42,11 @@ class _Look:
     def __init__(self, system: System, row: np.ndarray) -> None:
         s = system.switching
         r, h = len(s.relation_modes), len(s.first_modes)
-        sizes = [r, r, *[h] * 7, s.values.numel(), len(system.states)]
-        parts = np.split(row, np.cumsum(sizes)[:-1])
-        self.greater, self.less, self.v, self.a, self.reaction, *parts = parts
-        upper, lower, self.gap, self.restitution, self.values, self.rates = parts
+        self.greater, self.less = row[:r], row[r : 2 * r]
+        self.v, self.a, self.reaction, upper, lower, self.gap, self.restitution = row[
+            2 * r : 2 * r + 7 * h
+        ].reshape(7, h)
+        self.values, self.rates = np.split(row[2 * r + 7 * h :], [s.values.numel()])
         self.upper = np.where(s.has_upper, upper, np.inf)
         self.lower = np.where(s.has_lower, lower, -np.inf)
 
@@ -70,13 +72,15 @@ class Settler:
         s = self.s
         self.impulsive = ~(s.has_upper & s.has_lower)
         self._shared: np.ndarray | None = None
+        self._parts = s.first_modes + np.arange(3)[:, None]
+        self._still = np.array([node in self._place for node in s.speeds], dtype=bool)
 
     # -- reading and writing modes -----------------------------------------------------------
 
     def _get(self, modes: np.ndarray) -> np.ndarray:
         """Stuck, forward, backward of all holds, shape (3, h)."""
-        first = self.s.first_modes
-        return np.array([modes[first + i] for i in range(3)]) > 0.5
+        found: np.ndarray = modes[self._parts] > 0.5
+        return found
 
     def _set(self, modes: np.ndarray, hold: int, part: int | None) -> None:
         first = int(self.s.first_modes[hold])
@@ -91,8 +95,8 @@ class Settler:
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> _Look:
         """Evaluate everything that decides modes."""
-        row = self.system.look(x, self.theta, t, np.concatenate([modes, guess]))
-        return _Look(self.system, np.asarray(row).ravel())
+        (row,) = called(self.system, "look")(x, self.theta, t, np.concatenate([modes, guess]))
+        return _Look(self.system, row)
 
     def words(self, modes: np.ndarray) -> list[str]:
         """Mode of each hold in words."""
@@ -307,9 +311,10 @@ class _Instant:
 
     def _slide(self, h: int, look: _Look) -> None:
         """The mode that follows from speed and gap alone."""
-        s, still = self.s, abs(look.v[h]) <= self._standstill(h)
+        s, least = self.s, self._standstills()[h]
+        still = abs(look.v[h]) <= least
         if s.has_gap[h]:
-            touching = look.gap[h] <= 1e-13 and look.v[h] <= self._standstill(h)
+            touching = look.gap[h] <= 1e-13 and look.v[h] <= least
             self.o._set(self.modes, h, 0 if touching and still else 1)
         elif still:
             self.o._set(self.modes, h, 0)
@@ -318,20 +323,23 @@ class _Instant:
             known = s.has_forward[h] if part == 1 else s.has_backward[h]
             self.o._set(self.modes, h, part if known else 0)
 
-    def _standstill(self, h: int) -> float:
-        exact = self.s.speeds[h] in self.o._place
-        return 0.0 if exact else 1e-9 * (1.0 + np.abs(self.x).max(initial=0.0))
+    def _standstills(self) -> np.ndarray:
+        """Speeds that count as zero: where they are states, only zero does."""
+        rounding = 1e-9 * (1.0 + np.abs(self.x).max(initial=0.0))
+        return np.where(self.o._still, 0.0, rounding)
 
     # -- collisions --------------------------------------------------------------------------
 
     def _collide(self, look: _Look) -> bool:
         """Jumps of speeds where constraints without limit close."""
         s = self.s
+        if not self.o.impulsive.any():
+            return False
         stuck, forward, backward = self.o._get(self.modes)
         acting = stuck | forward | backward
         at = np.where(s.has_gap, look.gap <= 1e-13, True)
         at[[h for h in self.halted if s.has_gap[h]]] = True
-        still = np.array([self._standstill(h) for h in range(len(s.names))])
+        still = self._standstills()
         approaching = (look.v < -still) & ~s.has_backward & at
         approaching |= (look.v > still) & ~s.has_forward
         approaching[[h for h in self.halted if not s.has_gap[h]]] = False
@@ -432,7 +440,7 @@ class _Instant:
         if self.o._shared is not None and self.o._shared.any():
             slack = slack * 1e4
         calm = 1e-9 * (1.0 + np.abs(look.rates).max(initial=0.0))
-        still = np.array([self._standstill(h) for h in range(len(s.names))])
+        still = self._standstills()
         at_rest = np.abs(look.v) <= still
         at_rest[list(self.halted)] = True
         if not self.moved:
