@@ -15,6 +15,7 @@ import numpy as np
 
 from lumped.component import Component
 from lumped.connection import label
+from lumped.derive import along, partials
 from lumped.errors import EquationError
 from lumped.expression import Compare, Equation, Expr, Ref, as_expr
 from lumped.lower import lower
@@ -215,7 +216,7 @@ class Template:
                 for equation in item if isinstance(item, tuple) else (item,):
                     if not isinstance(equation, Equation):
                         raise EquationError(
-                            f"{type(component).__name__}.equations yielded {equation!r}; "
+                            f"{type(component).__name__} yielded {equation!r} as an equation; "
                             "each item must be an equation: left == right."
                         )
                     self._add(equation, self._lowered(equation.left - equation.right))
@@ -311,7 +312,7 @@ class Template:
         below = self._place(node.owner)
         if below is None:
             raise EquationError(
-                f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
+                f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
                 "is not one of its parts."
             )
         key = (below, node.name)
@@ -344,7 +345,7 @@ class Template:
         keys = self.present(expression)
         symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
         rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
-        return ca.jtimes(expression, symbols, rates)
+        return along(expression, symbols, rates)
 
     def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         g = greater - less
@@ -369,13 +370,13 @@ class Template:
     def _analyse(self, expression: ca.SX) -> Residual:
         keys = self.present(expression)
         symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
-        partials = ca.densify(ca.jacobian(expression, symbols)).T
+        gradient = partials(expression, symbols)
         n = len(keys)
         kinds, values = np.full(n, VARYING), np.full(n, np.nan)
         affine = np.ones((n, n), dtype=bool)
         varying = ca.vertcat(symbols, self.time, *self.modes)
         for i in range(n):
-            entry = partials[i]
+            entry = gradient[i]
             if entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):
@@ -388,7 +389,7 @@ class Template:
             locals=np.array([k[0] for k in keys], dtype=int),
             orders=np.array([k[1] for k in keys], dtype=int),
             symbols=symbols,
-            partials=partials,
+            partials=gradient,
             kinds=kinds,
             values=values,
             affine=affine,

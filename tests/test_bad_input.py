@@ -244,7 +244,7 @@ class Yields(lp.Component):
 
 def test_what_is_yielded_must_be_an_equation():
     text = message(EquationError, lambda: lp.assemble(model((), part=Yields())))
-    assert "Yields.equations yielded x - 1" in text
+    assert "Yields yielded x - 1" in text
 
 
 def test_contradictory_start_values_are_named():

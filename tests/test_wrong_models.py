@@ -1512,6 +1512,140 @@ def start_value_text():
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
 
 
+def turning(law, **changes):
+    """Motor, shaft and load with initial equations."""
+    return build(
+        lambda m: lp.chain(m.motor, m.shaft, m.load),
+        motor=Inertia(J=1.0, w=10.0),
+        shaft=Spring(c=100.0),
+        load=Inertia(J=2.0),
+        initial_equations=law,
+        **changes,
+    )
+
+
+@wrong(START, StartError, "Too much", "der(motor.w) = 0 in Model", "shaft.c * shaft.phi_rel = 5")
+def initial_equations_too_many():
+    """Two initial equations ask for the same twist."""
+    lp.start_point(
+        turning(
+            lambda m: [lp.der(m.motor.w) == 0, m.shaft.c * m.shaft.phi_rel == 5],
+        )
+    )
+
+
+@wrong(START, StartError, "load.w = 2 * motor.w in Model", "motor.w = 10", "load.w = 5")
+def initial_equation_against_start_values():
+    """An initial equation does not fit the start values."""
+    lp.start_point(turning(lambda m: [m.load.w == 2 * m.motor.w]), start={"load.w": 5.0})
+
+
+@wrong(START, StartError, "der(rotor.w) = 0 in rotor (Steady)", "no state", "differ by 3")
+def initial_equation_that_nothing_meets():
+    """A body shall start without acceleration, but a torque acts on it and nothing else."""
+
+    class Steady(Inertia):
+        """Inertia that starts steadily."""
+
+        def initial_equations(self):
+            yield lp.der(self.w) == 0
+
+    lp.start_point(
+        build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+    )
+
+
+@wrong(START, StartError, "No start state", "load.w**2 = -1 in Model")
+def initial_equation_without_solution():
+    """An initial equation has no solution."""
+    lp.start_point(turning(lambda m: [m.load.w**2 == -1]))
+
+
+@wrong(START, StartError, "shaft.c", "not determined", "initial equation")
+def free_parameter_undetermined():
+    """A free parameter has no start value that depends on it."""
+    lp.start_point(turning(lambda m: [m.load.w == 5]), free=["shaft.c"])
+
+
+@wrong(START, EquationError, "Steady", "initial_equations() gave nothing back")
+def initial_equations_returned_nothing():
+    """Initial equations are written without yield."""
+
+    class Steady(Inertia):
+        """Inertia without a word."""
+
+        def initial_equations(self):
+            lp.der(self.w) == 0  # noqa: B015
+
+    build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+
+
+@wrong(START, EquationError, "Model", "condition", "time zero")
+def initial_equation_with_condition():
+    """An initial equation holds a condition."""
+    turning(lambda m: [m.load.w == lp.ops.where(lp.time >= 1.0, 5.0, 0.0)])
+
+
+@wrong(START, EquationError, "w of a component Inertia", "not one of its parts")
+def initial_equation_of_a_stranger():
+    """An initial equation names a part of no model."""
+    stranger = Inertia(J=1.0)
+    turning(lambda m: [m.load.w == stranger.w])
+
+
+# -- equilibria --------------------------------------------------------------------------------
+
+STEADY = "Equilibria"
+
+
+def braked_drive():
+    """A motor against a damper."""
+    return build(
+        lambda m: lp.chain(m.drive, m.rotor, m.brake, m.wall),
+        drive=Torque(tau=6.0),
+        rotor=Inertia(J=2.0),
+        brake=Damper(d=0.5),
+        wall=Fixed(),
+    )
+
+
+@wrong(STEADY, SolverError, "no rest", "der(rotor.w) stays at 3", "springs or supports")
+def rest_of_a_driven_shaft():
+    """A driven shaft that only a damper holds shall rest."""
+    lp.equilibrium(braked_drive(), rest=True)
+
+
+@wrong(STEADY, SolverError, "no rest", "rotor.w = 10 rad/s", "sources of motion")
+def rest_on_a_speed_source():
+    """A body on a speed source shall rest."""
+    lp.equilibrium(
+        build(
+            lambda m: lp.chain(m.motor, m.rotor),
+            motor=Speed(w=10.0),
+            rotor=Inertia(J=1.0),
+        ),
+        rest=True,
+    )
+
+
+@wrong(STEADY, StartError, "rotor.w = 4 rad/s", "rest")
+def rest_with_a_speed():
+    """Rest is asked for, and a speed."""
+    lp.equilibrium(braked_drive(), rest=True, start={"rotor.w": 4.0})
+
+
+@wrong(STEADY, StartError, "drive.tau, brake.d", "speed")
+def equilibrium_with_too_many_free_parameters():
+    """The torque and the load are both free."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["drive.tau", "brake.d"])
+
+
+@wrong(STEADY, SolverError, "no equilibrium", "der(rotor.w)", "free")
+def equilibrium_with_a_useless_free_parameter():
+    """The free parameter does not change the balance of torques."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["rotor.J"])
+
+
 # -- runs --------------------------------------------------------------------------------------
 
 RUNS = "Runs"

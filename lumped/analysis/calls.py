@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
@@ -22,14 +24,16 @@ class Call:
     """
 
     def __init__(self, function: ca.Function) -> None:
-        self._buffer, self._run = function.buffer()
+        buffer: Any
+        buffer, self._run = function.buffer()
         self._arguments = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
         self._results = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
         self._name = function.name()
+        self._returned = buffer.ret
         for i, argument in enumerate(self._arguments):
-            self._buffer.set_arg(i, memoryview(argument))
+            buffer.set_arg(i, argument.data)
         for i, result in enumerate(self._results):
-            self._buffer.set_res(i, memoryview(result))
+            buffer.set_res(i, result.data)
 
     def __call__(self, *arguments: npt.ArrayLike) -> list[np.ndarray]:
         """Results as flat arrays, column after column.
@@ -42,6 +46,6 @@ class Call:
         for held, given in zip(self._arguments, arguments, strict=True):
             held[:] = given
         self._run()
-        if self._buffer.ret():
+        if self._returned():
             raise RuntimeError(f"{self._name} could not be evaluated")
         return [result.copy() for result in self._results]

@@ -483,8 +483,8 @@ class _Instant:
         late = {int(h): 0.0 for h in np.flatnonzero(stuck & (look.v != 0.0))}
         if late:
             lost = dict(self.impacts)
-            for h in np.flatnonzero(stuck):
-                late.setdefault(int(h), 0.0)
+            for held in np.flatnonzero(stuck).tolist():
+                late.setdefault(held, 0.0)
             self._impact(look, late, pull=True)
             self.impacts = lost
         for h in np.flatnonzero(stuck).tolist():

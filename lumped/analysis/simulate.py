@@ -11,11 +11,12 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.changeover import Settler
 from lumped.analysis.march import marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.changeover import Settler
-from lumped.analysis.start import closed_with, modes_at, start_point
+from lumped.analysis.settings import closed_with, modes_at
+from lumped.analysis.start import start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
     CROSSED,
