@@ -168,7 +168,8 @@ class Settler:
         trial[self.s.first_modes + 4] = wanted
         look = self.look(t, x, trial, guess)
         got = look.a - rest.a
-        scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
+        with np.errstate(invalid="ignore"):  # reactions are infinite where they are redundant
+            scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
         if np.isfinite(scale) and np.abs(got - wanted).max() < 1e-6:
             return
         yielding = np.zeros(h)
