@@ -12,8 +12,16 @@ if not __name__.startswith("lumped."):
 
 from lumped.components import translation
 from lumped.components.compliance import Damper, Spring, SpringDamper
-from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.inertia import Inertia
+from lumped.components.loads import (
+    EddyCurrentBrake,
+    InverseTorque,
+    LinearTorque,
+    QuadraticTorque,
+    SignTorque,
+)
+from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -25,22 +33,42 @@ from lumped.components.sensors import (
 )
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
+)
+from lumped.components.vehicle import Vehicle
 
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
     "Constant",
     "Damper",
+    "EddyCurrentBrake",
+    "EfficientGear",
     "Expression",
     "Fixed",
+    "FixedTemperature",
+    "HeatCapacitor",
+    "HeatFlow",
+    "Heated",
     "IdealGear",
     "Inertia",
+    "InverseTorque",
+    "LinearTorque",
+    "LossyGear",
+    "Planetary",
     "Position",
     "PowerSensor",
+    "QuadraticTorque",
     "RackAndPinion",
     "Ramp",
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
+    "SignTorque",
     "Sine",
     "Speed",
     "SpeedSensor",
@@ -48,7 +76,9 @@ __all__ = [
     "SpringDamper",
     "Step",
     "Table",
+    "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "Vehicle",
     "translation",
 ]

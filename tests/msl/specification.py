@@ -13,6 +13,7 @@ from lumped.components import (
     Fixed,
     IdealGear,
     Inertia,
+    Planetary,
     Spring,
     SpringDamper,
     Torque,
@@ -20,19 +21,6 @@ from lumped.components import (
 )
 
 DATA = Path(__file__).parents[1] / "data" / "msl"
-
-
-class Planetary(lp.Component):
-    """Planetary gear: ``(1 + ratio) phi_carrier = phi_sun + ratio phi_ring``."""
-
-    sun = lp.Flange()
-    carrier = lp.Flange()
-    ring = lp.Flange(free=True)
-    ratio: lp.Param = lp.param("1", "ring teeth over sun teeth")
-
-    def equations(self):
-        s, c, r, k = self.sun, self.carrier, self.ring, self.ratio
-        yield lp.lossless(c.phi == (s.phi + k * r.phi) / (1 + k), s, c, r)
 
 
 class Body(lp.Component):
