@@ -21,6 +21,9 @@ _SLACK = 1e-10
 _COMPLIANCE = 1e-9
 """Of redundant constraints, relative to the compliance of what they hold."""
 
+_SHARINGS = 20
+"""Rounds in which the shares of redundant constraints may settle first."""
+
 _TOGETHER = 6
 """Rounds in which all wrong modes change at once; afterwards one at a time (Murty's rule)."""
 
@@ -178,17 +181,28 @@ class Settler:
             force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
             yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
         typical = yielding.max(initial=0.0) or 1.0
-        self._shared = np.full(h, _COMPLIANCE * typical)
+        # of a motion that several hold, each sees a share in proportion to its own speed
+        yielding[yielding == 0] = typical
+        self._shared = _COMPLIANCE * np.sqrt(yielding * typical)
 
-    def shares(self, modes: np.ndarray, look: _Look) -> None:
-        """Compliances of redundant constraints: the stronger one carries more."""
+    def shares(self, modes: np.ndarray, look: _Look) -> bool:
+        """Compliances of redundant constraints: all come near their limits together.
+
+        Returns
+        -------
+        bool
+            Whether they changed: limits may depend on the reactions themselves.
+        """
         if self._shared is None or not self._shared.any():
-            return
-        reach = np.minimum(np.abs(look.upper), np.abs(look.lower))
+            return False
+        reach = np.abs(np.where(look.reaction < 0, look.lower, look.upper))
         finite = np.isfinite(reach) & (reach > 0)
         largest = reach[finite].max(initial=0.0)
         weight = np.where(finite & (largest > 0), largest / np.where(finite, reach, 1.0), 1.0)
-        modes[self.s.first_modes + 3] = self._shared * np.minimum(weight, 1e3)
+        before = modes[self.s.first_modes + 3]
+        after = self._shared * np.minimum(weight, 1e3)
+        modes[self.s.first_modes + 3] = after
+        return bool((np.abs(after - before) > 1e-7 * after).any())
 
 
 class _Instant:
@@ -210,6 +224,7 @@ class _Instant:
         self.moved = False
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
+        self.loaded: dict[int, int] = {}
         self.impacts: dict[int, float] = {}
 
     def flip(self, fired: Iterable[tuple[str, int]]) -> None:
@@ -223,8 +238,10 @@ class _Instant:
                 self.halted.add(i)
                 if not self.s.has_gap[i]:
                     self.o._set(self.modes, i, 0)
-            else:
+            elif self.o._shared is None or not self.o._shared.any():
                 self.o._set(self.modes, i, 1 if kind == "upper" else 2)
+            else:
+                self.loaded[i] = 1 if kind == "upper" else 2
 
     def run(self) -> None:
         """Change modes and states until everything fits."""
@@ -232,7 +249,10 @@ class _Instant:
         most = 40 + 20 * (h + r + len(self.s.jumps))
         for number in range(most):
             look = self.o.look(self.t, self.x, self.modes, self.guess)
-            self.o.shares(self.modes, look)
+            if self.o.shares(self.modes, look) and number < _SHARINGS:
+                continue
+            if self._let_go(look):
+                continue
             if self._relations(look, number) or self._jumps(look) or self._switch(look):
                 continue
             if self._collide(look) or self._rebalance(look, number):
@@ -240,6 +260,19 @@ class _Instant:
             self._halt(look)
             return
         raise SolverError(self._endless(most), None)
+
+    def _let_go(self, look: _Look) -> bool:
+        """Let slide what is at its limit although the shares have settled."""
+        near = [
+            (h, part)
+            for h, part in self.loaded.items()
+            if abs(look.reaction[h] - (look.upper if part == 1 else look.lower)[h])
+            <= 1e-6 * abs(look.reaction[h])
+        ]
+        self.loaded.clear()
+        for h, part in near:
+            self.o._set(self.modes, h, part)
+        return bool(near)
 
     def _endless(self, most: int) -> str:
         look = self.o.look(self.t, self.x, self.modes, self.guess)
@@ -431,7 +464,9 @@ class _Instant:
         slack = _SLACK * np.abs(look.reaction) + 1e-13
         if self.o._shared is not None and self.o._shared.any():
             slack = slack * 1e4
-        calm = 1e-9 * (1.0 + np.abs(look.rates).max(initial=0.0))
+        # of redundant constraints, limits count to a millionth, and so do accelerations
+        creep = self.modes[s.first_modes + 3] * np.abs(look.reaction)
+        calm = 1e-9 * (1.0 + np.abs(look.rates).max(initial=0.0)) + 1e3 * creep.max(initial=0.0)
         still = np.array([self._standstill(h) for h in range(len(s.names))])
         at_rest = np.abs(look.v) <= still
         at_rest[list(self.halted)] = True
