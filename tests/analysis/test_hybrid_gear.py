@@ -62,9 +62,10 @@ def test_two_frictions_on_a_rigid_shaft_break_away_where_their_sum_is_reached():
         return RATIO * (at_a - max(driving)) + at_b - FRICTION
 
     expected = brentq(excess, 1e-4, 0.01, xtol=1e-14)
-    received = {e.component: e.time for e in run.events if e.before == "stuck"}
-    # limits of frictions that share a load count to a millionth
-    assert received == pytest.approx({"gear": expected, "bearing": expected}, rel=3e-6)
+    received = max(event.time for event in run.events if event.before == "stuck")
+    # limits of frictions that share a load count to 1e-7 of the load
+    assert received == pytest.approx(expected, rel=1e-6)
+    assert np.abs(run["mass.w"][run.t < expected]).max() < 1e-9
     assert run["mass.w"][-1] > 0
 
 
