@@ -51,12 +51,14 @@ class LossyGear(Component):
             yield self.mode == 2
             return
         speeds, *columns = zip(*rows, strict=True)
+        borders = [_border(*row) for row in rows]
+        border = borders[0] if len(rows) == 1 or not any(borders) else None
 
         def losses(speed: Expr | float) -> Losses:
             eta_a, eta_b, tau_a, tau_b = (interpolate(speed, speeds, y) for y in columns)
             return eta_a, eta_b, tau_a, tau_b
 
-        yield _hold(self, losses)
+        yield _hold(self, losses, border)
 
     def loss(self) -> Expr:
         """Dissipated power, W."""
@@ -82,7 +84,7 @@ class EfficientGear(Component):
 
     def equations(self) -> Iterator[Item]:
         yield from _kinematics(self)
-        yield _hold(self, lambda speed: (self.eta, self.eta, 0.0, 0.0), engaged=self.eta < 1)
+        yield _hold(self, lambda speed: (self.eta, self.eta, 0.0, 0.0), 0.0, self.eta < 1)
 
     def loss(self) -> Expr:
         """Dissipated power, W."""
@@ -101,9 +103,13 @@ def _kinematics(gear: LossyGear | EfficientGear) -> Iterator[Item]:
 def _hold(
     gear: LossyGear | EfficientGear,
     losses: Callable[[Expr | float], Losses],
+    border: float | None,
     engaged: Compare | None = None,
 ) -> Hold:
-    """Loss torque while the gear turns, and its limits at standstill."""
+    """Loss torque while the gear turns, and its limits at standstill.
+
+    Side a drives forward where its torque is above the border, if that is one for all speeds.
+    """
     tau = gear.flange_a.tau
 
     def forward(speed: Expr | float) -> tuple[Expr, Expr]:
@@ -116,16 +122,25 @@ def _hold(
 
     a_ahead, b_ahead = forward(gear.w)
     a_back, b_back = backward(-gear.w)
+    a_drives = a_ahead >= b_ahead if border is None else tau >= border
+    b_drives = a_back >= b_back if border is None else tau >= (-border or 0.0)
     return hold(
         gear.tau_loss,
         gear.w,
-        forward=where(a_ahead >= b_ahead, a_ahead, b_ahead),
-        backward=where(a_back >= b_back, b_back, a_back),
+        forward=where(a_drives, a_ahead, b_ahead),
+        backward=where(b_drives, b_back, a_back),
         upper=maximum(*forward(0.0)),
         lower=minimum(*backward(0.0)),
         engaged=engaged,
         mode=gear.mode,
     )
+
+
+def _border(speed: float, eta_a: float, eta_b: float, tau_a: float, tau_b: float) -> float:
+    """Torque at side a where the losses are the same whichever side drives."""
+    if tau_a == tau_b:
+        return 0.0
+    return tau_a / 2 if eta_a * eta_b == 1 else (tau_a - tau_b) / (eta_a - 1 / eta_b)
 
 
 def checked(rows: Rows) -> list[tuple[float, ...]]:
