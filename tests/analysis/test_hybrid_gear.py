@@ -6,7 +6,6 @@ from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import Inertia, LossyGear, Torque
-from lumped.components.friction import BearingFriction
 
 
 class Chooser(lp.Component):
@@ -36,13 +35,31 @@ def sine(amplitude, frequency):
     return amplitude * lp.ops.sin(2 * lp.ops.pi * frequency * lp.time)
 
 
+class Bearing(lp.Component):
+    """Bearing of constant friction on a shaft."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    phi: lp.Var = lp.var("rad", "angle", state="avoid")
+    w: lp.Var = lp.var("rad/s", "speed", state="prefer")
+    tau: lp.Var = lp.var("N.m", "friction torque")
+
+    def equations(self):
+        yield self.flange_a.phi == self.phi
+        yield self.flange_b.phi == self.phi
+        yield self.w == lp.der(self.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        given = {"forward": FRICTION, "backward": -FRICTION, "upper": FRICTION, "lower": -FRICTION}
+        yield lp.hold(self.tau, self.w, **given)
+
+
 class GearAndBearing(lp.Component):
     """A lossy gear and a bearing friction hold one rigid shaft together."""
 
     drive: Torque = Torque(tau=sine(*DRIVE))
     motor: Inertia = Inertia(J=0.05)
     gear: LossyGear = LossyGear(ratio=RATIO, losses=[(0.0, *ETA, *BEARING)])
-    bearing: BearingFriction = BearingFriction(points=((0.0, FRICTION),))
+    bearing: Bearing = Bearing()
     mass: Inertia = Inertia(J=2.0)
     load: Torque = Torque(tau=sine(*LOAD))
 
