@@ -14,6 +14,7 @@ from scipy.sparse import csc_array, csr_array
 from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
+from lumped.locked import locked_loops
 from lumped.prune import independent_of, needed_states, samples, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
@@ -60,6 +61,7 @@ class System:
         self._ranks = dict(ranks or {})
         begin = clock.perf_counter()
         self._reduced = reduce(flat, ranks)
+        self._locked = locked_loops(self._reduced)
         middle = clock.perf_counter()
         self._values = Values(self._reduced)
         self.switching = Switching(self._values)
@@ -167,7 +169,7 @@ class System:
         for node in self._reduced.states:
             if node not in in_use:
                 found.append(LeftOut(self._node_name(node), why))
-        return found
+        return found + self._locked
 
     def report(self) -> Report:
         """What the reduction did: counts, states and why they are, blocks, times."""
@@ -248,10 +250,17 @@ class System:
     def margins(self) -> ca.Function:
         """Distances to the next change of modes, and their tolerances: (x, p, t, m)."""
         found, tolerances = self.switching.margins
-        both = ca.vertsplit(
-            self._in_states(ca.vertcat(found, tolerances)), [0, found.numel(), 2 * found.numel()]
-        )
-        return ca.Function("margins", self._inputs, both)
+        k = found.numel()
+        both = self._in_states(ca.vertcat(found, tolerances))
+        return ca.Function("margins", self._inputs, ca.vertsplit(both, [0, k, 2 * k]))
+
+    @cached_property
+    def margin_rates(self) -> ca.Function:
+        """Time derivatives of the margins: (x, p, t, m)."""
+        found = self._in_states(self.switching.margins[0])
+        x, _, t, _ = self._inputs
+        along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(self.rates, 1))
+        return ca.Function("margin_rates", self._inputs, [ca.densify(ca.cse(along))])
 
     @cached_property
     def look(self) -> ca.Function:

@@ -5,28 +5,31 @@ from __future__ import annotations
 import itertools
 import time as clock
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.calls import called
+from lumped.analysis.changeover import Settler
+from lumped.analysis.crossing import Crossing, Step, first_crossing
+from lumped.analysis.dense import Method
 from lumped.analysis.march import first_change, marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.settle import Settler
-from lumped.analysis.start import closed_with, modes_at, start_point
+from lumped.analysis.settings import closed_with, modes_at
+from lumped.analysis.start import start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
+    CROSSED,
     GIVEN_UP,
     HEAD,
     REJECTED,
     STIFF_AFTER,
-    Method,
     Stepper,
     first_step,
 )
-from lumped.analysis.watch import dips, finite_fault, jump_fault, unfit_states
+from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
@@ -119,30 +122,11 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
         raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
 
 
-_INSIDE = np.array([0.25, 0.5, 0.75, 1.0])
-"""Fractions of each step at which margins are looked at."""
-
-_SOON = 0.02
-"""One more for the first step of a chunk, which shows where margins move to."""
-
-_REFINED = 3
-"""Times that points are added where margins may have been used up between two others."""
-
 _STORM = 200
 """Changes of mode that may follow each other at practically the same instant."""
 
 
-@dataclass(frozen=True)
-class _Crossing:
-    """Where margins are used up: attempt, time, state, margins."""
-
-    row: int
-    time: float
-    x: np.ndarray
-    fired: list[tuple[str, int]]
-
-
-_Stop = _Crossing | tuple[int, int, int]
+_Stop = Crossing | tuple[int, int, int]
 """Why a run stops for a moment: a change of modes, or of the leading states."""
 
 
@@ -234,7 +218,7 @@ class _Run:
         point = (np.array([t]), x[None, :], self._settings(modes)[None, :])
         stop: _Stop | None = unfit_states(self.system, self.point.theta, *point)
         while True:
-            if isinstance(stop, _Crossing):
+            if isinstance(stop, Crossing):
                 x, modes = self._cross(t, x, modes, stop)
             elif stop is not None:
                 if t == changed_at:
@@ -249,7 +233,7 @@ class _Run:
             t, x, stop = self._advance(t, end, x, modes)
 
     def _cross(
-        self, t: float, x: np.ndarray, modes: np.ndarray, crossing: _Crossing
+        self, t: float, x: np.ndarray, modes: np.ndarray, crossing: Crossing
     ) -> tuple[np.ndarray, np.ndarray]:
         """Change modes where margins are used up."""
         self.output.edge(t, x, self._settings(modes))
@@ -263,8 +247,9 @@ class _Run:
             recent = sorted({event.component for event in self.events[-_STORM:]})
             self._refuse(
                 f"{_STORM} changes of mode within {t - self.crossings[-_STORM]:.2g} s before "
-                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Modes that switch each other or "
-                "bounces without end: check the conditions, or take a restitution of 0."
+                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
+                "dry friction and contacts that can rest need lumped.hold, which finds a "
+                "standstill; a condition on a speed cannot."
             )
         return x, modes
 
@@ -362,7 +347,7 @@ class _Run:
         if not len(x):
             return self._static(begin, end, x, modes)
         settings = self._settings(modes)
-        f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
+        (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
         scale = self.atol + self.rtol * np.abs(x)
         first = first_step(system, theta, (begin, end), x, f, settings, scale)
@@ -379,9 +364,18 @@ class _Run:
                     self.trajectory(),
                 ) from None
             self.seconds += clock.perf_counter() - started
-            log, xs = np.asarray(found[3]), np.asarray(found[4]).T
-            dense = np.asarray(found[5]).T.reshape(stepper.chunk, -1, len(x))
-            crossing = self._crossing(stepper, x, log, xs, dense, modes)
+            n, width = len(x), len(x) + len(self.guess)
+            log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, width)
+            dense = found[5].reshape(stepper.chunk, -1, n)
+            crossing = None
+            if found[0][5] == CROSSED:
+                row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])
+                before = x if row == 0 else xs[row - 1, :n]
+                settings = np.concatenate([modes, xs[row, n:]])
+                t = float(log[0, row])
+                span = (t, float(log[1, row]) - t)
+                step = Step(before, xs[row, :n], dense[row], *span, theta, settings)
+                crossing = first_crossing(system, stepper.method, row, step)
             unfit, row = self._unfit(log, xs, modes)
             if crossing is not None and crossing.row < row:
                 row, t = crossing.row, crossing.time
@@ -392,7 +386,9 @@ class _Run:
             if unfit is not None:
                 self.guess = xs[row - 1, len(x) :]
                 return float(log[1, row - 1]), xs[row - 1, : len(x)], unfit
-            head, x, f = (np.asarray(found[i]).ravel() for i in range(3))
+            head, x, f = found[:3]
+            if head[5] == CROSSED:
+                head[5] = 0.0
             self.guess = head[HEAD:]
             if head[5] == GIVEN_UP:
                 self._give_up(head[0], x, f, self._settings(modes))
@@ -407,80 +403,6 @@ class _Run:
                 self.method = "implicit"
                 self.methods.append(self.method)
         return end, x, None
-
-    def _crossing(
-        self,
-        stepper: Stepper,
-        x: np.ndarray,
-        log: np.ndarray,
-        xs: np.ndarray,
-        dense: np.ndarray,
-        modes: np.ndarray,
-    ) -> _Crossing | None:
-        """The first instant at which a margin is used up, even if only for part of a step."""
-        accepted = np.flatnonzero(log[2] == ACCEPTED)
-        if not self.system.switching or not len(accepted):
-            return None
-        n, theta = len(x), self.point.theta
-        starts, lengths = log[0], log[1] - log[0]
-        all_before = np.vstack([x, xs[:-1, :n]])
-
-        def sample(step: np.ndarray, fractions: np.ndarray) -> list[np.ndarray]:
-            before, after = all_before[step], xs[step, :n]
-            inside = stepper.interpolate(fractions, before, after, dense[step])
-            inside[fractions == 1.0] = after[fractions == 1.0]
-            t = starts[step] + fractions * lengths[step]
-            settings = self._rows(modes, xs[step, n:])
-            found = self.system.margins(inside.T, theta, t[None, :], settings.T)
-            margins, slack = (np.asarray(v) for v in found)
-            return [step, fractions, t, margins, margins + slack < 0]
-
-        fractions = np.append([0.0, _SOON], np.tile(_INSIDE, len(accepted)))
-        step = np.append(accepted[[0, 0]], np.repeat(accepted, len(_INSIDE)))
-        seen = sample(step, fractions)
-        for _ in range(_REFINED):
-            step, fractions, t, margins, used_up = seen
-            used_up[:, 0] = False  # what is left of the last change
-            some = used_up.any(axis=0)
-            end = int(np.argmax(some)) + 1 if some.any() else len(t)
-            extra = dips(t[:end], margins[:, :end])
-            if not len(extra):
-                break
-            own = accepted[np.searchsorted(log[1][accepted], extra).clip(max=len(accepted) - 1)]
-            more = sample(own, (extra - starts[own]) / lengths[own])
-            order = np.argsort(np.append(t, extra), kind="stable")
-            seen = [
-                np.concatenate(pair, axis=-1)[..., order] for pair in zip(seen, more, strict=True)
-            ]
-        step, fractions, t, margins, used_up = seen
-        below = used_up.any(axis=0)
-        if not below.any():
-            return None
-        k = int(np.argmax(below))
-        row = int(step[k])
-        span = (fractions[k - 1] if step[k - 1] == row else 0.0, fractions[k])
-        before, after, settings = all_before[row], xs[row, :n], self._rows(modes, xs[[row], n:])[0]
-        point = (before, after, dense[row].T, starts[row], lengths[row], theta, settings)
-        suspects = np.flatnonzero(used_up[:, k])
-        rows, fired = self.system.switching.rows, []
-        low, fraction = span
-        for _ in rows:
-            roots = [stepper.locate(self.system, point, (low, fraction), int(i)) for i in suspects]
-            fraction = min(roots)
-            at = np.array([fraction])
-            found = stepper.interpolate(at, before[None, :], after[None, :], dense[[row]])[0]
-            time = float(starts[row] + fraction * lengths[row])
-            left, slack = (
-                np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings)
-            )
-            first = [i for i, root in zip(suspects, roots, strict=True) if root == fraction]
-            fired = [rows[i] for i in {*first, *suspects[left[suspects] <= slack[suspects]]}]
-            # what is used up by then without being a suspect was so earlier
-            late = np.flatnonzero((left + slack < 0) & (margins[:, k - 1] + slack >= 0))
-            suspects = np.setdiff1d(late, first)
-            if fraction <= low or not len(suspects):
-                break
-        return _Crossing(row, time, found, fired)
 
     def _unfit(
         self, log: np.ndarray, xs: np.ndarray, modes: np.ndarray
@@ -536,7 +458,7 @@ class _Run:
         if self.system.switching:
             change = first_change(self.system, self.point.theta, span, modes, self.guess)
             if change is not None:
-                stop, end = _Crossing(0, change[0], x, change[1]), change[0]
+                stop, end = Crossing(0, change[0], x, change[1]), change[0]
         wanted = self.output.due(end) if self.output.on_grid else np.array([end])
         times = np.append(wanted, end)
         guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)

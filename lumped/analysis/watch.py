@@ -7,37 +7,10 @@ import numpy as np
 
 from lumped.system import System
 
-__all__ = ["dips", "finite_fault", "jump_fault", "unfit_states"]
+__all__ = ["finite_fault", "jump_fault", "unfit_states"]
 
 _MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
-
-
-def dips(t: np.ndarray, margins: np.ndarray) -> np.ndarray:
-    """Instants between samples at which a margin may have been used up for a while.
-
-    Parabolas through three neighbouring samples whose lowest point lies between them, at less than
-    half of the smallest of the three.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Increasing instants.
-    margins : ndarray, shape (k, n)
-        Margins there.
-    """
-    left, middle, right = t[:-2], t[1:-1], t[2:]
-    first = np.diff(margins[:, :-1]) / (middle - left)
-    second = np.diff(margins[:, 1:]) / (right - middle)
-    bend = (second - first) / (right - left)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lowest = (left + middle) / 2 - first / (2 * bend)
-        value = margins[:, :-2] + (lowest - left) * (first + bend * (lowest - middle))
-        smallest = np.minimum(np.minimum(margins[:, :-2], margins[:, 1:-1]), margins[:, 2:])
-        found = (bend > 0) & (lowest > left) & (lowest < right) & (value < 0.5 * smallest)
-        for known in (left, middle, right):
-            found &= np.abs(lowest - known) > 1e-6 * (right - left)
-    return np.unique(lowest[found])
 
 
 def finite_fault(system: System, t: float, x: np.ndarray, rates: np.ndarray) -> str | None:
