@@ -61,7 +61,7 @@ def test_energy_is_stored_turned_into_heat_or_lost_in_impacts(seed):
     turned = stored.max() + heat[-1] + lost.sum()
     kinds = ", ".join(type(part).__name__ for part in links)
     print(f"{kinds}: {len(times)} instants, books out by {error / turned:.1e}")
-    assert error <= 1e-6 * turned
+    assert error <= 1e-7 * turned
     assert lost.min() >= -1e-12 * turned
     for i, play in enumerate(plays):
         if play is not None:
