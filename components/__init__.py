@@ -11,7 +11,9 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
 from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.inertia import Inertia
 from lumped.components.loads import (
@@ -45,6 +47,9 @@ from lumped.components.vehicle import Vehicle
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "BearingFriction",
+    "Brake",
+    "Clutch",
     "Constant",
     "Damper",
     "EddyCurrentBrake",
@@ -60,6 +65,7 @@ __all__ = [
     "InverseTorque",
     "LinearTorque",
     "LossyGear",
+    "OneWayClutch",
     "Planetary",
     "Position",
     "PowerSensor",
@@ -75,6 +81,7 @@ __all__ = [
     "Spring",
     "SpringDamper",
     "Step",
+    "Stribeck",
     "Table",
     "ThermalConductor",
     "Torque",

@@ -23,6 +23,12 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.translation_friction import (
+    Brake,
+    FrictionPair,
+    MassWithStopAndFriction,
+    SupportFriction,
+)
 from lumped.components.translation_loads import (
     EddyCurrentBrake,
     InverseForce,
@@ -33,14 +39,17 @@ from lumped.components.translation_loads import (
 
 __all__ = [
     "AccelerationSensor",
+    "Brake",
     "Damper",
     "EddyCurrentBrake",
     "Fixed",
     "Force",
     "ForceSensor",
+    "FrictionPair",
     "InverseForce",
     "LinearForce",
     "Mass",
+    "MassWithStopAndFriction",
     "Position",
     "PositionSensor",
     "PowerSensor",
@@ -52,6 +61,7 @@ __all__ = [
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "SupportFriction",
 ]
 
 

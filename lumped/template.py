@@ -15,6 +15,7 @@ import numpy as np
 
 from lumped.component import Component
 from lumped.connection import label
+from lumped.derive import along, partials
 from lumped.errors import EquationError
 from lumped.expression import Compare, Equation, Expr, Ref, as_expr
 from lumped.lower import lower
@@ -344,7 +345,7 @@ class Template:
         keys = self.present(expression)
         symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
         rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
-        return ca.jtimes(expression, symbols, rates)
+        return along(expression, symbols, rates)
 
     def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         g = greater - less
@@ -368,13 +369,13 @@ class Template:
     def _analyse(self, expression: ca.SX) -> Residual:
         keys = self.present(expression)
         symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
-        partials = ca.densify(ca.jacobian(expression, symbols)).T
+        gradient = partials(expression, symbols)
         n = len(keys)
         kinds, values = np.full(n, VARYING), np.full(n, np.nan)
         affine = np.ones((n, n), dtype=bool)
         varying = ca.vertcat(symbols, self.time, *self.modes)
         for i in range(n):
-            entry = partials[i]
+            entry = gradient[i]
             if entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):
@@ -387,7 +388,7 @@ class Template:
             locals=np.array([k[0] for k in keys], dtype=int),
             orders=np.array([k[1] for k in keys], dtype=int),
             symbols=symbols,
-            partials=partials,
+            partials=gradient,
             kinds=kinds,
             values=values,
             affine=affine,

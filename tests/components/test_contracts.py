@@ -18,6 +18,7 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    friction,
     loads,
     lossy_gear,
     signals,
@@ -41,14 +42,19 @@ UNITS = {
     *("m2", "kg/m3"),
 }
 
+ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 FIELDS = {
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
+    friction.BearingFriction: {"characteristic": ROWS},
+    translation.SupportFriction: {"characteristic": ROWS},
+    translation.MassWithStopAndFriction: {"characteristic": ROWS},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
 
-SENSIBLE: dict[type[lp.Component], dict[str, float]] = {}
+SENSIBLE = {translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}}
 """Parameters for which a random number is none."""
+
 
 BASES = {thermal.Heated}
 """What only stands before another component."""
@@ -286,6 +292,7 @@ STORED: dict[type[lp.Component], Energy] = {
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.Mass: kinetic("m"),
+    translation.MassWithStopAndFriction: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import specification_friction as friction
+import specification_gear as gear
 import yaml
 
 import lumped as lp
@@ -114,6 +116,7 @@ ROTATION = {
     "speed_source": TurnSource,
     "filtered speed_source": FilteredTurnSource,
     "torque_source": Torque,
+    **friction.ROTATION,
 }
 TRANSLATION = {
     "acceleration_source": Acceleration,
@@ -125,15 +128,10 @@ TRANSLATION = {
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
     "filtered speed_source": FilteredSlideSource,
+    **friction.TRANSLATION,
 }
-PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
+PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange", **gear.PORTS}
 """Names of ports, in general or of one type: (type, port)."""
-
-MIXED = set()
-"""Types with a port R that turns and a port T that slides."""
-
-MAKERS = {}
-"""Functions (facts, slides, signal) -> component for types that are more than a table entry."""
 
 QUANTITIES = {
     "angle": "phi",
@@ -145,6 +143,7 @@ QUANTITIES = {
     "relative_angular_velocity": "w_rel",
     "relative_distance": "s_rel",
     "relative_velocity": "v_rel",
+    **gear.QUANTITIES,
 }
 PARAMETERS = {
     ("fixed", False): {"at": "phi0"},
@@ -159,6 +158,7 @@ PARAMETERS = {
     ("acceleration_source", True): {"ref": "a"},
     ("speed_source", False): {"x0": "phi"},
     ("speed_source", True): {"x0": "s"},
+    **friction.PARAMETERS,
 }
 
 
@@ -178,12 +178,33 @@ def ramp(height, duration, begin=0.0, offset=0.0):
     return offset + lp.ops.table([begin, begin + duration], [0.0, height])
 
 
-SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp}
+def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
+    """Pulses from `begin` on, each for a share of the period."""
+    starts = np.arange(begin, until, period).tolist()
+    width = width_percent / 100 * period
+    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
+
+
+SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
+SIGNALS |= gear.SIGNALS
 
 
 def signal(text, names):
-    """An expression of the time from a text such as ``2 * sine(10, 5)``."""
-    return eval(text.replace("^", "**"), {**SIGNALS, **names})
+    """An expression of the time from a text such as ``sine(10, 5) * step(1, 0.2)``."""
+    known = {"__builtins__": {}, "pi": np.pi, **SIGNALS}
+    return eval(text.replace("^", "**"), known, names)
+
+
+class Named(dict):
+    """Signals with a name, read when another one uses them."""
+
+    def __init__(self, texts):
+        super().__init__()
+        self.texts = texts
+
+    def __missing__(self, name):
+        self[name] = signal(self.texts[name], self)
+        return self[name]
 
 
 def quantity(name):
@@ -237,9 +258,7 @@ def build(case):
     joints = [[end.split(".") for end in ends] for ends in listed]
     joined = {part for ends in joints for part, _ in ends}
     sliding = _sliding(facts_of, joints)
-    names = {}
-    for name, text in case.facts.get("signals_and_tables", {}).items():
-        names[name] = signal(text, names)
+    names = Named(case.facts.get("signals_and_tables", {}))
     parts = {
         name: _part(facts, name in sliding, lambda text: signal(text, names))
         for name, facts in facts_of.items()
@@ -259,11 +278,11 @@ def _sliding(facts_of, joints):
     found = {
         name
         for name, facts in facts_of.items()
-        if facts["type"] in ("mass", "force_source") or facts.get("domain") == "translational"
+        if facts["type"].startswith(("mass", "force")) or facts.get("domain") == "translational"
     }
     for _ in joints:
         for ends in joints:
-            mixed = [end for end in ends if facts_of[end[0]]["type"] in MIXED]
+            mixed = [end for end in ends if facts_of[end[0]]["type"] in gear.MIXED]
             names = {part for part, _ in ends} - {part for part, _ in mixed}
             if names & found or any(port == "T" for _, port in mixed):
                 found |= names
@@ -271,9 +290,9 @@ def _sliding(facts_of, joints):
 
 
 def _part(facts, slides, read_signal):
-    kind = facts["type"]
-    if kind in MAKERS:
-        return MAKERS[kind](facts, slides, read_signal)
+    kind, facts = facts["type"], friction.plain(facts)
+    if kind in gear.MAKERS:
+        return gear.MAKERS[kind](facts, slides, read_signal)
     names = PARAMETERS.get((kind, slides), {})
     given = {
         names.get(key, key): read_signal(value) if isinstance(value, str) else value

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import specification_gear  # noqa: F401 - its types
 from specification import build, read
 from test_reference_cases import POSITIONS, outside_of_tube
 
