@@ -180,7 +180,8 @@ class Settler:
             alone[self.s.first_modes + 3] = 0.0
             rest = self.look(t, x, alone, guess)
             alone[self.s.first_modes[i] + 4] = 1.0
-            force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
+            with np.errstate(invalid="ignore"):  # and where a motion is prescribed
+                force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
             yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
         typical = yielding.max(initial=0.0) or 1.0
         self._shared = np.full(h, _COMPLIANCE * typical)

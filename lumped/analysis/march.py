@@ -1,17 +1,21 @@
-"""Follow implicit quantities through time in a system without states."""
+"""Follow a system without states through time: implicit quantities and changes of modes."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.crossing import Crossing
 from lumped.analysis.stepper import CLOSED
 from lumped.system import System
 
-__all__ = ["marched"]
+__all__ = ["marched", "next_change"]
 
 _SUBSTEPS = 16
 """Newton solutions from one output time to the next."""
+
+_SAMPLES = 1000
+"""Instants of a segment at which modes are checked: no step size tells where they may change."""
 
 
 def marched(
@@ -46,3 +50,38 @@ def marched(
         return None
     followed: np.ndarray = guesses.T[_SUBSTEPS - 1 :: _SUBSTEPS]
     return followed
+
+
+def next_change(
+    system: System,
+    theta: np.ndarray,
+    begin: float,
+    end: float,
+    modes: np.ndarray,
+    guess: np.ndarray,
+) -> Crossing | None:
+    """The first change of modes after `begin`, where only the time changes anything."""
+    times = np.linspace(begin, end, _SAMPLES + 1)[1:]
+    guesses = marched(system, theta, begin, times, modes, guess)
+    if guesses is None:
+        return None
+    settings = np.hstack([np.repeat(modes[None, :], _SAMPLES, axis=0), guesses])
+    used_up = system.margins.map(_SAMPLES, "serial")
+
+    def below(t: np.ndarray, settings: np.ndarray) -> np.ndarray:
+        columns = np.repeat(theta[:, None], len(t), axis=1)
+        function = used_up if len(t) > 1 else system.margins
+        margins, slack = function(ca.DM(0, len(t)), columns, t[None, :], settings.T)
+        beyond: np.ndarray = np.asarray(margins) + np.asarray(slack) < 0
+        return beyond
+
+    found = below(times, settings).any(axis=0)
+    if not found.any():
+        return None
+    k = int(np.argmax(found))
+    low, high = times[k - 1] if k else begin, times[k]
+    while low < (middle := 0.5 * (low + high)) < high:
+        crossed = below(np.array([middle]), settings[[k]]).any()
+        low, high = (low, middle) if crossed else (middle, high)
+    rows = np.flatnonzero(below(np.array([high]), settings[[k]]))
+    return Crossing(0, float(high), np.zeros(0), [system.switching.rows[i] for i in rows])

@@ -14,7 +14,7 @@ from lumped.analysis.calls import called
 from lumped.analysis.changeover import Settler
 from lumped.analysis.crossing import Crossing, Step, first_crossing
 from lumped.analysis.dense import Method
-from lumped.analysis.march import marched
+from lumped.analysis.march import marched, next_change
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settings import closed_with, modes_at
@@ -344,8 +344,7 @@ class _Run:
         if end <= begin:
             return end, x, None
         if not len(x):
-            self._static(begin, end, modes)
-            return end, x, None
+            return self._static(begin, end, modes)
         settings = self._settings(modes)
         (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
@@ -450,8 +449,14 @@ class _Run:
         """Settings of several points."""
         return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
-    def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
+    def _static(
+        self, begin: float, end: float, modes: np.ndarray
+    ) -> tuple[float, np.ndarray, _Stop | None]:
         """A system without states: only its functions of time remain."""
+        crossing = None
+        if self.system.switching:
+            crossing = next_change(self.system, self.point.theta, begin, end, modes, self.guess)
+            end = end if crossing is None else crossing.time
         wanted = self.output.due(end) if self.output.on_grid else np.array([end])
         times = np.append(wanted, end)
         guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)
@@ -460,9 +465,10 @@ class _Run:
                 f"a linkage or implicit equation could not be followed up to t = {end:g} s. Ask "
                 "for more output points, or check its range."
             )
-            return
-        self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
-        self.guess = guesses[-1]
+        else:
+            self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
+            self.guess = guesses[-1]
+        return end, np.zeros(0), crossing
 
     def _refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
