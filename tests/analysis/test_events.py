@@ -210,7 +210,7 @@ def test_energy_of_a_rattling_drive_is_what_its_impacts_leave():
 
 
 def test_a_contact_opens_where_its_force_vanishes():
-    """A mass on a vibrating table with ``g`` pulling down lifts off at ``sin(w t) == g/(a w^2)``."""
+    """A mass on a vibrating table lifts off where ``sin(w t) == g / (a w^2)``."""
 
     class Table(lp.Component):
         """Table that follows a sine, below a body that may lift off."""

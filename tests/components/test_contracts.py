@@ -52,9 +52,10 @@ FIELDS = {
 }
 """Structural fields without a usable default."""
 
-SENSIBLE = {translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}}
+SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}
+}
 """Parameters for which a random number is none."""
-
 
 BASES = {thermal.Heated}
 """What only stands before another component."""
