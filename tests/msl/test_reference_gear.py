@@ -20,7 +20,7 @@ NEAR = 1e-6
 """Reference tables give instants of events with about seven digits, s."""
 
 NEAR_STANDSTILL = 1e-4
-"""The vehicle rolls out at 0.1 m/s2; an error of 1e-6 of its speed of 8 m/s shifts that, s."""
+"""The vehicle rolls out at 0.1 m/s2: an error of 1e-6 of its 7 m/s is one of 7e-5 s."""
 
 
 def simulated(case, grid):
