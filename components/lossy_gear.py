@@ -30,7 +30,8 @@ class LossyGear(Component):
 
     `losses` are rows of speed of flange a relative to the support in rad/s (from zero up),
     efficiency while a drives, efficiency while b drives, and bearing friction at side a in N.m
-    in both cases; joined by straight lines and continued by the last one.
+    in both cases; joined by straight lines and continued by the last one. Where that would leave
+    the range of an efficiency, end the table with two equal rows.
     """
 
     flange_a = Flange()
@@ -152,7 +153,10 @@ def checked(rows: Rows) -> list[tuple[float, ...]]:
         If a row does not hold five numbers, speeds do not increase from zero, an efficiency is
         outside of (0, 1], or a bearing torque is negative.
     """
-    found = [tuple(float(value) for value in row) for row in rows]
+    try:
+        found = [tuple(float(value) for value in row) for row in rows]
+    except (TypeError, ValueError):
+        found = []
     if not found or any(len(row) != 5 for row in found):
         raise EquationError(
             f"losses = {rows!r}: at least one row is needed, and each has five numbers: speed in "

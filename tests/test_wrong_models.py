@@ -779,6 +779,12 @@ def loss_table_with_short_rows():
     hoist(losses=[(0.0, 0.9)])
 
 
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "'losses.csv'", "five numbers")
+def loss_table_from_a_file():
+    """The name of a file stands for a loss table."""
+    hoist(losses="losses.csv")
+
+
 @wrong(LOSSES, ParameterError, "gear.eta = 1.1 1", "efficiency", "at most 1")
 def efficient_gear_above_one():
     """The efficiency of a gear is greater than one."""

@@ -48,18 +48,17 @@ def gear(w, tau):
 
 def draw_lossy_gear():
     """Loss torque over torque at several speeds, and over speed at several torques."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.8, 3.2), sharey=True)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.1), sharey=True)
     for w in (100.0, 20.0, -20.0, -100.0):
         tau, _, loss = gear(w, sweep(-10.0, 10.0))
         left.plot(tau, loss, label=f"{w:g} rad/s")
     for tau in (10.0, 4.0, -4.0, -10.0):
-        shade = right.plot([], [], label=f"{tau:g} N.m")[0].get_color()
-        for low, high in ((-120.0, -1e-3), (1e-3, 120.0)):
-            _, w, loss = gear(sweep(low, high), tau)
-            right.plot(w, loss, color=shade)
+        _, w, loss = gear(sweep(-120.0, 120.0), tau)
+        right.plot(w, loss, label=f"{tau:g} N.m")
     left.set(xlabel="torque on flange a, N.m", ylabel="loss torque, N.m", title="at four speeds")
     right.set(xlabel="speed of flange a, rad/s", title="at four torques")
-    finish(figure, "lossy_gear")
+    left.set_ylim(-4.5, 7)
+    finish(figure, "lossy_gear", columns=2)
 
 
 def loaded(part, **given):
@@ -78,25 +77,24 @@ def loaded(part, **given):
 def draw_loads():
     """Driving torque over speed."""
     parts = {
-        "LinearTorque": LinearTorque(tau_nominal=-10.0, w_nominal=20.0),
-        "QuadraticTorque": QuadraticTorque(tau_nominal=-10.0, w_nominal=20.0),
-        "SignTorque, w0 = 50 rad/s": SignTorque(tau_nominal=-10.0, w0=50.0),
-        "InverseTorque, w0 = 10 rad/s": InverseTorque(tau_nominal=-10.0, w_nominal=20.0, w0=10.0),
+        "linear": LinearTorque(tau_nominal=-10.0, w_nominal=20.0),
+        "quadratic": QuadraticTorque(tau_nominal=-10.0, w_nominal=20.0),
+        "sign": SignTorque(tau_nominal=-10.0, w0=50.0),
+        "inverse": InverseTorque(tau_nominal=-10.0, w_nominal=20.0, w0=10.0),
     }
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.8, 3.2), sharey=True)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.1), sharey=True)
     for name, part in parts.items():
         run = lp.simulate(lp.assemble(loaded(part)), until=1.0, grid=600)
         left.plot(run["part.w"], run["part.tau"], label=name)
-        if "Sign" not in name:
+        if name != "sign":
             run = lp.simulate(
                 lp.assemble(loaded(part.with_({"same_direction": True}))), until=1.0, grid=600
             )
             right.plot(run["part.w"], run["part.tau"], label=name)
     left.set(xlabel="speed, rad/s", ylabel="driving torque, N.m", title="reversing with the speed")
     right.set(xlabel="speed, rad/s", title="same_direction=True")
-    for axes in (left, right):
-        axes.set_ylim(-24, 24)
-    finish(figure, "loads")
+    left.set_ylim(-24, 38)
+    finish(figure, "loads", columns=2)
 
 
 def draw_eddy_current_brake():
@@ -126,12 +124,12 @@ def draw_vehicle():
     finish(figure, "vehicle")
 
 
-def finish(figure, name):
+def finish(figure, name, columns=1):
     """Grid, legend, file."""
     for axes in figure.axes:
         axes.grid(alpha=0.3)
         axes.axhline(0, color="0.4", lw=0.6)
-        axes.legend(fontsize=8)
+        axes.legend(fontsize=8, ncols=columns, loc="upper left" if columns == 1 else "upper center")
     figure.tight_layout()
     figure.savefig(FOLDER / f"{name}.png", dpi=80)
     plt.close(figure)

@@ -1,11 +1,11 @@
-"""Conditions that compare parameters only; frictions that share a load."""
+"""Conditions on parameters only; systems without states; frictions that share a load."""
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Inertia, LossyGear, Torque
+from lumped.components import Fixed, Inertia, LossyGear, Position, Speed, Spring, Torque
 
 
 class Chooser(lp.Component):
@@ -39,7 +39,7 @@ class Bearing(lp.Component):
     """Bearing of constant friction on a shaft."""
 
     flange_a = lp.Flange()
-    flange_b = lp.Flange()
+    flange_b = lp.Flange(free=True)
     phi: lp.Var = lp.var("rad", "angle", state="avoid")
     w: lp.Var = lp.var("rad/s", "speed", state="prefer")
     tau: lp.Var = lp.var("N.m", "friction torque")
@@ -107,3 +107,55 @@ def test_two_frictions_on_a_rigid_shaft_balance_energy_over_many_standstills():
     assert len(stops) >= 2
     assert np.abs(balance).max() <= 1e-6 * turned_over
     assert (np.diff(run["lost"]) >= -1e-9 * turned_over).all()
+
+
+# -- systems without states --------------------------------------------------------------------
+
+
+class Rectified(lp.Component):
+    """Twist of a spring that is turned by hand, made positive."""
+
+    hand: Position = Position(phi=lp.ops.sin(lp.time))
+    spring: Spring = Spring(c=1.0)
+    wall: Fixed = Fixed()
+    size: lp.Var = lp.var("N.m", "magnitude of the torque")
+
+    def equations(self):
+        tau = self.spring.tau
+        yield self.size == lp.ops.where(tau >= 0, tau, -tau)
+
+    def connections(self):
+        yield from lp.chain(self.wall, self.spring, self.hand)
+
+
+@pytest.mark.parametrize("grid", [7, 500, None])
+def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
+    system = lp.assemble(Rectified())
+    assert not system.states
+    run = lp.simulate(system, until=10.0, grid=grid)
+    received = [event.time for event in run.events]
+    assert received == pytest.approx(np.pi * np.arange(1, 4), rel=1e-9)
+    assert run["size"] == pytest.approx(np.abs(np.sin(run.t)), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        Position(phi=lp.ops.sin(lp.time)),
+        Speed(w=lp.ops.cos(lp.time)),
+        Speed(w=-lp.ops.sin(lp.time)),
+    ],
+    ids=["position", "speed", "speed from rest"],
+)
+def test_friction_reverses_with_a_prescribed_motion(source):
+    model = lp.compose(
+        source=source,
+        bearing=Bearing(),
+        connections=lambda m: [
+            lp.connect(m.source.flange, m.bearing.flange_a),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0, grid=1000)
+    w = run["bearing.w"]
+    moving = np.abs(w) > 1e-3
+    assert run["bearing.tau"][moving] == pytest.approx(FRICTION * np.sign(w[moving]))

@@ -49,9 +49,9 @@ ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 FIELDS = {
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     friction.BearingFriction: {"characteristic": ROWS},
-    lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
 

@@ -1,5 +1,8 @@
 """Heat: conduction in closed form, and losses that arrive where they are led."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -134,3 +137,13 @@ def test_a_heated_part_asks_for_a_place_for_its_heat():
     )
     with pytest.raises(ConnectError, match=r"brake\.heat"):
         lp.assemble(model)
+
+
+def test_the_page_on_heat_shows_a_model_that_warms_its_oil_by_all_of_its_energy():
+    page = Path(__file__).parents[2] / "docs" / "elements" / "heat.md"
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    names = {}
+    exec(compile(code, page.name, "exec"), names)
+    received = names["run"]["oil.T"][-1]
+    expected = 293.15 + 0.5 * 10.0**2 / 2 / 7.0
+    assert received == pytest.approx(expected, abs=1e-4)

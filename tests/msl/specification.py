@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import specification_friction as friction
+import specification_gear as gear
 import yaml
 
 import lumped as lp
@@ -175,14 +176,8 @@ TRANSLATION = {
     "filtered speed_source": FilteredSlideSource,
     **friction.TRANSLATION,
 }
-PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
+PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange", **gear.PORTS}
 """Names of ports, in general or of one type: (type, port)."""
-
-MIXED = set()
-"""Types with a port R that turns and a port T that slides."""
-
-MAKERS = {}
-"""Functions (facts, slides, signal) -> component for types that are more than a table entry."""
 
 QUANTITIES = {
     "angle": "phi",
@@ -194,6 +189,7 @@ QUANTITIES = {
     "relative_angular_velocity": "w_rel",
     "relative_distance": "s_rel",
     "relative_velocity": "v_rel",
+    **gear.QUANTITIES,
 }
 PARAMETERS = {
     ("fixed", False): {"at": "phi0"},
@@ -240,12 +236,25 @@ def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
 
 
 SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
+SIGNALS |= gear.SIGNALS
 
 
 def signal(text, names):
     """An expression of the time from a text such as ``sine(10, 5) * step(1, 0.2)``."""
-    known = {"__builtins__": {}, "pi": np.pi, **names}
-    return eval(text.replace("^", "**"), known, SIGNALS)
+    known = {"__builtins__": {}, "pi": np.pi, **SIGNALS}
+    return eval(text.replace("^", "**"), known, names)
+
+
+class Named(dict):
+    """Signals with a name, read when another one uses them."""
+
+    def __init__(self, texts):
+        super().__init__()
+        self.texts = texts
+
+    def __missing__(self, name):
+        self[name] = signal(self.texts[name], self)
+        return self[name]
 
 
 def quantity(name):
@@ -299,11 +308,7 @@ def build(case):
     joints = [[end.split(".") for end in ends] for ends in listed]
     joined = {part for ends in joints for part, _ in ends}
     sliding = _sliding(facts_of, joints)
-    names = {}
-    rows = {str(facts.get("table")) for facts in facts_of.values()}
-    for name, text in case.facts.get("signals_and_tables", {}).items():
-        if name not in rows:
-            names[name] = signal(text, names)
+    names = Named(case.facts.get("signals_and_tables", {}))
     parts = {
         name: _part(facts, name in sliding, lambda text: signal(text, names))
         for name, facts in facts_of.items()
@@ -327,7 +332,7 @@ def _sliding(facts_of, joints):
     }
     for _ in joints:
         for ends in joints:
-            mixed = [end for end in ends if facts_of[end[0]]["type"] in MIXED]
+            mixed = [end for end in ends if facts_of[end[0]]["type"] in gear.MIXED]
             names = {part for part, _ in ends} - {part for part, _ in mixed}
             if names & found or any(port == "T" for _, port in mixed):
                 found |= names
@@ -336,8 +341,8 @@ def _sliding(facts_of, joints):
 
 def _part(facts, slides, read_signal):
     kind, facts = facts["type"], friction.plain(facts)
-    if kind in MAKERS:
-        return MAKERS[kind](facts, slides, read_signal)
+    if kind in gear.MAKERS:
+        return gear.MAKERS[kind](facts, slides, read_signal)
     names = PARAMETERS.get((kind, slides), {})
     given = {
         names.get(key, key): read_signal(value) if isinstance(value, str) else value

@@ -1,7 +1,5 @@
 """Lossy gears, wheels, vehicles, loads and heat in the specifications of reference cases."""
 
-import specification
-
 import lumped as lp
 from lumped.components import (
     EddyCurrentBrake,
@@ -66,27 +64,28 @@ def vehicle(facts, _, signal):
     return Vehicle(**given)
 
 
-specification.MAKERS.update(
-    dict.fromkeys(LOADS, load),
-    load_constant=constant_load,
-    load_step=step_load,
-    eddy_current_brake=eddy_current_brake,
-    heat_capacitor=lambda facts, *_: HeatCapacitor(C=facts["C"]),
-    lossy_gear=lambda facts, *_: LossyGear(ratio=facts["ratio"], losses=facts["loss_table"]),
-    rolling_wheel=lambda facts, *_: RackAndPinion(radius=facts["radius"]),
-    vehicle=vehicle,
-)
-specification.MIXED.update({"rolling_wheel", "vehicle"})
-specification.PORTS.update(
-    {
-        ("rolling_wheel", "R"): "flange_a",
-        ("rolling_wheel", "T"): "flange_b",
-        ("vehicle", "R"): "wheel",
-        ("vehicle", "T"): "coupling",
-        ("eddy_current_brake", "thermal"): "heat",
-        ("heat_capacitor", "port"): "port",
-    }
-)
-specification.QUANTITIES["temperature"] = "T"
-specification.QUANTITIES["loss_power"] = "heat.Q"
-specification.SIGNALS["table"] = lambda rows: lp.ops.table(*zip(*rows, strict=True))
+MAKERS = {
+    **dict.fromkeys(LOADS, load),
+    "load_constant": constant_load,
+    "load_step": step_load,
+    "eddy_current_brake": eddy_current_brake,
+    "heat_capacitor": lambda facts, *_: HeatCapacitor(C=facts["C"]),
+    "lossy_gear": lambda facts, *_: LossyGear(ratio=facts["ratio"], losses=facts["loss_table"]),
+    "rolling_wheel": lambda facts, *_: RackAndPinion(radius=facts["radius"]),
+    "vehicle": vehicle,
+}
+"""Functions (facts, slides, signal) -> component."""
+
+MIXED = {"rolling_wheel", "vehicle"}
+"""Types with a port R that turns and a port T that slides."""
+
+PORTS = {
+    ("rolling_wheel", "R"): "flange_a",
+    ("rolling_wheel", "T"): "flange_b",
+    ("vehicle", "R"): "wheel",
+    ("vehicle", "T"): "coupling",
+    ("eddy_current_brake", "thermal"): "heat",
+    ("heat_capacitor", "port"): "port",
+}
+QUANTITIES = {"temperature": "T", "loss_power": "heat.Q"}
+SIGNALS = {"table": lambda rows: lp.ops.table(*zip(*rows, strict=True))}
