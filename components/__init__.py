@@ -14,8 +14,16 @@ from lumped.components import translation
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
-from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.inertia import Inertia
+from lumped.components.loads import (
+    EddyCurrentBrake,
+    InverseTorque,
+    LinearTorque,
+    QuadraticTorque,
+    SignTorque,
+)
+from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -27,6 +35,14 @@ from lumped.components.sensors import (
 )
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
+)
+from lumped.components.vehicle import Vehicle
 
 __all__ = [
     "AccelerationSensor",
@@ -36,17 +52,29 @@ __all__ = [
     "Clutch",
     "Constant",
     "Damper",
+    "EddyCurrentBrake",
+    "EfficientGear",
     "Expression",
     "Fixed",
+    "FixedTemperature",
+    "HeatCapacitor",
+    "HeatFlow",
+    "Heated",
     "IdealGear",
     "Inertia",
+    "InverseTorque",
+    "LinearTorque",
+    "LossyGear",
     "OneWayClutch",
+    "Planetary",
     "Position",
     "PowerSensor",
+    "QuadraticTorque",
     "RackAndPinion",
     "Ramp",
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
+    "SignTorque",
     "Sine",
     "Speed",
     "SpeedSensor",
@@ -55,7 +83,9 @@ __all__ = [
     "Step",
     "Stribeck",
     "Table",
+    "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "Vehicle",
     "translation",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.stepper import called
+from lumped.analysis.calls import called
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -216,6 +216,7 @@ class _Instant:
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
+        self.jumped: list[int] = []
 
     def flip(self, fired: Iterable[tuple[str, int]]) -> None:
         """Change what an event says changes."""
@@ -290,6 +291,7 @@ class _Instant:
         self.edge = now
         for k in np.flatnonzero(rising):
             jump = self.s.jumps[k]
+            self.jumped.append(jump.mode)
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                 place = self.o._place[node]
                 self.x[place] = sign * look.values[jump.first + i]
@@ -497,6 +499,8 @@ class _Instant:
         found = []
         for k, mode in enumerate(self.s.relation_modes):
             was, now = bool(before[mode] > 0.5), bool(self.modes[mode] > 0.5)
+            if mode in self.jumped:
+                was, now = False, True
             if was != now:
                 name, old = self.s.relation_text(k, was)
                 found.append(Change(name, old, self.s.relation_text(k, now)[1]))

@@ -15,7 +15,18 @@ import pytest
 
 import lumped as lp
 import lumped.components
-from lumped.components import Inertia, Torque, friction, signals, sources, translation
+from lumped.components import (
+    Inertia,
+    Torque,
+    friction,
+    loads,
+    lossy_gear,
+    signals,
+    sources,
+    thermal,
+    translation,
+    vehicle,
+)
 from lumped.components import compliance as rotation
 from lumped.quantity import Quantity
 from lumped.switch import Hold, When
@@ -27,19 +38,27 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
+    *("K", "J/K", "W/K", "1/K"),
+    *("m2", "kg/m3"),
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 FIELDS = {
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     friction.BearingFriction: {"characteristic": ROWS},
+    lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
 }
 """Structural fields without a usable default."""
 
-SENSIBLE = {translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}}
+SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}
+}
 """Parameters for which a random number is none."""
+
+BASES = {thermal.Heated}
+"""What only stands before another component."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:
@@ -48,7 +67,7 @@ def discovered() -> Iterator[type[lp.Component]]:
         module = importlib.import_module(entry.name)
         for _, cls in inspect.getmembers(module, inspect.isclass):
             own = cls.__module__ == entry.name and not cls.__name__.startswith("_")
-            if issubclass(cls, lp.Component) and own:
+            if issubclass(cls, lp.Component) and own and cls not in BASES:
                 yield cls
 
 
@@ -94,11 +113,14 @@ class Kind:
     speed: str
     load: type[lp.Component]
     effort: str
+    ports: tuple[str, str] = ("flange_a", "flange")
+    """Of the body and the load."""
 
 
 KINDS = {
     lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
     lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+    lp.HeatPort: Kind(thermal.HeatCapacitor, "C", "T", thermal.HeatFlow, "Q", ("port", "port")),
 }
 
 
@@ -114,9 +136,9 @@ def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
         return part
 
     def connections(model: lp.Component) -> Iterator[lp.Connection]:
-        for name, body in model.bodies.items():
-            yield lp.connect(getattr(model.part, name), body.flange_a)
-            yield lp.connect(body.flange_b, model.loads[name].flange)
+        for name, kind in joined.items():
+            ends = zip((model.bodies[name], model.loads[name]), kind.ports, strict=True)
+            yield lp.connect(getattr(model.part, name), *(getattr(*end) for end in ends))
 
     return lp.compose(
         part=part,
@@ -236,6 +258,36 @@ def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
 
+def against(effort: str, law: Callable[[dict[str, float], float], float]) -> Power:
+    """Power of a load whose torque or force is a law of parameters and speed."""
+
+    def power(at: Motion) -> float:
+        speed = at.v["flange"] - at.v["support"]
+        return at.p[f"{effort}_nominal"] * law(at.p, speed) * speed
+
+    return power
+
+
+def bounded(speed: float, limit: float) -> float:
+    return np.clip(speed / limit, -1, 1)
+
+
+def inverse(speed: float, nominal: float, least: float) -> float:
+    return nominal / speed if abs(speed) >= least else speed / least
+
+
+def downhill_and_wind(at: Motion) -> float:
+    p, v = at.p, at.v["coupling"]
+    drag = p["rho"] / 2 * p["cd"] * p["A"] * (v - p["v_wind"]) * abs(v - p["v_wind"])
+    return -v * (drag + p["m"] * p["g"] * np.sin(np.arctan(p["inclination"])))
+
+
+def rolling(at: Motion) -> float:
+    p, v = at.p, at.v["coupling"]
+    level = np.cos(np.arctan(p["inclination"]))
+    return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     rotation.Spring: elastic("phi_rel0"),
@@ -244,19 +296,35 @@ STORED: dict[type[lp.Component], Energy] = {
     translation.MassWithStopAndFriction: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
+    thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
+    vehicle.Vehicle: lambda at: (
+        (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
+    ),
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     rotation.Damper: viscous,
     rotation.SpringDamper: viscous,
     translation.Damper: viscous,
     translation.SpringDamper: viscous,
+    vehicle.Vehicle: rolling,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     translation.Force: driving("f"),
+    loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
+    loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
+    loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
+    loads.InverseTorque: against("tau", lambda p, w: inverse(w, p["w_nominal"], p["w0"])),
+    translation.LinearForce: against("f", lambda p, v: v / p["v_nominal"]),
+    translation.QuadraticForce: against("f", lambda p, v: v * abs(v) / p["v_nominal"] ** 2),
+    translation.SignForce: against("f", lambda p, v: np.tanh(v / (0.02 * p["v0"]))),
+    translation.InverseForce: against("f", lambda p, v: inverse(v, p["v_nominal"], p["v0"])),
+    thermal.HeatFlow: lambda at: at.p["Q"],
+    vehicle.Vehicle: downhill_and_wind,
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
 PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+PRESCRIBED |= {thermal.FixedTemperature}
 
 
 def rate(energy: Energy, at: Motion) -> float:
@@ -309,7 +377,8 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
         q, v, flow, reaction, sliding = np.split(found, sizes)
         a = (load - flow) / mass
         qva = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
-        yield Motion(own, *qva, tuple(reaction * sliding)), flow * v
+        warm = [isinstance(port, lp.HeatPort) for port in ports.values()]
+        yield Motion(own, *qva, tuple(reaction * sliding)), np.where(warm, flow, flow * v)
 
 
 @every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
