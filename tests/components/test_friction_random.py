@@ -109,8 +109,8 @@ def test_accelerations_of_random_nets_obey_gauss_principle(freewheels):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_nets_move_as_implicit_time_stepping_says(seed):
-    """Moreau's scheme finds standstill by itself, with an error of the order of its step."""
+def test_random_nets_move_as_implicit_time_stepping_does(seed):
+    """Moreau's scheme finds standstill by itself; a change of direction costs it up to a step."""
     net = Net(100 + seed, 0.0)
     count, until, steps = len(net.J), 2.0, 2000
     w = net.rng.uniform(-3.0, 3.0, count)
@@ -130,4 +130,4 @@ def test_random_nets_move_as_implicit_time_stepping_says(seed):
     received = speeds_of(run, count)[:, places].T
     error = np.abs(received - expected).max()
     print(f"{count} bodies, {len(net.pairs)} elements, {len(run.events)} events, worst {error:.1e}")
-    assert error <= 2 * h
+    assert error <= h * (np.abs(net.G).T @ net.limits / net.J).max()
