@@ -92,6 +92,23 @@ def test_parallel_friction_shares_by_its_limits_and_gives_way_at_their_sum(make,
     assert balanced(model, until=2 * free)
 
 
+def test_parallel_brakes_of_different_peaks_give_way_at_the_sum_of_their_peak_torques():
+    brakes = [
+        Brake(characteristic=((0, 1),), f_max=f, u=1.0, peak=p) for f, p in ((2, 1.5), (5, 1.1))
+    ]
+    model = lp.compose(
+        drive=Torque(tau=lp.time),
+        body=Inertia(J=1.5),
+        brake=brakes,
+        connections=lambda m: lp.chain(m.drive, m.body, *m.brake),
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0)
+    assert [event.time for event in run.events] == pytest.approx([3.0 + 5.5] * 2, rel=1e-6)
+    expected = ((10.0 - 7.0) ** 2 - (8.5 - 7.0) ** 2) / 2 / 1.5
+    assert run["body.w"][-1] == pytest.approx(expected, rel=1e-5)
+    assert balanced(model, until=10.0)
+
+
 def test_what_remains_takes_the_whole_load_when_one_of_two_brakes_is_released():
     model = lp.compose(
         drive=Torque(tau=6.0),
