@@ -223,12 +223,14 @@ def test_a_freewheel_overruns_and_takes_over_again():
 # -- stops -------------------------------------------------------------------------------------
 
 
-def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_than_friction():
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_than_friction(way):
     m, friction, peak, gap, rate = 2.0, 3.0, 1.4, 0.25, 1.5
+    stops = {-1: gap + 0.05, 1: 1.0}  # the near one and the far one
     model = lp.compose(
-        push=Force(f=lp.ops.where(lp.time >= 1.0, 10.0 - rate * (lp.time - 1.0), 10.0)),
+        push=Force(f=way * lp.ops.where(lp.time >= 1.0, 10.0 - rate * (lp.time - 1.0), 10.0)),
         slide=MassWithStopAndFriction(
-            m=m, length=0.1, s_min=-1.0, s_max=gap + 0.05,
+            m=m, length=0.1, s_min=-stops[way], s_max=stops[-way],
             characteristic=((0, friction),), peak=peak,
         ),
         connections=lambda m: lp.chain(m.push, m.slide),
@@ -243,7 +245,7 @@ def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_th
     leaves = 1 + (10 + peak * friction) / rate
     resting = (run.t > hit + 1e-6) & (run.t < leaves)
     assert (run["slide.v"][resting] == 0.0).all()
-    assert np.abs(run["slide.s"][resting] - gap).max() <= 1e-12
+    assert np.abs(way * run["slide.s"][resting] - gap).max() <= 1e-12
     assert (run["slide.mode"][resting] == 0.0).all()
     assert np.abs(run["slide.f_stop"] - run["push.f"])[resting].max() <= 1e-6
     assert run.events[-1].time == pytest.approx(leaves, rel=YIELDING)
