@@ -6,8 +6,11 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from casadi import SX
+
 from lumped.errors import EquationError
-from lumped.expression import Compare, Expr, Number, as_expr
+from lumped.expression import Call, Compare, Constant, Expr, Number, as_expr, walk
+from lumped.lower import lower
 from lumped.ops import exp, interpolate, maximum
 from lumped.switch import Hold, hold
 
@@ -79,11 +82,25 @@ def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
         negative friction.
     """
     if callable(characteristic):
-        return as_expr(characteristic(as_expr(speed)))
+        found = as_expr(characteristic(as_expr(speed)))
+        _refuse_negative(as_expr(characteristic(as_expr(0.0))))
+        return found
     speeds, values = _columns(characteristic)
     found = interpolate(speed, speeds, values)
     falling = len(values) > 1 and values[-1] < values[-2]
     return maximum(found, 0.0) if falling else found
+
+
+def _refuse_negative(standstill: Expr) -> None:
+    """Refuse a friction at standstill that is a negative number."""
+    if not all(isinstance(node, Constant | Call) for node in walk(standstill)):
+        return  # it depends on parameters or conditions
+    value = float(lower(standstill, lambda leaf: SX.nan()))
+    if not 0 <= value < float("inf"):
+        raise EquationError(
+            f"characteristic: friction {value:g} at standstill must be a finite number that is not "
+            "negative; it counts against the motion by itself."
+        )
 
 
 def _columns(rows: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:

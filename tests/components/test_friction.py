@@ -105,6 +105,42 @@ def test_a_stribeck_curve_is_its_formula():
     assert np.abs(run["bearing.tau"] - expected).max() <= 1e-14 * expected.max()
 
 
+def test_a_brake_lets_go_where_its_fading_force_no_longer_holds_the_load():
+    load, grip, peak, fade = 4.0, 8.0, 1.25, 4.0
+    model = lp.compose(
+        drive=Torque(tau=load),
+        body=Inertia(J=1.0),
+        brake=Brake(
+            characteristic=((0, 1), (10, 0.5)), peak=peak, f_max=grip, u=1 - lp.time / fade
+        ),
+        connections=lambda m: lp.chain(m.drive, m.body, m.brake),
+    )
+    run = lp.simulate(lp.assemble(model), until=5.0)
+    received = [(event.time, event.after) for event in modes_of(run)]
+    slips = fade * (1 - load / (peak * grip))
+    assert received == [(pytest.approx(slips, rel=1e-9), "forward"), (pytest.approx(fade), "free")]
+    assert balanced(model, until=5.0)
+
+
+def test_friction_that_is_zero_at_standstill_turns_round_without_chatter():
+    d, w = 0.3, 5.0
+    model = lp.compose(
+        drive=Torque(tau=lp.ops.sin(w * lp.time)),
+        body=Inertia(J=1.0),
+        bearing=BearingFriction(characteristic=((0, 0), (1, d))),
+        connections=lambda m: lp.chain(m.drive, m.body, m.bearing),
+    )
+    run = lp.simulate(lp.assemble(model), until=6.0, rtol=1e-9, grid=5000)
+
+    def speed(t):
+        wave = d * np.sin(w * t) - w * np.cos(w * t)
+        return (wave + w * np.exp(-d * t)) / (d**2 + w**2)
+
+    assert np.abs(run["body.w"] - speed(run.t)).max() <= 1e-8
+    turns = np.count_nonzero(np.diff(np.sign(speed(np.linspace(1e-3, 6.0, 100001)))))
+    assert len([event for event in run.events if event.time > 0]) == turns
+
+
 def test_a_brake_between_two_free_bodies_keeps_their_momentum():
     J_1, J_2, w_1, w_2, grip = 0.5, 2.0, 30.0, -4.0, 6.0
     model = lp.compose(

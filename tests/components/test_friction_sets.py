@@ -92,6 +92,23 @@ def test_parallel_friction_shares_by_its_limits_and_gives_way_at_their_sum(make,
     assert balanced(model, until=2 * free)
 
 
+def test_parallel_brakes_of_different_peaks_give_way_at_the_sum_of_their_peak_torques():
+    brakes = [
+        Brake(characteristic=((0, 1),), f_max=f, u=1.0, peak=p) for f, p in ((2, 1.5), (5, 1.1))
+    ]
+    model = lp.compose(
+        drive=Torque(tau=lp.time),
+        body=Inertia(J=1.5),
+        brake=brakes,
+        connections=lambda m: lp.chain(m.drive, m.body, *m.brake),
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0)
+    assert [event.time for event in run.events] == pytest.approx([3.0 + 5.5] * 2, rel=1e-6)
+    expected = ((10.0 - 7.0) ** 2 - (8.5 - 7.0) ** 2) / 2 / 1.5
+    assert run["body.w"][-1] == pytest.approx(expected, rel=1e-5)
+    assert balanced(model, until=10.0)
+
+
 def test_what_remains_takes_the_whole_load_when_one_of_two_brakes_is_released():
     model = lp.compose(
         drive=Torque(tau=6.0),
@@ -206,12 +223,14 @@ def test_a_freewheel_overruns_and_takes_over_again():
 # -- stops -------------------------------------------------------------------------------------
 
 
-def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_than_friction():
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_than_friction(way):
     m, friction, peak, gap, rate = 2.0, 3.0, 1.4, 0.25, 1.5
+    stops = {-1: gap + 0.05, 1: 1.0}  # the near one and the far one
     model = lp.compose(
-        push=Force(f=lp.ops.where(lp.time >= 1.0, 10.0 - rate * (lp.time - 1.0), 10.0)),
+        push=Force(f=way * lp.ops.where(lp.time >= 1.0, 10.0 - rate * (lp.time - 1.0), 10.0)),
         slide=MassWithStopAndFriction(
-            m=m, length=0.1, s_min=-1.0, s_max=gap + 0.05,
+            m=m, length=0.1, s_min=-stops[way], s_max=stops[-way],
             characteristic=((0, friction),), peak=peak,
         ),
         connections=lambda m: lp.chain(m.push, m.slide),
@@ -226,7 +245,7 @@ def test_a_mass_with_friction_comes_to_rest_at_its_stop_and_leaves_it_by_more_th
     leaves = 1 + (10 + peak * friction) / rate
     resting = (run.t > hit + 1e-6) & (run.t < leaves)
     assert (run["slide.v"][resting] == 0.0).all()
-    assert np.abs(run["slide.s"][resting] - gap).max() <= 1e-12
+    assert np.abs(way * run["slide.s"][resting] - gap).max() <= 1e-12
     assert (run["slide.mode"][resting] == 0.0).all()
     assert np.abs(run["slide.f_stop"] - run["push.f"])[resting].max() <= 1e-6
     assert run.events[-1].time == pytest.approx(leaves, rel=YIELDING)
