@@ -15,9 +15,18 @@ import pytest
 
 import lumped as lp
 import lumped.components
-from lumped.components import Inertia, Torque, signals, sources, translation
+from lumped.components import (
+    Inertia,
+    Torque,
+    electrical,
+    motors,
+    signals,
+    sources,
+    translation,
+)
 from lumped.components import compliance as rotation
 from lumped.quantity import Quantity
+from lumped.switch import When
 
 STATES = 25
 TOLERANCE = 1e-12
@@ -26,10 +35,15 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
+    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2"),
+    *("1/s", "1/s2", "rad/(s.N.m)"),
 }
 
 FIELDS = {signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)}}
 """Structural fields without a usable default."""
+
+POSITIVE = {electrical.VariableResistor: ["R"]}
+"""Inputs that make no sense below zero."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:
@@ -37,7 +51,8 @@ def discovered() -> Iterator[type[lp.Component]]:
     for entry in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         module = importlib.import_module(entry.name)
         for _, cls in inspect.getmembers(module, inspect.isclass):
-            if issubclass(cls, lp.Component) and cls.__module__ == entry.name:
+            public = not cls.__name__.startswith("_")
+            if issubclass(cls, lp.Component) and cls.__module__ == entry.name and public:
                 yield cls
 
 
@@ -70,7 +85,11 @@ def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
 def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
-    return found | {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    for name, item in declared(cls, lp.Param).items():
+        if item.exceeds is not None:
+            found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
+    found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    return found | {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
 
 
 @dataclass(frozen=True)
@@ -84,9 +103,34 @@ class Kind:
     effort: str
 
 
+class Node(lp.Component):
+    """Capacitance of a wire to the ground: ``C der(v) = i``."""
+
+    flange_a = lp.Pin()
+    flange_b = lp.Pin()
+    C: lp.Param = lp.param("F", "capacitance", above=0)
+    v: lp.Var = lp.var("V", "potential")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.flange_a.v == self.v
+        yield self.flange_b.v == self.v
+        yield self.C * lp.der(self.v) == self.flange_a.i + self.flange_b.i
+
+
+class Feed(lp.Component):
+    """Current into a wire: ``i_flange = -i``."""
+
+    flange = lp.Pin()
+    i = lp.Input("A", "current")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.flange.i == -self.i
+
+
 KINDS = {
     lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
     lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+    lp.Pin: Kind(Node, "C", "v", Feed, "i"),
 }
 
 
@@ -114,7 +158,10 @@ def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
     )
 
 
-@pytest.mark.parametrize("module", ["inertia", "compliance", "gears", "sources", "sensors"])
+@pytest.mark.parametrize(
+    "module",
+    ["inertia", "compliance", "gears", "sources", "sensors", "electrical", "motors", "control"],
+)
 def test_the_walk_finds_the_modules(module: str) -> None:
     received = {cls.__module__ for cls in LIBRARY}
     expected = f"lumped.components.{module}"
@@ -140,7 +187,8 @@ def test_public_names_are_sorted_and_unique(place: object) -> None:
 @every([cls for cls in LIBRARY if not declared(cls, lp.Component)])
 def test_it_brings_one_equation_per_variable_output_and_port(cls: type[lp.Component]) -> None:
     yielded = list(cls(**FIELDS.get(cls, {})).equations())
-    received = sum(len(item) if isinstance(item, tuple) else 1 for item in yielded)
+    laws = [item for item in yielded if not isinstance(item, When)]
+    received = sum(len(item) if isinstance(item, tuple) else 1 for item in laws)
     expected = sum(len(declared(cls, kind)) for kind in (lp.Var, lp.Output, lp.Port))
     assert received == expected
 
@@ -176,12 +224,18 @@ def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
 
 @dataclass(frozen=True)
 class Motion:
-    """Parameters, and positions, velocities and accelerations by port, as plain numbers."""
+    """Parameters, and positions, velocities and accelerations by port, as plain numbers.
+
+    The potential of a pin counts as a velocity. `x` and `rates` are the states inside the part and
+    their derivatives.
+    """
 
     p: dict[str, float]
     q: dict[str, complex]
     v: dict[str, complex]
     a: dict[str, float]
+    x: dict[str, complex]
+    rates: dict[str, float]
 
     def rel(self, by: dict[str, complex]) -> complex:
         return by["flange_b"] - by["flange_a"]
@@ -207,6 +261,29 @@ def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
 
+def voltage(at: Motion) -> complex:
+    return at.v["p"] - at.v["n"]
+
+
+def turning(at: Motion) -> complex:
+    return at.v["flange"] - at.v["support"]
+
+
+def rotor(at: Motion) -> complex:
+    return at.p["J"] * at.v["flange"] ** 2 / 2
+
+
+def armature(at: Motion) -> complex:
+    return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
+
+
+def kloss(at: Motion) -> float:
+    w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
+    s = 1 - turning(at) / w_s
+    torque = 2 * at.p["tau_k"] * (1 + a * s_k) / (s / s_k + s_k / s + 2 * a * s_k)
+    return np.sign(w_s) * torque * turning(at)
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     rotation.Spring: elastic("phi_rel0"),
@@ -214,19 +291,43 @@ STORED: dict[type[lp.Component], Energy] = {
     translation.Mass: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
+    electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
+    electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
+    motors.ConverterDrive: rotor,
+    motors.DCMotor: armature,
+    motors.InductionMotor: rotor,
+    motors.QuasiStaticDCMotor: rotor,
+    motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
+    motors.SeriesDCMotor: armature,
+    motors.SpeedDrive: rotor,
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     rotation.Damper: viscous,
     rotation.SpringDamper: viscous,
     translation.Damper: viscous,
     translation.SpringDamper: viscous,
+    electrical.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    electrical.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    motors.QuasiStaticDCMotor: lambda at: (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"],
+    motors.SeparatelyExcitedDCMotor: lambda at: (
+        at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
+    ),
+    motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     translation.Force: driving("f"),
+    electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
+    motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    motors.InductionMotor: kloss,
+    motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
-PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+PRESCRIBED = {
+    *(sources.Position, sources.Speed, translation.Position, translation.Speed),
+    *(electrical.VoltageSource, electrical.Ground),
+}
 
 
 def rate(energy: Energy, at: Motion) -> float:
@@ -234,7 +335,8 @@ def rate(energy: Energy, at: Motion) -> float:
     h = 1e-30
     q = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
     v = {port: at.v[port] + 1j * h * at.a[port] for port in at.v}
-    return energy(Motion(at.p, q, v, at.a)).imag / h
+    x = {name: at.x[name] + 1j * h * at.rates[name] for name in at.x}
+    return energy(Motion(at.p, q, v, at.a, x, at.rates)).imag / h
 
 
 def nothing(at: Motion) -> float:
@@ -262,7 +364,15 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
         found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
         q, v, flow = found.reshape(3, -1)
         a = (load - flow) / mass
-        yield Motion(own, *(dict(zip(ports, y, strict=True)) for y in (q, v, a))), flow * v
+        rates = np.asarray(system.rhs(point.x, point.theta, point.time, point.modes)).ravel()
+        inside = {
+            name.removeprefix("part."): i
+            for i, name in enumerate(system.state_names)
+            if name.startswith("part.")
+        }
+        x, der_x = ({name: values[i] for name, i in inside.items()} for values in (point.x, rates))
+        by_port = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
+        yield Motion(own, *by_port, x, der_x), flow * v
 
 
 @every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
