@@ -153,6 +153,9 @@ class Inverter(Component):
 
     ``T_d der(v_out) = v - v_out`` with `v` limited to the direct voltage on either side, which it
     measures through a filter: ``T_f der(v_f) = v_dc - v_f``. `i` is the current delivered at p.
+
+    The balance is reached by ``psi der(i_dc) = v_out i - v_dc i_dc``, that is within ``psi / v_dc``
+    (some nanoseconds), and so on the branch where a source with an inner resistance is stable.
     """
 
     dc_p = Pin()
@@ -162,7 +165,8 @@ class Inverter(Component):
     v = Input("V", "wanted voltage")
     T_d: Param = param("s", "dead time of the switching", above=0)
     T_f: Param = param("s", "time constant of the measured direct voltage", above=0)
-    i_dc: Var = var("A", "current taken at dc_p")
+    psi: Param = param("V.s", "direct voltage times time to the power balance", 1e-6, above=0)
+    i_dc: Var = var("A", "current taken at dc_p", state="prefer")
     i: Var = var("A", "current delivered at p")
     v_out: Var = var("V", "voltage from p to n", state="prefer")
     v_f: Var = var("V", "measured direct voltage", state="prefer")
@@ -175,7 +179,7 @@ class Inverter(Component):
         yield self.p.i == -self.i
         yield self.n.i == self.i
         yield self.p.v - self.n.v == self.v_out
-        yield direct * self.i_dc == self.v_out * self.i
+        yield self.psi * der(self.i_dc) == self.v_out * self.i - direct * self.i_dc
         limited = minimum(maximum(self.v, -self.v_f), self.v_f)
         yield self.T_d * der(self.v_out) == limited - self.v_out
         yield self.T_f * der(self.v_f) == direct - self.v_f

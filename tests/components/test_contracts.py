@@ -35,7 +35,7 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
-    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2"),
+    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s"),
     *("1/s", "1/s2", "rad/(s.N.m)"),
 }
 
@@ -292,6 +292,7 @@ STORED: dict[type[lp.Component], Energy] = {
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
     electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
+    electrical.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
     electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
     motors.ConverterDrive: rotor,
     motors.DCMotor: armature,
