@@ -364,5 +364,5 @@ def test_a_speed_drive_does_not_wind_up_at_its_limit():
     limited = [e for e in run.events if e.component == "drive"]
     received = run["drive.w"].max()
     assert limited
-    assert received < 101.0  # without back calculation: above 140
+    assert received < 101.0  # 190 without back calculation
     assert run["drive.w"][-1] == pytest.approx(100.0, abs=1e-6)
