@@ -73,6 +73,8 @@ class FlatModel:
         Start values given to instances, by unknown; they hold exactly.
     starts : dict of int to SX
         Start values declared by classes, where not zero; they are defaults.
+    initial : list of Group
+        Equations that hold at the start only, by template.
     """
 
     tree: Tree
@@ -83,6 +85,7 @@ class FlatModel:
     parameters: Parameters
     given: dict[int, ca.SX]
     starts: dict[int, ca.SX]
+    initial: list[Group]
 
     @property
     def name(self) -> str:
@@ -132,6 +135,11 @@ class FlatModel:
                 return node, self._text(group.template, number, node)
         raise IndexError(equation)
 
+    def initial_text(self, group: Group, instance: int, number: int) -> str:
+        """An initial equation with full names, and where it stands."""
+        node = self.tree.nodes[group.nodes[instance]]
+        return f"{self._text(group.template, number, node)} in {node.label}"
+
     def _text(self, template: Template, number: int, node: Node) -> str:
         sample = template._component
 
@@ -167,7 +175,17 @@ def flatten(model: Component) -> FlatModel:
     joints = join(tree)
     groups, equation_count, mode_count = _groups(tree, joints)
     given, starts = start_values(tree, parameters)
-    return FlatModel(tree, joints, groups, equation_count, mode_count, parameters, given, starts)
+    return FlatModel(
+        tree,
+        joints,
+        groups,
+        equation_count,
+        mode_count,
+        parameters,
+        given,
+        starts,
+        _initial_groups(tree),
+    )
 
 
 def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
@@ -184,21 +202,48 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
-    equations = modes = 0
+    count = modes = 0
     for group in groups.values():
-        template = group.template
-        group.first_equation, group.first_mode = equations, modes
-        equations += len(template.equations) * len(group.nodes)
-        modes += len(template.modes) * len(group.nodes)
-        group.unknowns = _numbers(tree, group, template.unknowns, "first_unknown")
-        group.parameters = _numbers(tree, group, template.parameters, "first_parameter")
-    return list(groups.values()), equations, modes
+        group.first_equation, group.first_mode = count, modes
+        count += len(group.template.equations) * len(group.nodes)
+        modes += len(group.template.modes) * len(group.nodes)
+        _number(tree, group)
+    return list(groups.values()), count, modes
 
 
-def _template(tree: Tree, scope: Node, equations: Iterable[Item] | None) -> Template:
+def _initial_groups(tree: Tree) -> list[Group]:
+    """Equations that hold at the start only."""
+    groups: dict[Hashable, Group] = {}
+    for number, node in enumerate(tree.nodes):
+        if type(node.component).initial_equations is Component.initial_equations:
+            continue
+        key = template_key(node.component)
+        if key not in groups:
+            equations = node.component.initial_equations()
+            groups[key] = Group(_template(tree, node, equations, "initial_equations()"))
+            if groups[key].template.modes:
+                raise EquationError(
+                    f"{node.label}: an initial equation cannot hold a condition. It holds at the "
+                    "time zero only; write the side that holds there."
+                )
+        groups[key].nodes.append(number)
+    for group in groups.values():
+        _number(tree, group)
+    return list(groups.values())
+
+
+def _number(tree: Tree, group: Group) -> None:
+    """Find the unknowns and parameters of all instances of a group."""
+    group.unknowns = _numbers(tree, group, group.template.unknowns, "first_unknown")
+    group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
+
+
+def _template(
+    tree: Tree, scope: Node, equations: Iterable[Item] | None, method: str = "equations()"
+) -> Template:
     if equations is None:
         raise EquationError(
-            f"{scope.label}: equations() gave nothing back. Yield each equation: yield a == b."
+            f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
         )
     try:
         return Template(scope.component, lambda c: tree.below(c, scope), equations)

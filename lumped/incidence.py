@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from lumped.alias import Aliases
@@ -100,6 +99,13 @@ class Incidence:
         group, e, _, _ = self.blocks[block]
         return next((s for s in group.template.sticks if s.equation == e), None)
 
+    def proportional(self, row: int, order: int = 0) -> bool:
+        """Whether a component equation, differentiated, is one that `Residual.proportional` is."""
+        if row >= self.first_sum:
+            return False
+        group, e, _, _ = self.blocks[self.place(row)[0]]
+        return group.template.residual(e, order).proportional
+
     def occurrence(self, block: int, order: int, picked: np.ndarray) -> Occurrence:
         """Symbols of the equations `picked` (positions in the block), differentiated."""
         group, e, instances, _ = self.blocks[block]
@@ -193,9 +199,7 @@ class Point:
             if number >= 0:
                 begin[number, aliases.shifts[unknown]] = value * aliases.signs[unknown]
         self.choices = [begin + rng.uniform(low, 3 * low, shape) for low in (0.01, 0.3, 1e-5)]
-        parameters = flat.parameters
-        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
-        self.parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self.parameters = flat.parameters.numbers
         self.time = 0.7
 
     def coefficients(self, seen: Occurrence) -> np.ndarray:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import casadi as ca
 
+from lumped.derive import partials
 from lumped.errors import EquationError
 from lumped.expression import Call, Compare, Constant, Der, Expr, Partial, Time, Where, walk
 
@@ -83,7 +84,7 @@ def lower(
                 raise refuse("a time derivative")
             value = derivative(args[0])
         elif isinstance(node, Partial):
-            value = ca.jacobian(args[0], args[1])
+            value = partials(args[0], args[1])
         elif isinstance(node, Where):
             if relation is None:
                 raise refuse("a condition")

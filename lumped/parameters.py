@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -45,6 +46,12 @@ class Parameters:
     declared: list[Param]
     names: list[str]
     ordered: list[tuple[int, int]]
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Value of every parameter in the model, shape (all,)."""
+        evaluate = ca.Function("p", [self.theta], [self.values])
+        return np.asarray(evaluate(self.defaults)).ravel()
 
     def check(self, values: np.ndarray, model: str) -> None:
         """Refuse values out of range, all in one error.

@@ -34,12 +34,15 @@ class Block:
         Blocks whose unknowns stand in its equations.
     level : int
         All blocks that it needs have a lower level.
+    led : bool
+        A state stands in its equations.
     """
 
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
     level: int
+    led: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,8 +278,11 @@ def _ordered(
     for row, component in enumerate(label.tolist()):
         members[component].append(row)
     needs: list[set[int]] = [set() for _ in range(count)]
+    led = [False] * count
     for row, c in zip(rows.tolist(), column[nodes].tolist(), strict=True):
-        if c >= 0 and label[row_of[c]] != label[row]:
+        if c < 0:
+            led[label[row]] = True
+        elif label[row_of[c]] != label[row]:
             needs[label[row]].add(int(label[row_of[c]]))
     users: list[list[int]] = [[] for _ in range(count)]
     waiting = [len(n) for n in needs]
@@ -305,6 +311,7 @@ def _ordered(
                 own,
                 sorted(place[c] for c in needs[component]),
                 level[component],
+                led[component],
             )
         )
     return blocks, block_of

@@ -21,6 +21,9 @@ __all__ = ["Switching"]
 _SHARP, _COARSE = 1e-12, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
 
+_SHARED = 1e-7
+"""The same where redundant constraints share a reaction, above the rounding of the shares."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Jumps:
@@ -218,16 +221,17 @@ class Switching:
             add((2 * modes[mode] - 1) * (greater - less), _SHARP * size + 1e-13, "relation", k)
         for h, first in enumerate(self.first_modes.tolist()):
             stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
-            relative = ca.if_else(compliance > 0, 1e-6, _COARSE)
+            shared = ca.if_else(compliance > 0, _SHARED, 0)
             reaction = self.reaction[h]
             for kind, given, limit, sign in (
                 ("upper", self.has_upper[h], self.upper[h], 1),
                 ("lower", self.has_lower[h], self.lower[h], -1),
             ):
                 if given:
-                    tolerance = relative * (ca.fabs(limit) + ca.fabs(reaction)) + 1e-13
-                    room = ca.if_else(stuck, sign * (limit - reaction), 1)
-                    add(room, tolerance, kind, h)
+                    size = ca.fabs(limit) + ca.fabs(reaction)
+                    room = sign * (limit - reaction) + shared * size
+                    tolerance = (_COARSE + shared) * size + 1e-13
+                    add(ca.if_else(stuck, room, 1), tolerance, kind, h)
             if self.has_gap[h]:
                 add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)
             elif self.has_forward[h] or self.has_backward[h]:

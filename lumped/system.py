@@ -14,6 +14,7 @@ from scipy.sparse import csc_array, csr_array
 from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
+from lumped.locked import locked_loops
 from lumped.prune import independent_of, needed_states, samples, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
@@ -60,6 +61,7 @@ class System:
         self._ranks = dict(ranks or {})
         begin = clock.perf_counter()
         self._reduced = reduce(flat, ranks)
+        self._locked = locked_loops(self._reduced)
         middle = clock.perf_counter()
         self._values = Values(self._reduced)
         self.switching = Switching(self._values)
@@ -167,7 +169,7 @@ class System:
         for node in self._reduced.states:
             if node not in in_use:
                 found.append(LeftOut(self._node_name(node), why))
-        return found
+        return found + self._locked
 
     def report(self) -> Report:
         """What the reduction did: counts, states and why they are, blocks, times."""

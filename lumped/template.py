@@ -15,6 +15,7 @@ import numpy as np
 
 from lumped.component import Component
 from lumped.connection import label
+from lumped.derive import along, partials
 from lumped.errors import EquationError
 from lumped.expression import Compare, Equation, Expr, Ref, as_expr
 from lumped.lower import lower
@@ -66,8 +67,6 @@ class Residual:
         The partial derivative where it is a number, else nan.
     affine : ndarray of bool, shape (n, n)
         ``affine[i, j]``: the partial derivative by symbol i does not depend on symbol j.
-    homogeneous : bool
-        The equation is a sum of numbers times symbols and nothing else.
     """
 
     template: Template
@@ -79,7 +78,6 @@ class Residual:
     kinds: np.ndarray
     values: np.ndarray
     affine: np.ndarray
-    homogeneous: bool
 
     @cached_property
     def coefficients(self) -> ca.Function:
@@ -90,6 +88,22 @@ class Residual:
     def value(self) -> ca.Function:
         """The residual: (symbols, parameters, time, modes) -> (1,)."""
         return ca.Function("value", self._inputs(), [self.expression])
+
+    @cached_property
+    def homogeneous(self) -> bool:
+        """The equation is a sum of numbers times symbols and nothing else."""
+        return bool((self.kinds == CONSTANT).all()) and self.proportional
+
+    @cached_property
+    def proportional(self) -> bool:
+        """The equation is a sum of numbers or parameters times symbols and nothing else."""
+        if (self.kinds == VARYING).any():
+            return False
+        n = len(self.kinds)
+        rest = (
+            ca.substitute(self.expression, self.symbols, ca.SX.zeros(n)) if n else self.expression
+        )
+        return bool(ca.simplify(rest).is_zero())
 
     def solved_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
@@ -202,7 +216,7 @@ class Template:
                 for equation in item if isinstance(item, tuple) else (item,):
                     if not isinstance(equation, Equation):
                         raise EquationError(
-                            f"{type(component).__name__}.equations yielded {equation!r}; "
+                            f"{type(component).__name__} yielded {equation!r} as an equation; "
                             "each item must be an equation: left == right."
                         )
                     self._add(equation, self._lowered(equation.left - equation.right))
@@ -237,7 +251,7 @@ class Template:
         )
 
     def _stick(self, item: Hold) -> None:
-        """The row ``stuck (a + compliance r - demand) + (1 - stuck) (r - law) == 0``."""
+        """The row ``stuck (demand - a + compliance r) + (1 - stuck) (r - law) == 0``."""
         first = len(self.modes)
         names = ("stuck", "forward", "backward", "compliance", "demand")
         self.modes += [ca.SX.sym(name) for name in names]
@@ -252,7 +266,7 @@ class Template:
         if item.engaged is not None:
             engaged = self._condition(item.engaged)
         number = len(self.equations)
-        held = acceleration + compliance * reaction - demand
+        held = demand - acceleration + compliance * reaction
         self._add(item.equation(), stuck * held + (1 - stuck) * (reaction - law))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward
@@ -298,7 +312,7 @@ class Template:
         below = self._place(node.owner)
         if below is None:
             raise EquationError(
-                f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
+                f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
                 "is not one of its parts."
             )
         key = (below, node.name)
@@ -331,7 +345,7 @@ class Template:
         keys = self.present(expression)
         symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
         rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
-        return ca.jtimes(expression, symbols, rates)
+        return along(expression, symbols, rates)
 
     def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         g = greater - less
@@ -356,32 +370,27 @@ class Template:
     def _analyse(self, expression: ca.SX) -> Residual:
         keys = self.present(expression)
         symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
-        partials = ca.densify(ca.jacobian(expression, symbols)).T
+        gradient = partials(expression, symbols)
         n = len(keys)
         kinds, values = np.full(n, VARYING), np.full(n, np.nan)
         affine = np.ones((n, n), dtype=bool)
         varying = ca.vertcat(symbols, self.time, *self.modes)
         for i in range(n):
-            entry = partials[i]
+            entry = gradient[i]
             if entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):
                 kinds[i] = PARAMETRIC
             else:
                 affine[i] = ~np.array(ca.which_depends(entry, symbols), dtype=bool)
-        homogeneous = bool((kinds == CONSTANT).all())
-        if homogeneous:
-            rest = ca.substitute(expression, symbols, ca.SX.zeros(n)) if n else expression
-            homogeneous = ca.simplify(rest).is_zero()
         return Residual(
             template=self,
             expression=expression,
             locals=np.array([k[0] for k in keys], dtype=int),
             orders=np.array([k[1] for k in keys], dtype=int),
             symbols=symbols,
-            partials=partials,
+            partials=gradient,
             kinds=kinds,
             values=values,
             affine=affine,
-            homogeneous=homogeneous,
         )

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 
-from lumped.diagnosis import class_names, equation_text
+from lumped.diagnosis import class_names, equation_text, factors
 from lumped.errors import SingularModelError
 from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
@@ -72,9 +72,7 @@ class Values:
             node = reduced.node(unknown)
             if node in begins:
                 self._number[node] += value * reduced.aliases.signs[unknown]
-        parameters = self.flat.parameters
-        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
-        self._parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self._parameters = self.flat.parameters.numbers
         self._mode_numbers = np.ones(self.flat.mode_count)
         self._done = np.zeros(len(reduced.blocks), dtype=bool)
 
@@ -413,20 +411,13 @@ class Values:
 
     def _zero_parameters(self, nodes: list[int]) -> list[str]:
         """Parameters that are zero in the equations of the block that determines the nodes."""
-        incidence, found = self.reduced.incidence, []
-        for row, order in self.reduced.blocks[self.reduced.block_of[nodes[0]]].equations:
-            if row >= incidence.first_sum:
-                continue
-            origin, place = incidence.place(row)
-            group, e, instances, _ = incidence.blocks[origin]
-            residual = group.template.residual(e, order)
-            present = ca.which_depends(
-                residual.partials, ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
-            )
-            for number in group.parameters[instances[place]][np.array(present, dtype=bool)]:
-                if self._parameters[number] == 0:
-                    found.append(self.flat.parameters.names[number])
-        return found
+        block = self.reduced.blocks[self.reduced.block_of[nodes[0]]]
+        return [
+            self.flat.parameters.names[number]
+            for row, order in block.equations
+            for number in factors(self.reduced.incidence, row, order)
+            if self._parameters[number] == 0
+        ]
 
 
 def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:

@@ -330,6 +330,90 @@ def gears_in_parallel():
     )
 
 
+@wrong(
+    LOOPS,
+    SingularModelError,
+    "leave no motion of motor.phi, load.phi",
+    "runs through gear_1, gear_2: gear_1.ratio = 2, gear_2.ratio = 3.",
+    "ratios agree",
+)
+def gears_of_unequal_ratio():
+    """Two rigid gears of unequal ratio join the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through gear_1, gear_2: gear_1.ratio = 2", "ratios agree")
+def gears_of_unequal_ratio_at_a_speed():
+    """A prescribed speed drives two gears of unequal ratio between the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Speed(w=100.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(
+    LOOPS, SingularModelError, "leave no motion of motor.phi", "runs through gear: gear.ratio = 4."
+)
+def gear_beside_a_rigid_shaft():
+    """A gear joins two rotors that are also joined directly."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.gear, m.load),
+            lp.connect(m.motor.flange_a, m.load.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.z = 2", "lower.ratio = 2.5")
+def planetary_set_tied_by_two_gears():
+    """Two gears tie all three shafts of a planetary set to each other."""
+    build(
+        lambda m: [
+            lp.connect(m.set.sun, m.motor.flange_b, m.upper.flange_a),
+            lp.connect(m.set.ring, m.upper.flange_b, m.lower.flange_a),
+            lp.connect(m.set.carrier, m.load.flange_a, m.lower.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        set=Planetary(),
+        upper=IdealGear(ratio=-1.5),
+        lower=IdealGear(ratio=2.5),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through pinion_1, pinion_2: pinion_1.radius = 0.1 m")
+def rack_with_two_pinions_on_a_shaft():
+    """Two pinions of unequal radius on one shaft mesh with one rack."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.pinion_1.flange_a, m.pinion_2.flange_a),
+            lp.connect(m.pinion_1.flange_b, m.pinion_2.flange_b, m.table.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        pinion_1=RackAndPinion(radius=0.1),
+        pinion_2=RackAndPinion(radius=0.12),
+        table=translation.Mass(m=1.0),
+    )
+
+
 @wrong(LOOPS, SingularModelError, "runs through rotor, sensor", "share the load")
 def torque_sensor_across_a_rotor():
     """A torque sensor is connected across a rigid rotor instead of in the power path."""
@@ -1290,15 +1374,15 @@ def chained_equations():
     braked(law)
 
 
-@wrong(OWN, EquationError, "brake", "w", "time")
-def condition_on_a_state():
-    """A condition compares a variable, not the time."""
+@wrong(OWN, SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+def friction_by_the_sign_of_a_speed():
+    """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
     def law(self):
         yield self.w == lp.der(self.flange.phi)
         yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
 
-    braked(law)
+    lp.simulate(braked(law), until=5.0)
 
 
 @wrong(OWN, StartError, "no values of brake.w meet", "t = 0 s", "start values")
@@ -1522,6 +1606,140 @@ def start_value_nan():
 def start_value_text():
     """A start value is a text."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
+
+
+def turning(law, **changes):
+    """Motor, shaft and load with initial equations."""
+    return build(
+        lambda m: lp.chain(m.motor, m.shaft, m.load),
+        motor=Inertia(J=1.0, w=10.0),
+        shaft=Spring(c=100.0),
+        load=Inertia(J=2.0),
+        initial_equations=law,
+        **changes,
+    )
+
+
+@wrong(START, StartError, "Too much", "der(motor.w) = 0 in Model", "shaft.c * shaft.phi_rel = 5")
+def initial_equations_too_many():
+    """Two initial equations ask for the same twist."""
+    lp.start_point(
+        turning(
+            lambda m: [lp.der(m.motor.w) == 0, m.shaft.c * m.shaft.phi_rel == 5],
+        )
+    )
+
+
+@wrong(START, StartError, "load.w = 2 * motor.w in Model", "motor.w = 10", "load.w = 5")
+def initial_equation_against_start_values():
+    """An initial equation does not fit the start values."""
+    lp.start_point(turning(lambda m: [m.load.w == 2 * m.motor.w]), start={"load.w": 5.0})
+
+
+@wrong(START, StartError, "der(rotor.w) = 0 in rotor (Steady)", "no state", "differ by 3")
+def initial_equation_that_nothing_meets():
+    """A body shall start without acceleration, but a torque acts on it and nothing else."""
+
+    class Steady(Inertia):
+        """Inertia that starts steadily."""
+
+        def initial_equations(self):
+            yield lp.der(self.w) == 0
+
+    lp.start_point(
+        build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+    )
+
+
+@wrong(START, StartError, "No start state", "load.w**2 = -1 in Model")
+def initial_equation_without_solution():
+    """An initial equation has no solution."""
+    lp.start_point(turning(lambda m: [m.load.w**2 == -1]))
+
+
+@wrong(START, StartError, "shaft.c", "not determined", "initial equation")
+def free_parameter_undetermined():
+    """A free parameter has no start value that depends on it."""
+    lp.start_point(turning(lambda m: [m.load.w == 5]), free=["shaft.c"])
+
+
+@wrong(START, EquationError, "Steady", "initial_equations() gave nothing back")
+def initial_equations_returned_nothing():
+    """Initial equations are written without yield."""
+
+    class Steady(Inertia):
+        """Inertia without a word."""
+
+        def initial_equations(self):
+            lp.der(self.w) == 0  # noqa: B015
+
+    build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+
+
+@wrong(START, EquationError, "Model", "condition", "time zero")
+def initial_equation_with_condition():
+    """An initial equation holds a condition."""
+    turning(lambda m: [m.load.w == lp.ops.where(lp.time >= 1.0, 5.0, 0.0)])
+
+
+@wrong(START, EquationError, "w of a component Inertia", "not one of its parts")
+def initial_equation_of_a_stranger():
+    """An initial equation names a part of no model."""
+    stranger = Inertia(J=1.0)
+    turning(lambda m: [m.load.w == stranger.w])
+
+
+# -- equilibria --------------------------------------------------------------------------------
+
+STEADY = "Equilibria"
+
+
+def braked_drive():
+    """A motor against a damper."""
+    return build(
+        lambda m: lp.chain(m.drive, m.rotor, m.brake, m.wall),
+        drive=Torque(tau=6.0),
+        rotor=Inertia(J=2.0),
+        brake=Damper(d=0.5),
+        wall=Fixed(),
+    )
+
+
+@wrong(STEADY, SolverError, "no rest", "der(rotor.w) stays at 3", "springs or supports")
+def rest_of_a_driven_shaft():
+    """A driven shaft that only a damper holds shall rest."""
+    lp.equilibrium(braked_drive(), rest=True)
+
+
+@wrong(STEADY, SolverError, "no rest", "rotor.w = 10 rad/s", "sources of motion")
+def rest_on_a_speed_source():
+    """A body on a speed source shall rest."""
+    lp.equilibrium(
+        build(
+            lambda m: lp.chain(m.motor, m.rotor),
+            motor=Speed(w=10.0),
+            rotor=Inertia(J=1.0),
+        ),
+        rest=True,
+    )
+
+
+@wrong(STEADY, StartError, "rotor.w = 4 rad/s", "rest")
+def rest_with_a_speed():
+    """Rest is asked for, and a speed."""
+    lp.equilibrium(braked_drive(), rest=True, start={"rotor.w": 4.0})
+
+
+@wrong(STEADY, StartError, "drive.tau, brake.d", "speed")
+def equilibrium_with_too_many_free_parameters():
+    """The torque and the load are both free."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["drive.tau", "brake.d"])
+
+
+@wrong(STEADY, SolverError, "no equilibrium", "der(rotor.w)", "free")
+def equilibrium_with_a_useless_free_parameter():
+    """The free parameter does not change the balance of torques."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["rotor.J"])
 
 
 # -- runs --------------------------------------------------------------------------------------

@@ -11,19 +11,23 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.changeover import Settler
 from lumped.analysis.march import marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.settle import Settler
-from lumped.analysis.start import closed_with, modes_at, start_point
+from lumped.analysis.settings import closed_with, modes_at
+from lumped.analysis.start import start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
+    CROSSED,
     GIVEN_UP,
     HEAD,
+    INSIDE,
     REJECTED,
     STIFF_AFTER,
     Method,
     Stepper,
+    called,
     first_step,
 )
 from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
@@ -118,9 +122,6 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
     if method not in ("auto", "explicit", "implicit"):
         raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
 
-
-_INSIDE = np.array([0.25, 0.5, 0.75, 1.0])
-"""Fractions of each step at which margins are looked at."""
 
 _STORM = 200
 """Changes of mode that may follow each other at practically the same instant."""
@@ -256,8 +257,9 @@ class _Run:
             recent = sorted({event.component for event in self.events[-_STORM:]})
             self._refuse(
                 f"{_STORM} changes of mode within {t - self.crossings[-_STORM]:.2g} s before "
-                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Modes that switch each other or "
-                "bounces without end: check the conditions, or take a restitution of 0."
+                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
+                "dry friction and contacts that can rest need lumped.hold, which finds a "
+                "standstill; a condition on a speed cannot."
             )
         return x, modes
 
@@ -356,7 +358,7 @@ class _Run:
             self._static(begin, end, modes)
             return end, x, None
         settings = self._settings(modes)
-        f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
+        (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
         scale = self.atol + self.rtol * np.abs(x)
         first = first_step(system, theta, (begin, end), x, f, settings, scale)
@@ -373,9 +375,12 @@ class _Run:
                     self.trajectory(),
                 ) from None
             self.seconds += clock.perf_counter() - started
-            log, xs = np.asarray(found[3]), np.asarray(found[4]).T
-            dense = np.asarray(found[5]).T.reshape(stepper.chunk, -1, len(x))
-            crossing = self._crossing(stepper, x, log, xs, dense, modes)
+            n, width = len(x), len(x) + len(self.guess)
+            log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, width)
+            dense = found[5].reshape(stepper.chunk, -1, n)
+            crossing = None
+            if found[0][5] == CROSSED:
+                crossing = self._crossing(stepper, x, log, xs, dense, modes)
             unfit, row = self._unfit(log, xs, modes)
             if crossing is not None and crossing.row < row:
                 row, t = crossing.row, crossing.time
@@ -386,7 +391,7 @@ class _Run:
             if unfit is not None:
                 self.guess = xs[row - 1, len(x) :]
                 return float(log[1, row - 1]), xs[row - 1, : len(x)], unfit
-            head, x, f = (np.asarray(found[i]).ravel() for i in range(3))
+            head, x, f = found[:3]
             self.guess = head[HEAD:]
             if head[5] == GIVEN_UP:
                 self._give_up(head[0], x, f, self._settings(modes))
@@ -410,41 +415,42 @@ class _Run:
         xs: np.ndarray,
         dense: np.ndarray,
         modes: np.ndarray,
-    ) -> _Crossing | None:
-        """The first instant at which a margin is used up; three points inside each step count."""
-        accepted = np.flatnonzero(log[2] == ACCEPTED)
-        if not self.system.switching or not len(accepted):
-            return None
-        n, theta = len(x), self.point.theta
-        fractions = np.tile(_INSIDE, len(accepted))
-        step = np.repeat(accepted, len(_INSIDE))
-        before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
-        t = log[0][step] + fractions * (log[1][step] - log[0][step])
-        inside = stepper.interpolate(fractions, before, after, dense[step])
-        inside[fractions == 1.0] = after[fractions == 1.0]
-        settings = self._rows(modes, xs[step, n:])
-        margins, slack = (
-            np.asarray(v) for v in self.system.margins(inside.T, theta, t[None, :], settings.T)
-        )
-        below = (margins + slack < 0).any(axis=0)
-        if not below.any():
-            return None
-        k = int(np.argmax(below))
-        row = int(step[k])
-        span = (fractions[k - 1] if k % len(_INSIDE) else 0.0, fractions[k])
-        h = log[1, row] - log[0, row]
-        point = (before[k], after[k], dense[row].T, log[0, row], h, theta, settings[k])
-        suspects = np.flatnonzero((margins + slack < 0)[:, k])
-        roots = [stepper.locate(self.system, point, span, int(i)) for i in suspects]
+    ) -> _Crossing:
+        """The first instant in the last step at which a margin is used up."""
+        row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])
+        n, theta, h = len(x), self.point.theta, log[1, row] - log[0, row]
+        before, after = x if row == 0 else xs[row - 1, :n], xs[row, :n]
+        settings = np.concatenate([modes, xs[row, n:]])
+        margins = called(self.system, "margins")
+
+        def at(fraction: float) -> tuple[np.ndarray, list[np.ndarray]]:
+            """State inside the step; margins and tolerances there."""
+            parts = (np.array([fraction]), before[None], after[None], dense[[row]])
+            found = stepper.interpolate(*parts)[0] if fraction < 1 else after
+            return found, margins(found, theta, log[0, row] + fraction * h, settings)
+
+        low = 0.0
+        for high in INSIDE:
+            left, tolerance = at(high)[1]
+            suspects = np.flatnonzero(left + tolerance < 0)
+            if len(suspects):
+                break
+            low = high
+        point = (before, after, dense[row].ravel(), log[0, row], h, theta, settings)
+        roots = [stepper.locate(self.system, point, (low, high), int(i)) for i in suspects]
         fraction = min(roots)
-        found = stepper.interpolate(np.array([fraction]), before[[k]], after[[k]], dense[[row]])[0]
+        found, (left, tolerance) = at(fraction)
         time = float(log[0, row] + fraction * h)
-        left, tolerance = (
-            np.asarray(v).ravel() for v in self.system.margins(found, theta, time, settings[k])
-        )
         rows = self.system.switching.rows
         fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]
-        fired += [rows[i] for i in suspects if left[i] <= tolerance[i] and rows[i] not in fired]
+        # what shares one reaction lets go together
+        switching = self.system.switching
+        sharing = set(np.flatnonzero(settings[switching.first_modes + 3] > 0).tolist())
+        for i in np.flatnonzero(left <= tolerance).tolist():
+            kind, h = rows[i]
+            together = kind in ("upper", "lower") and h in sharing
+            if (together or i in suspects) and rows[i] not in fired:
+                fired.append(rows[i])
         return _Crossing(row, time, found, fired)
 
     def _unfit(

@@ -15,17 +15,21 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
+from lumped.analysis.calls import Call
 from lumped.system import System
 
 __all__ = [
     "ACCEPTED",
     "CLOSED",
+    "CROSSED",
     "GIVEN_UP",
     "HEAD",
+    "INSIDE",
     "REJECTED",
     "STIFF_AFTER",
     "Method",
     "Stepper",
+    "called",
     "first_step",
 ]
 
@@ -39,6 +43,9 @@ HEAD = 6
 
 CLOSED = 1e-9
 """Largest last step of Newton's method, relative; the error is then its square."""
+
+INSIDE = (0.25, 0.5, 0.75, 1.0)
+"""Fractions of each step at which it is asked whether a mode must change."""
 
 STIFF_AFTER = 15
 """Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
@@ -57,7 +64,8 @@ class Stepper:
     Attributes
     ----------
     many : Function
-        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense); `head` is
+        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense), called with numbers;
+        `head` is
         (t, h, just rejected, stiff count, calm count, stopped, implicit quantities), where stopped
         is GIVEN_UP or CROSSED.
         Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
@@ -70,7 +78,7 @@ class Stepper:
         Evaluations of the right-hand side per attempt.
     """
 
-    many: ca.Function
+    many: Call
     chunk: int
     evaluations: int
     method: Method
@@ -101,7 +109,7 @@ class Stepper:
             args,
             [head, x, f, ca.horzcat(*logs), ca.horzcat(*xs), ca.horzcat(*denses)],
         )
-        return cls(many, chunk, evaluations, method, dense)
+        return cls(Call(many), chunk, evaluations, method, dense)
 
     def interpolate(
         self, theta: np.ndarray, before: np.ndarray, after: np.ndarray, dense: np.ndarray
@@ -131,7 +139,7 @@ class Stepper:
         Parameters
         ----------
         step : tuple
-            State before and after, interpolation coefficients (n, c), time before, length,
+            State before and after, interpolation coefficients (c n,), time before, length,
             parameters, settings.
         span : tuple of float
             Fractions between which the margin changes its sign.
@@ -140,10 +148,10 @@ class Stepper:
         """
         key = ("locate", self.method)
         if key not in system.made:
-            system.made[key] = _locator(system, self.method, step[2].shape[1])
+            system.made[key] = _locator(system, self.method, len(step[2]) // max(1, len(step[0])))
         choice = np.zeros(system.margins.size1_out(0))
         choice[row] = 1.0
-        return float(system.made[key](*span, choice, *step))
+        return float(system.made[key](*span, choice, *step)[0][0])
 
 
 def _interpolated(
@@ -160,7 +168,7 @@ def _interpolated(
     return before + y
 
 
-def _locator(system: System, method: Method, width: int) -> ca.Function:
+def _locator(system: System, method: Method, width: int) -> Call:
     """Root of one margin in a step; see `Stepper.locate`."""
     n = len(system.states)
     choice = ca.MX.sym("choice", system.margins.size1_out(0))
@@ -184,11 +192,17 @@ def _locator(system: System, method: Method, width: int) -> ca.Function:
     for _ in range(_LOCATING):
         found = once(found, choice, *step)
     # of the last bracket, the end at which the margin is used up
-    return ca.Function(
-        "locate",
-        [low, high, choice, *step],
-        [ca.if_else(found[3] <= 0, found[2], found[0])],
-    )
+    root = ca.if_else(found[3] <= 0, found[2], found[0])
+    return Call(ca.Function("locate", [low, high, choice, *step], [root]))
+
+
+def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
+    """A function of a system, to be called with numbers."""
+    key = ("call", name)
+    if key not in system.made:
+        system.made[key] = Call(getattr(system, name))
+    call: Call = system.made[key]
+    return call
 
 
 def first_step(
@@ -217,7 +231,7 @@ def first_step(
     d0, d1 = _rms(x / scale), _rms(rates / scale)
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h0 = min(h0, end - begin)
-    later = np.asarray(system.rhs(x + h0 * rates, theta, begin + h0, settings)).ravel()
+    (later,) = called(system, "rhs")(x + h0 * rates, theta, begin + h0, settings)
     steepest = max(d1, _rms((later - rates) / scale) / h0)
     h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
     first = min(100 * h0, h1, end - begin)
@@ -275,7 +289,7 @@ class _Frame:
 
     def finish(
         self,
-        name: str,
+        name: Method,
         new: ca.MX,
         f_new: ca.MX,
         error: ca.MX,
@@ -295,8 +309,14 @@ class _Frame:
         stop = ca.MX(0)
         if self.margins is not None:
             settings = ca.vertcat(self.m, guesses)
-            margins, tolerances = self.margins(new, self.p, t_new, settings)
-            stop = CROSSED * (ca.mmin(margins + tolerances) < 0)
+            columns = ca.horzsplit(dense)
+            least = []
+            for part in INSIDE:
+                x = _interpolated(name, part, self.x, new, columns) if part < 1 else new
+                t = self.t + part * (t_new - self.t)
+                margins, tolerances = self.margins(x, self.p, t, settings)
+                least.append(ca.mmin(margins + tolerances))
+            stop = CROSSED * (ca.mmin(ca.vertcat(*least)) < 0)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
