@@ -164,7 +164,7 @@ class CurrentController(Component):
 
     ``e = wanted - measured``, ``u = k (e + x) + feed``, ``y = clip(u, +-limit)`` and
     ``T_i der(x) = e + (y - u) / k``. For a first-order lag of the converter and its measurement
-    with sum `T`, ``k = L / (2 T)`` and ``T_i = L / R`` (optimum by magnitude; Leonhard, ch. 7.2).
+    with sum `T`, ``k = L / (2 T)`` and ``T_i = L / R`` (optimum by magnitude; Leonhard, ch. 7).
     """
 
     wanted = Input("A", "wanted current")

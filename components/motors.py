@@ -5,7 +5,7 @@ an open one standing still. Losses in iron, brushes and bearings are not include
 `BearingFriction` or `Damper` where they matter. `p` is the pin at which a positive current drives
 forward.
 
-Sources: Fischer, Elektrische Maschinen, 17th ed., ch. 2 (direct current) and 5.3 (Kloss);
+Sources: Fischer, Elektrische Maschinen, 17th ed., ch. 2 (direct current) and 5 (Kloss);
 Leonhard, Control of Electrical Drives, 3rd ed., ch. 5 to 7.
 """
 
