@@ -32,9 +32,9 @@ COLUMNS = {
     "vmot_f.value": "vmot_f.x",
     "ibat_f.value": "ibat_f.x",
 }
-# Of the six instants of pid_drive four are those of its profile; at 2.10186614 s the controller meets
-# its lower limit, at 3.49515489 s it leaves it: kinks, which a limiter of conditions locates. In
-# drive_current_controlled the inverter never reaches its limit.
+# Of the six instants of pid_drive four are those of its profile; at 2.10186614 s the controller
+# meets its lower limit, at 3.49515489 s it leaves it: kinks, which a limiter of conditions locates.
+# In drive_current_controlled the inverter never reaches its limit.
 # Instants that the reference does not list: kinks of given functions of time, which it passes
 # over or does not mark, and the first sample at t = 0, which there is part of the initialisation.
 MORE = {
