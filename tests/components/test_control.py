@@ -126,6 +126,17 @@ def test_a_sampled_pi_controller_follows_its_difference_equations(T_s):
     assert samples == pytest.approx(T_s * np.arange(count), abs=1e-11)
 
 
+@pytest.mark.parametrize("number", [1, 3, 5, 8, 10, 23])  # 3 * 0.1 > 0.3, 0.8 - 0.1 * 8 > 0
+def test_a_jump_at_the_instant_of_a_sample_counts_already(number):
+    """Whichever way the sum of the sampling times is rounded."""
+    instant = number / 10
+    wanted = lp.ops.where(lp.time >= instant, 1.0, 0.0)
+    controller = SampledPI(k=1.0, T_i=1e9, T_s=0.1, wanted=wanted)
+    model = Loop(controller=controller, body=Inertia(J=1e9))
+    received = run(model, 3.0, [instant - 0.01, instant + 0.01])["controller.y"]
+    assert received == pytest.approx([0.0, 1.0], abs=1e-6)
+
+
 class Axis(lp.Component):
     """An axis that moves with the speed that its position controller wants."""
 

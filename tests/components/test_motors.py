@@ -98,6 +98,33 @@ def test_a_motor_on_a_voltage_follows_the_matrix_exponential(L, method):
     assert_close(run["motor.w"], expected[:, 1], 1e-8, "speed")
 
 
+def test_the_poles_with_an_elastic_shaft_are_those_of_the_matrix_by_hand():
+    class Elastic(Fed):
+        """A motor, an elastic shaft and a body."""
+
+        load: Inertia = Inertia(J=0.5)
+        shaft: SpringDamper = SpringDamper(c=900.0, d=0.2)
+
+        def connections(self):
+            yield lp.connect(self.source.p, self.motor.p)
+            yield lp.connect(self.source.n, self.motor.n, self.ground.pin)
+            yield from lp.chain(self.motor.flange, self.shaft, self.load)
+
+    k, R, L, J = (RATED[name] for name in "kRLJ")
+    A = np.array(
+        [
+            [-R / L, -k / L, 0.0, 0.0],
+            [k / J, -0.2 / J, 900.0 / J, 0.2 / J],
+            [0.0, -1.0, 0.0, 1.0],
+            [0.0, 0.2 / 0.5, -900.0 / 0.5, -0.2 / 0.5],
+        ]
+    )
+    linear = lp.linearise(lp.assemble(Elastic()), inputs=["source.v"], outputs=["load.w"])
+    received = np.sort_complex(np.linalg.eigvals(linear.A))
+    expected = np.sort_complex(np.linalg.eigvals(A))
+    assert_close(received, expected, 1e-11, "poles")
+
+
 def test_a_time_constant_of_a_microsecond_is_followed():
     """Beside a mechanical time constant of 37 ms: 1 to 37 000."""
     t = np.concatenate([[0.0], np.geomspace(1e-7, 1.0, 60)])
