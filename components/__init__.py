@@ -12,6 +12,7 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.control import (
     CurrentController,
@@ -40,8 +41,17 @@ from lumped.components.electrical import (
     VoltageSensor,
     VoltageSource,
 )
-from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.inertia import Inertia
+from lumped.components.loads import (
+    EddyCurrentBrake,
+    InverseTorque,
+    LinearTorque,
+    QuadraticTorque,
+    SignTorque,
+)
+from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.motors import (
     ConverterDrive,
     DCMotor,
@@ -62,11 +72,22 @@ from lumped.components.sensors import (
 )
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
+)
+from lumped.components.vehicle import Vehicle
 
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "BearingFriction",
+    "Brake",
     "Capacitor",
+    "Clutch",
     "Constant",
     "ConverterDrive",
     "CurrentController",
@@ -74,24 +95,36 @@ __all__ = [
     "CurrentSource",
     "DCMotor",
     "Damper",
+    "EddyCurrentBrake",
+    "EfficientGear",
     "Expression",
     "Filter",
     "Fixed",
+    "FixedTemperature",
     "Gain",
     "Ground",
+    "HeatCapacitor",
+    "HeatFlow",
+    "Heated",
     "IdealGear",
     "InductionMotor",
     "Inductor",
     "Inertia",
+    "InverseTorque",
     "Inverter",
     "LimitedPI",
     "Limiter",
+    "LinearTorque",
     "LoadShare",
+    "LossyGear",
+    "OneWayClutch",
     "PController",
     "PIController",
+    "Planetary",
     "PointToPoint",
     "Position",
     "PowerSensor",
+    "QuadraticTorque",
     "QuasiStaticDCMotor",
     "RackAndPinion",
     "Ramp",
@@ -102,6 +135,7 @@ __all__ = [
     "SampledPI",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
+    "SignTorque",
     "Sine",
     "Speed",
     "SpeedDrive",
@@ -110,11 +144,14 @@ __all__ = [
     "SpringDamper",
     "SquareRootController",
     "Step",
+    "Stribeck",
     "Sum",
     "Table",
+    "ThermalConductor",
     "Torque",
     "TorqueSensor",
     "VariableResistor",
+    "Vehicle",
     "VoltageSensor",
     "VoltageSource",
     "translation",

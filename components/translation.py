@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from lumped import (
     Component,
     Equation,
+    Expr,
     Input,
     LinearFlange,
     Output,
@@ -22,23 +23,45 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.translation_friction import (
+    Brake,
+    FrictionPair,
+    MassWithStopAndFriction,
+    SupportFriction,
+)
+from lumped.components.translation_loads import (
+    EddyCurrentBrake,
+    InverseForce,
+    LinearForce,
+    QuadraticForce,
+    SignForce,
+)
 
 __all__ = [
     "AccelerationSensor",
+    "Brake",
     "Damper",
+    "EddyCurrentBrake",
     "Fixed",
     "Force",
     "ForceSensor",
+    "FrictionPair",
+    "InverseForce",
+    "LinearForce",
     "Mass",
+    "MassWithStopAndFriction",
     "Position",
     "PositionSensor",
     "PowerSensor",
+    "QuadraticForce",
     "RelativePositionSensor",
     "RelativeSpeedSensor",
+    "SignForce",
     "Speed",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "SupportFriction",
 ]
 
 
@@ -101,6 +124,10 @@ class Damper(Component):
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
 
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.v_rel**2
+
 
 class SpringDamper(Component):
     """Spring and damper in parallel: ``f = c (s_rel - s_rel0) + d v_rel``."""
@@ -120,6 +147,10 @@ class SpringDamper(Component):
         yield self.f == self.c * (self.s_rel - self.s_rel0) + self.d * self.v_rel
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.v_rel**2
 
 
 class Fixed(Component):

@@ -18,13 +18,18 @@ from lumped.components import (
     Constant,
     Damper,
     DCMotor,
+    EddyCurrentBrake,
+    EfficientGear,
     Fixed,
     Ground,
     IdealGear,
     InductionMotor,
     Inertia,
     LimitedPI,
+    LossyGear,
+    Planetary,
     Position,
+    QuadraticTorque,
     QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
@@ -84,19 +89,6 @@ def build(connections=(), **parts):
 
 
 # -- parts that the library does not have ------------------------------------------------------
-
-
-class Planetary(lp.Component):
-    """Sun, ring and planet carrier: (1 + z) phi_carrier = phi_sun + z phi_ring."""
-
-    sun = lp.Flange()
-    ring = lp.Flange()
-    carrier = lp.Flange()
-    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", 2.0, above=0)
-
-    def equations(self):
-        s, r, c = self.sun, self.ring, self.carrier
-        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
 
 
 class Resistor(lp.Component):
@@ -287,7 +279,7 @@ def planetary_held_three_times():
             lp.connect(m.hold_ring.flange, m.set.ring),
             lp.connect(m.hold_carrier.flange, m.set.carrier),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         hold_sun=Fixed(),
         hold_ring=Fixed(),
         hold_carrier=Fixed(),
@@ -303,7 +295,7 @@ def planetary_driven_three_times():
             lp.connect(m.generator.flange, m.set.sun),
             lp.connect(m.axle.flange, m.set.ring),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         engine=Speed(w=100.0),
         generator=Speed(w=200.0),
         axle=Speed(w=50.0),
@@ -382,7 +374,7 @@ def gear_beside_a_rigid_shaft():
     )
 
 
-@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.z = 2", "lower.ratio = 2.5")
+@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.ratio = 2", "lower.ratio = 2.5")
 def planetary_set_tied_by_two_gears():
     """Two gears tie all three shafts of a planetary set to each other."""
     build(
@@ -392,7 +384,7 @@ def planetary_set_tied_by_two_gears():
             lp.connect(m.set.carrier, m.load.flange_a, m.lower.flange_b),
         ],
         motor=Inertia(J=1.0),
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         upper=IdealGear(ratio=-1.5),
         lower=IdealGear(ratio=2.5),
         load=Inertia(J=1.0),
@@ -741,6 +733,114 @@ def bound_parameter_set_in_a_run():
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.left.J": 1.0})
 
 
+# -- gears with loss, and heat -----------------------------------------------------------------
+
+LOSSES = "Gears with loss, and heat"
+
+
+def hoist(**given):
+    """Two bodies joined by a lossy gear."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=LossyGear(ratio=5.0, **given),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "10 rad/s", "1.2", "at most 1")
+def efficiency_above_one():
+    """An efficiency of a loss table is greater than one."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0.0, 0.0), (10.0, 0.95, 1.2, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "is 0;", "greater than 0")
+def efficiency_zero():
+    """A gear that locks itself is given the efficiency zero."""
+    hoist(losses=[(0.0, 0.4, 0.0, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "bearing friction", "-0.5 N.m", "zero or greater")
+def bearing_torque_negative():
+    """A bearing torque is given with the sign of a load."""
+    hoist(losses=[(0.0, 0.9, 0.9, -0.5, 0.5)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "increase", "20 -> 10 rad/s")
+def loss_table_not_increasing():
+    """The speeds of a loss table do not increase."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0, 0), (20.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "first speed", "-10 rad/s", "zero")
+def loss_table_from_negative_speed():
+    """A loss table begins at a negative speed."""
+    hoist(losses=[(-10.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "five numbers", "bearing friction")
+def loss_table_with_short_rows():
+    """A row of a loss table holds an efficiency only."""
+    hoist(losses=[(0.0, 0.9)])
+
+
+@wrong(LOSSES, ParameterError, "gear.eta = 1.1 1", "efficiency", "at most 1")
+def efficient_gear_above_one():
+    """The efficiency of a gear is greater than one."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=EfficientGear(ratio=5.0, eta=1.1),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, SingularModelError, "gear", "no inertia", "Put an Inertia")
+def lossy_gear_between_springs():
+    """A lossy gear without inertia stands between elastic shafts."""
+    build(
+        lambda m: lp.chain(m.motor, m.left, m.gear, m.right, m.drum),
+        motor=Inertia(J=0.1),
+        left=Spring(c=100.0),
+        gear=EfficientGear(ratio=5.0, eta=0.9),
+        right=Spring(c=1000.0),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, ParameterError, "fan.w_nominal = 0 rad/s", "nominal speed", "greater than 0")
+def load_with_nominal_speed_zero():
+    """A load has no nominal speed."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.fan.flange)],
+        shaft=Inertia(J=0.1),
+        fan=QuadraticTorque(tau_nominal=-5.0, w_nominal=0.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "not connected")
+def eddy_current_brake_without_temperature():
+    """An eddy-current brake is given no temperature."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.brake.flange)],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "shaft.flange_b", "thermal port", "rotational flange")
+def heat_led_into_a_shaft():
+    """A thermal port is connected to a flange."""
+    build(
+        lambda m: [
+            lp.connect(m.shaft.flange_b, m.brake.flange),
+            lp.connect(m.brake.heat, m.shaft.flange_b),
+        ],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
 # -- names -------------------------------------------------------------------------------------
 
 NAMES = "Misspelt names"
@@ -973,13 +1073,13 @@ def variable_instead_of_port():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, ring, carrier")
+@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
 def planetary_in_a_chain():
     """A chain runs through a planetary gear, which has no flange_a."""
     build(
         lambda m: lp.chain(m.motor, m.set, m.load),
         motor=Inertia(J=1.0),
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         load=Inertia(J=1.0),
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.stepper import called
+from lumped.analysis.calls import called
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -174,7 +174,8 @@ class Settler:
         trial[self.s.first_modes + 4] = wanted
         look = self.look(t, x, trial, guess)
         got = look.a - rest.a
-        scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
+        with np.errstate(invalid="ignore"):  # reactions are infinite where they are redundant
+            scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
         if np.isfinite(scale) and np.abs(got - wanted).max() < 1e-6:
             return
         yielding = np.zeros(h)
@@ -218,10 +219,10 @@ class _Instant:
         self._was_stuck = settler._get(before)[0]
         self.edge = before[np.array([j.mode for j in self.s.jumps], dtype=int)] > 0.5
         self.moved = False
-        self.jumped: set[int] = set()
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
+        self.jumped: list[int] = []
 
     def flip(self, fired: Iterable[tuple[str, int]]) -> None:
         """Change what an event says changes."""
@@ -296,7 +297,7 @@ class _Instant:
         self.edge = now
         for k in np.flatnonzero(rising):
             jump = self.s.jumps[k]
-            self.jumped.add(jump.mode)
+            self.jumped.append(jump.mode)
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                 place = self.o._place[node]
                 self.x[place] = sign * look.values[jump.first + i]
@@ -504,10 +505,9 @@ class _Instant:
         found = []
         for k, mode in enumerate(self.s.relation_modes):
             was, now = bool(before[mode] > 0.5), bool(self.modes[mode] > 0.5)
-            if not (was or now) and mode in self.jumped:  # true for the instant of its jump only
-                name, old = self.s.relation_text(k, False)
-                found.append(Change(name, old, self.s.relation_text(k, True)[1]))
-            elif was != now:
+            if mode in self.jumped:
+                was, now = False, True
+            if was != now:
                 name, old = self.s.relation_text(k, was)
                 found.append(Change(name, old, self.s.relation_text(k, now)[1]))
         old_words, new_words = self.o.words(before), self.o.words(self.modes)

@@ -180,7 +180,8 @@ class Trajectory:
         if key == "time":
             return self.t
         if key not in self._known:
-            functions = {id(p.system): p.system.function([key]) for p in self.pieces}
+            systems = {id(p.system): p.system for p in self.pieces}
+            functions = {place: system.function([key]) for place, system in systems.items()}
             parts = [
                 functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
                 for p in self.pieces

@@ -57,7 +57,7 @@ def start_point(
         count = len(settings) - len(system._values.implicit)
         settler = Settler(system, begin.theta, 1.0)
         try:
-            x, modes = settler.begin(1e-300, x, settings[:count], settings[count:])
+            x, modes = settler.begin(0.0, x, settings[:count], settings[count:])
         except SolverError as error:
             raise StartError(str(error)) from None
         settings = np.concatenate([modes, settings[count:]])

@@ -1,10 +1,10 @@
 """Reference cases: a neutral specification beside a table, and the model built from them."""
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import specification_friction as friction
 import yaml
 
 import lumped as lp
@@ -13,6 +13,7 @@ from lumped.components import (
     Fixed,
     IdealGear,
     Inertia,
+    Planetary,
     Spring,
     SpringDamper,
     Torque,
@@ -20,19 +21,6 @@ from lumped.components import (
 )
 
 DATA = Path(__file__).parents[1] / "data" / "msl"
-
-
-class Planetary(lp.Component):
-    """Planetary gear: ``(1 + ratio) phi_carrier = phi_sun + ratio phi_ring``."""
-
-    sun = lp.Flange()
-    carrier = lp.Flange()
-    ring = lp.Flange(free=True)
-    ratio: lp.Param = lp.param("1", "ring teeth over sun teeth")
-
-    def equations(self):
-        s, c, r, k = self.sun, self.carrier, self.ring, self.ratio
-        yield lp.lossless(c.phi == (s.phi + k * r.phi) / (1 + k), s, c, r)
 
 
 class Body(lp.Component):
@@ -127,6 +115,7 @@ ROTATION = {
     "speed_source": TurnSource,
     "filtered speed_source": FilteredTurnSource,
     "torque_source": Torque,
+    **friction.ROTATION,
 }
 TRANSLATION = {
     "acceleration_source": Acceleration,
@@ -138,8 +127,17 @@ TRANSLATION = {
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
     "filtered speed_source": FilteredSlideSource,
+    **friction.TRANSLATION,
 }
 PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
+"""Names of ports, in general or of one type: (type, port)."""
+
+MIXED = set()
+"""Types with a port R that turns and a port T that slides."""
+
+MAKERS = {}
+"""Functions (facts, slides, signal) -> component for types that are more than a table entry."""
+
 QUANTITIES = {
     "angle": "phi",
     "angular_velocity": "w",
@@ -164,6 +162,7 @@ PARAMETERS = {
     ("acceleration_source", True): {"ref": "a"},
     ("speed_source", False): {"x0": "phi"},
     ("speed_source", True): {"x0": "s"},
+    **friction.PARAMETERS,
 }
 
 
@@ -183,13 +182,20 @@ def ramp(height, duration, begin=0.0, offset=0.0):
     return offset + lp.ops.table([begin, begin + duration], [0.0, height])
 
 
-SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp}
+def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
+    """Pulses from `begin` on, each for a share of the period."""
+    starts = np.arange(begin, until, period).tolist()
+    width = width_percent / 100 * period
+    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
 
 
-def signal(text):
-    """An expression of the time from a text such as ``sine(10, 5)``."""
-    name, arguments = re.fullmatch(r"(\w+)\((.*)\)", text).groups()
-    return SIGNALS[name](*map(float, arguments.split(",")))
+SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
+
+
+def signal(text, names):
+    """An expression of the time from a text such as ``sine(10, 5) * step(1, 0.2)``."""
+    known = {"__builtins__": {}, "pi": np.pi, **names}
+    return eval(text.replace("^", "**"), known, SIGNALS)
 
 
 def quantity(name):
@@ -238,41 +244,53 @@ def read(name):
 
 def build(case):
     """The model of a case from its components and connections."""
-    joints = [[end.split(".") for end in ends] for ends in case.facts["connections"]]
+    facts_of = {facts["name"]: facts for facts in case.facts["components"]}
+    listed = [*case.facts["connections"], *case.facts.get("thermal_connections", [])]
+    joints = [[end.split(".") for end in ends] for ends in listed]
     joined = {part for ends in joints for part, _ in ends}
-    sliding = _sliding(case.facts["components"], joints)
+    sliding = _sliding(facts_of, joints)
+    names = {}
+    rows = {str(facts.get("table")) for facts in facts_of.values()}
+    for name, text in case.facts.get("signals_and_tables", {}).items():
+        if name not in rows:
+            names[name] = signal(text, names)
     parts = {
-        facts["name"]: _part(facts, facts["name"] in sliding)
-        for facts in case.facts["components"]
-        if facts["name"] in joined or facts["type"] in ("inertia", "mass")
+        name: _part(facts, name in sliding, lambda text: signal(text, names))
+        for name, facts in facts_of.items()
+        if name in joined or facts["type"] in ("inertia", "mass")
     }
-    connections = [
-        lp.connect(*(getattr(parts[part], PORTS.get(port, port)) for part, port in ends))
-        for ends in joints
-    ]
+
+    def port(part, name):
+        own = PORTS.get((facts_of[part]["type"], name), PORTS.get(name, name))
+        return getattr(parts[part], own)
+
+    connections = [lp.connect(*(port(*end) for end in ends)) for ends in joints]
     return lp.compose(**parts, connections=connections)
 
 
-def _sliding(components, joints):
+def _sliding(facts_of, joints):
     """Names of the components that belong to straight-line motion."""
     found = {
-        facts["name"]
-        for facts in components
-        if facts["type"] in ("mass", "force_source") or facts.get("domain") == "translational"
+        name
+        for name, facts in facts_of.items()
+        if facts["type"].startswith(("mass", "force")) or facts.get("domain") == "translational"
     }
     for _ in joints:
         for ends in joints:
-            names = {part for part, _ in ends}
-            if names & found:
+            mixed = [end for end in ends if facts_of[end[0]]["type"] in MIXED]
+            names = {part for part, _ in ends} - {part for part, _ in mixed}
+            if names & found or any(port == "T" for _, port in mixed):
                 found |= names
     return found
 
 
-def _part(facts, slides):
-    kind = facts["type"]
+def _part(facts, slides, read_signal):
+    kind, facts = facts["type"], friction.plain(facts)
+    if kind in MAKERS:
+        return MAKERS[kind](facts, slides, read_signal)
     names = PARAMETERS.get((kind, slides), {})
     given = {
-        names.get(key, key): signal(value) if isinstance(value, str) else value
+        names.get(key, key): read_signal(value) if isinstance(value, str) else value
         for key, value in facts.items()
         if key not in ("name", "type", "domain", "exact")
     }
