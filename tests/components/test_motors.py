@@ -14,6 +14,7 @@ from lumped.components import (
     InductionMotor,
     Inertia,
     LoadShare,
+    QuadraticTorque,
     QuasiStaticDCMotor,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
@@ -34,15 +35,9 @@ def assert_close(received, expected, rtol, what):
     assert error <= rtol
 
 
-class Fan(lp.Component):
+def fan(c):
     """Load that grows with the square of the speed: ``tau = c w |w|``."""
-
-    flange = lp.Flange()
-    c: lp.Param = lp.param("N.m.s2/rad2", "torque over speed squared", min=0)
-
-    def equations(self):
-        w = lp.der(self.flange.phi)
-        yield self.flange.tau == self.c * w * lp.ops.maximum(w, -w)
+    return QuadraticTorque(tau_nominal=-c, w_nominal=1.0)
 
 
 class Fed(lp.Component):
@@ -156,7 +151,7 @@ def test_without_inductance_the_speed_rises_as_an_exponential():
 def test_a_series_motor_with_a_fan_settles_where_voltage_and_torque_balance():
     k, R, c, V = 0.0063, 0.06, 0.0029, 100.0
     motor = SeriesDCMotor(k=k, R=R, L=2e-3, J=0.15)
-    system = lp.assemble(Fed(motor=motor, load=Fan(c=c)))
+    system = lp.assemble(Fed(motor=motor, load=fan(c)))
     # k i^2 = c w^2, so i = w sqrt(c / k); V = R i + k i w
     ratio = np.sqrt(c / k)
     w = brentq(lambda w: R * ratio * w + k * ratio * w**2 - V, 1.0, 1e4, xtol=1e-13)
@@ -212,7 +207,7 @@ class Quick(Audited):
         (Audited(), lambda r: 1.5e-3 / 2 * r["motor.i"] ** 2 + 0.15 * r["motor.w"] ** 2),
         (Quick(), lambda r: 0.15 * r["motor.w"] ** 2),
         (
-            Audited(motor=SERIES, load=Fan(c=3e-3)),
+            Audited(motor=SERIES, load=fan(3e-3)),
             lambda r: 1e-3 * r["motor.i"] ** 2 + 0.075 * r["motor.w"] ** 2,
         ),
         (
@@ -263,7 +258,7 @@ class Mains(lp.Component):
     """An induction motor and its load."""
 
     motor: InductionMotor = InductionMotor(w_s=157.08, tau_k=60.0, s_k=0.2, J=0.05)
-    load: lp.Component = Fan(c=4e-4)
+    load: lp.Component = fan(4e-4)
 
     def connections(self):
         yield lp.connect(self.motor.flange, self.load.flange)

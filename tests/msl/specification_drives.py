@@ -18,6 +18,7 @@ from lumped.components import (
     LimitedPI,
     PIController,
     PointToPoint,
+    QuadraticTorque,
     Resistor,
     SampledPI,
     SeriesDCMotor,
@@ -34,20 +35,6 @@ PORTS = {"shaft": "flange", "port": "flange", "a": "flange_a", "b": "flange_b"}
 W_N = 1425 * 2 * np.pi / 60  # rad/s
 TAU_N = 9500 / W_N  # N.m
 K = TAU_N / 100  # N.m/A
-
-
-class Fan(lp.Component):
-    """Quadratic load: accelerating torque ``nominal sign(w) (w / w_nominal)^2``."""
-
-    flange = lp.Flange()
-    nominal: lp.Param = lp.param("N.m", "accelerating torque at the nominal speed")
-    w_nominal: lp.Param = lp.param("rad/s", "nominal speed", above=0)
-    w: lp.Var = lp.var("rad/s", "speed")
-
-    def equations(self):
-        size = lp.ops.maximum(self.w, -self.w)
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == -self.nominal * self.w * size / self.w_nominal**2
 
 
 def number(value):
@@ -82,7 +69,7 @@ def series(f):
 
 def fan(f):
     assert f["same_direction"] is False
-    return Fan(nominal=f["nominal"], w_nominal=number(f["v_nominal"]))
+    return QuadraticTorque(tau_nominal=f["nominal"], w_nominal=number(f["v_nominal"]))
 
 
 PARTS = {
@@ -161,7 +148,7 @@ class CurrentControlled(lp.Component):
     motor: DCMotor = DCMotor(k=K, R=0.05, L=1.5e-3, J=0.15)
     ground: Ground = Ground()
     loadInertia: Inertia = Inertia(J=0.15)  # noqa: N815
-    load: Fan = Fan(nominal=-TAU_N, w_nominal=W_N)
+    load: QuadraticTorque = QuadraticTorque(tau_nominal=-TAU_N, w_nominal=W_N)
     speed: SpeedSensor = SpeedSensor()
     i_f: Filter = Filter(T=1e-3, x=0.0)
     vmot_f: Filter = Filter(T=1e-3, x=0.0)
