@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from lumped.system import System
 
-__all__ = ["Call", "called"]
+__all__ = ["Call", "called", "expanded"]
+
+_EXPAND_BELOW = 200
+"""States up to which what is called often is expanded to scalar operations."""
 
 
 class Call:
@@ -60,3 +63,8 @@ def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
         system.made[key] = Call(getattr(system, name))
     call: Call = system.made[key]
     return call
+
+
+def expanded(function: ca.Function, system: System) -> ca.Function:
+    """The function as scalar operations, unless the system is so large that they are too many."""
+    return function.expand() if len(system.states) <= _EXPAND_BELOW else function

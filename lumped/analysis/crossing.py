@@ -7,8 +7,9 @@ from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 
-from lumped.analysis.calls import Call, called
+from lumped.analysis.calls import Call, called, expanded
 from lumped.analysis.dense import INSIDE, Method, doubtful, interpolated
 from lumped.system import System
 
@@ -18,7 +19,10 @@ _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
 
 _LOCATING = 40
-"""Iterations in which a root inside a step is found to rounding."""
+"""Most iterations in which a root inside a step is found to rounding."""
+
+_ROUNDING = 2.0**-53
+"""Of fractions of a step."""
 
 
 class Step(NamedTuple):
@@ -69,35 +73,41 @@ class Crossing:
 
 def first_crossing(system: System, method: Method, row: int, step: Step) -> Crossing | None:
     """The first instant in a step at which a margin is used up, if there is one."""
-    probe = _function(system, method, "probe", step)
-    span = _first_below(probe, step)
+    values = (*step[:2], step.dense.ravel(), *step[3:])
+    probe, margins = _function(system, method, "probe", step), called(system, "margins")
+    span = _first_below(probe, values)
     if span is None:
         return None
-    values = (*step[:2], step.dense.ravel(), *step[3:])
-    suspects = np.flatnonzero(probe(span[1], 0.0, *values)[0][: _count(system)] < 0)
+    low, high, suspects = span
+    used_up = suspects
     locate = _function(system, method, "locate", step)
-    roots = []
-    for suspect in suspects.tolist():
-        choice = np.zeros(_count(system))
-        choice[suspect] = 1.0
-        low = span[0] or _risen(system, method, step, suspect, span[1])
-        roots.append(float(locate(low, span[1], choice, *values)[0][0]))
-    fraction = min(roots)
-    x = step.after
-    if fraction < 1:
-        x = interpolated(method, fraction, step.before, step.after, list(step.dense))
-    time = step.t + fraction * step.h
-    left, tolerance = called(system, "margins")(x, step.theta, time, step.settings)
+    choice = np.zeros(_count(system))
+    fired = set()
+    while len(used_up):  # not after `high` any more
+        margin = int(used_up[0])
+        choice[margin] = 1.0
+        fired = {margin}
+        begin = low or _risen(system, method, step, margin, high)
+        high = float(locate(begin, high, choice, *values)[0][0])
+        choice[margin] = 0.0
+        x = step.after
+        if high < 1:
+            x = interpolated(method, high, step.before, step.after, list(step.dense))
+        time = step.t + high * step.h
+        left, tolerance = margins(x, step.theta, time, step.settings)
+        earlier = used_up[left[used_up] < -tolerance[used_up]]
+        used_up = earlier[earlier != margin]
     rows, first = system.switching.rows, system.switching.first_modes
-    fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]
+    near = left <= tolerance
+    fired.update(suspects[near[suspects]].tolist())
     # what shares one reaction lets go together
-    sharing = set(np.flatnonzero(step.settings[first + 3] > 0).tolist())
-    for i in np.flatnonzero(left <= tolerance).tolist():
-        kind, h = rows[i]
-        together = kind in ("upper", "lower") and h in sharing
-        if (together or i in suspects) and rows[i] not in fired:
-            fired.append(rows[i])
-    return Crossing(row, time, x, fired)
+    sharing = step.settings[first + 3] > 0
+    if sharing.any():
+        for i in np.flatnonzero(near).tolist():
+            kind, h = rows[i]
+            if kind in ("upper", "lower") and sharing[h]:
+                fired.add(i)
+    return Crossing(row, time, x, [rows[i] for i in sorted(fired)])
 
 
 def _risen(system: System, method: Method, step: Step, margin: int, end: float) -> float:
@@ -117,23 +127,24 @@ def _count(system: System) -> int:
 
 
 def _first_below(
-    probe: Call, step: Step, low: float = 0.0, width: float = 1.0
-) -> tuple[float, float] | None:
-    """Fractions of a step between which some margin first falls below zero."""
-    values = (*step[:2], step.dense.ravel(), *step[3:])
+    probe: Call, values: tuple[npt.ArrayLike, ...], low: float = 0.0, width: float = 1.0
+) -> tuple[float, float, np.ndarray] | None:
+    """Fractions of a step between which a margin first falls below zero, and all that do there."""
     found, doubts = probe(low, width, *values)
     samples = found.reshape(len(INSIDE), -1)
-    end = next((i for i in range(1, len(INSIDE)) if (samples[i] < 0).any()), None)
+    lowest = samples.min(axis=1).tolist()
+    end = next((i for i in range(1, len(INSIDE)) if lowest[i] < 0), None)
     if doubts.any() and width > _FINEST:
         for begin in (low, low + 0.5 * width):
             if end is not None and low + INSIDE[end - 1] * width <= begin:
                 break
-            inner = _first_below(probe, step, begin, 0.5 * width)
+            inner = _first_below(probe, values, begin, 0.5 * width)
             if inner is not None:
                 return inner
     if end is None:
         return None
-    return low + INSIDE[end - 1] * width, low + INSIDE[end] * width
+    fallen = np.flatnonzero(samples[end] < 0)
+    return low + INSIDE[end - 1] * width, low + INSIDE[end] * width, fallen
 
 
 def _function(system: System, method: Method, what: Literal["probe", "locate"], step: Step) -> Call:
@@ -167,9 +178,8 @@ def _prober(system: System, method: Method, width: int) -> ca.Function:
         margins, tolerances = system.margins(*point)
         samples.append(margins + tolerances)
     slopes = [part * step[4] * system.margin_rates(*points[i]) for i in (0, -1)]
-    return ca.Function(
-        "probe", [low, part, *step], [ca.vertcat(*samples), doubtful(samples, slopes)]
-    )
+    results = [ca.vertcat(*samples), doubtful(samples, slopes)]
+    return expanded(ca.Function("probe", [low, part, *step], results), system)
 
 
 def _locator(system: System, method: Method, width: int) -> ca.Function:
@@ -187,12 +197,14 @@ def _locator(system: System, method: Method, width: int) -> ca.Function:
     fc = margin(secant, choice, *step)
     crossed = fc * fb < 0
     improved = ca.vertcat(ca.if_else(crossed, b, a), ca.if_else(crossed, fb, 0.5 * fa), secant, fc)
-    done = ca.logic_or(fb == 0, a == b)
-    once = ca.Function("once", [bracket, choice, *step], [ca.if_else(done, bracket, improved)])
+    args = [bracket, choice, *step]
+    once = expanded(ca.Function("once", args, [improved]), system)
+    search = ca.Function.if_else("search", once, ca.Function("found", args, [bracket]))
     low, high = ca.MX.sym("low"), ca.MX.sym("high")
     found = ca.vertcat(low, margin(low, choice, *step), high, margin(high, choice, *step))
     for _ in range(_LOCATING):
-        found = once(found, choice, *step)
+        apart = ca.fabs(found[0] - found[2]) > _ROUNDING
+        found = search(ca.logic_and(found[3] != 0, apart), found, choice, *step)
     # of the last bracket, the end at which the margin is used up
     root = ca.if_else(found[3] <= 0, found[2], found[0])
     return ca.Function("locate", [low, high, choice, *step], [root])

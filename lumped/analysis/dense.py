@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import casadi as ca
 
-__all__ = ["INSIDE", "Method", "doubtful", "interpolated"]
+__all__ = ["INSIDE", "Method", "below", "doubtful", "interpolated"]
 
 Method = Literal["explicit", "implicit"]
 
@@ -28,8 +28,16 @@ def interpolated(method: Method, fraction: Any, before: Any, after: Any, columns
     return before + y
 
 
+def below(samples: Sequence[Any]) -> Any:
+    """Whether margins are below zero at a sample after the first (the state just settled)."""
+    least = samples[1]
+    for sample in samples[2:]:
+        least = ca.fmin(least, sample)
+    return least < 0
+
+
 def doubtful(samples: Sequence[Any], slopes: Sequence[Any]) -> Any:
-    """Whether margins, sampled at equal distances, are or may have been below zero; 0 or 1.
+    """Whether margins may have been below zero between samples at equal distances; 0 or 1.
 
     Between samples a margin dips by an eighth of its second difference at most, if it is smooth.
     It is not resolved, and may dip by more, if its fourth difference is not small, or if the
@@ -59,8 +67,4 @@ def doubtful(samples: Sequence[Any], slopes: Sequence[Any]) -> Any:
         falls, climbs = ca.fmin(falls, rise), ca.fmax(climbs, rise)
     dips = ca.logic_and(falls * climbs < 0, least < bend / 8)
     unresolved = ca.logic_and(rough > 0.2 * (most - least), least < rough)
-    # the first sample is the state just settled
-    below = samples[1] < 0
-    for sample in samples[2:]:
-        below = ca.logic_or(below, sample < 0)
-    return ca.logic_or(below, ca.logic_or(dips, unresolved))
+    return ca.logic_or(dips, unresolved)

@@ -352,11 +352,13 @@ class _Run:
         scale = self.atol + self.rtol * np.abs(x)
         first = first_step(system, theta, (begin, end), x, f, settings, scale)
         head = np.concatenate([[begin, first, 0, 0, 0, 0], self.guess])
+        fresh = True
         while head[0] < end:
             stepper = _stepper(system, self.method, self.output.on_grid or bool(system.switching))
+            chunk, fresh = stepper.few if fresh else stepper.many, False
             started = clock.perf_counter()
             try:
-                found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
+                found = chunk(head, x, f, theta, modes, end, self.rtol, self.atol)
             except RuntimeError:
                 raise SolverError(
                     f"{system.name}: the linear equations of a step cannot be solved near "
@@ -366,7 +368,7 @@ class _Run:
             self.seconds += clock.perf_counter() - started
             n, width = len(x), len(x) + len(self.guess)
             log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, width)
-            dense = found[5].reshape(stepper.chunk, -1, n)
+            dense = found[5].reshape(len(xs), -1, n)
             crossing = None
             if found[0][5] == CROSSED:
                 row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from lumped.analysis import rodas5p
-from lumped.analysis.calls import Call, called
-from lumped.analysis.dense import INSIDE, Method, doubtful, interpolated
+from lumped.analysis.calls import Call, called, expanded
+from lumped.analysis.dense import INSIDE, Method, below, doubtful, interpolated
 from lumped.system import System
 
 __all__ = [
@@ -40,11 +40,11 @@ HEAD = 6
 CLOSED = 1e-9
 """Largest last step of Newton's method, relative; the error is then its square."""
 
+_FEW = 8
+"""Attempts in a short chunk."""
+
 STIFF_AFTER = 15
 """Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
-
-_EXPAND_BELOW = 200
-"""States up to which a step is expanded to scalar operations."""
 
 
 @dataclass(frozen=True)
@@ -53,23 +53,21 @@ class Stepper:
 
     Attributes
     ----------
-    many : Function
-        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense), called with numbers;
-        `head` is
+    few, many : Call
+        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense): a chunk of attempts,
+        a short one for what follows a change of modes, as all is idle after the next. `head` is
         (t, h, just rejected, stiff count, calm count, stopped, implicit quantities), where stopped
         is GIVEN_UP or CROSSED.
         Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
         ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it, with
         the implicit quantities, `dense` its interpolation coefficients (empty without dense
         output).
-    chunk : int
-        Attempts per call.
     evaluations : int
         Evaluations of the right-hand side per attempt.
     """
 
+    few: Call
     many: Call
-    chunk: int
     evaluations: int
     method: Method
     dense: bool
@@ -79,27 +77,13 @@ class Stepper:
         """Make the function for a system."""
         attempt, evaluations = (_explicit if method == "explicit" else _implicit)(system, dense)
         n = len(system.states)
-        if n <= _EXPAND_BELOW and method == "explicit":
-            attempt = attempt.expand()
+        if method == "explicit":
+            attempt = expanded(attempt, system)
         width = attempt.size1_out(5) * attempt.size2_out(5) + 2 * n + 12
         chunk = int(np.clip(1_000_000 // width, 8, 32 if system.switching else 256))
-        skip = _skip(attempt)
-        step = ca.Function.if_else("step", attempt, skip)
-        args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
-        head, x, f, *rest = args
-        logs, xs, denses = [], [], []
-        for _ in range(chunk):
-            busy = ca.logic_and(head[0] < rest[2], head[5] == 0)
-            head, x, f, log, row, interpolation = step(busy, head, x, f, *rest)
-            logs.append(log)
-            xs.append(row)
-            denses.append(interpolation)
-        many = ca.Function(
-            "many",
-            args,
-            [head, x, f, ca.horzcat(*logs), ca.horzcat(*xs), ca.horzcat(*denses)],
-        )
-        return cls(Call(many), chunk, evaluations, method, dense)
+        many = Call(_chained(attempt, chunk))
+        few = Call(_chained(attempt, _FEW)) if system.switching else many
+        return cls(few, many, evaluations, method, dense)
 
     def interpolate(
         self, theta: np.ndarray, before: np.ndarray, after: np.ndarray, dense: np.ndarray
@@ -156,6 +140,22 @@ def first_step(
 def _rms(values: np.ndarray) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.sqrt(np.mean(values**2)))
+
+
+def _chained(attempt: ca.Function, count: int) -> ca.Function:
+    """Several attempts, until the end or something that stops them."""
+    step = ca.Function.if_else("step", attempt, _skip(attempt))
+    args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
+    head, x, f, *rest = args
+    logs, xs, denses = [], [], []
+    for _ in range(count):
+        busy = ca.logic_and(head[0] < rest[2], head[5] == 0)
+        head, x, f, log, row, interpolation = step(busy, head, x, f, *rest)
+        logs.append(log)
+        xs.append(row)
+        denses.append(interpolation)
+    results = [head, x, f, ca.horzcat(*logs), ca.horzcat(*xs), ca.horzcat(*denses)]
+    return ca.Function("chunk", args, results)
 
 
 def _skip(attempt: ca.Function) -> ca.Function:
@@ -234,7 +234,8 @@ class _Frame:
                 samples.append(margins + tolerances)
             ends = ((self.x, self.t), (new, t_new))
             slopes = [(t_new - self.t) * self.margin_rates(x, self.p, t, settings) for x, t in ends]
-            stop = CROSSED * (ca.mmax(doubtful(samples, slopes)) > 0)
+            suspected = ca.logic_or(below(samples), doubtful(samples, slopes))
+            stop = CROSSED * (ca.mmax(suspected) > 0)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
