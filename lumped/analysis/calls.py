@@ -17,7 +17,7 @@ _EXPAND_BELOW = 200
 
 
 class Call:
-    """A CasADi function that takes and gives dense arrays.
+    """A CasADi function that takes and gives arrays.
 
     Calling the function itself turns every argument and result into CasADi's matrices, which
     costs more than a small model's right-hand side.
@@ -25,14 +25,14 @@ class Call:
     Parameters
     ----------
     function : Function
-        All inputs and outputs dense.
+        Of sparse inputs and outputs only the nonzeros are given.
     """
 
     def __init__(self, function: ca.Function) -> None:
         buffer: Any
         buffer, self._run = function.buffer()
-        self._arguments = [np.zeros(function.numel_in(i)) for i in range(function.n_in())]
-        self._results = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
+        self._arguments = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         self._name = function.name()
         self._returned = buffer.ret
         for i, argument in enumerate(self._arguments):

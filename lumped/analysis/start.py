@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.calls import Call
 from lumped.analysis.changeover import Change, Settler
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import modes_at, settings_at
@@ -71,8 +72,7 @@ class _Start:
         self.system, self.theta, self.free = system, theta, free
         self.reduced = system._reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
-        flat = system._flat
-        given = self._evaluated(flat.given)
+        given, self.starts = self._evaluated()
         for name, value in start.items():
             unknown = system._tree.unknown(name)
             try:
@@ -89,18 +89,24 @@ class _Start:
         self.guesses = self._first_guesses()
         self.settings = np.concatenate([modes_at(system, theta, 1e-300), self.guesses])
         self.x = np.zeros(len(self.reduced.states))
-        for unknown, value in self._evaluated(flat.starts).items():
+        for unknown, value in self.starts.items():
             node = self.reduced.node(unknown)
             if node in self.position:
                 self.x[self.position[node]] = self._signed(unknown, value)
 
-    def _evaluated(self, values: dict[int, ca.SX]) -> dict[int, float]:
-        if not values:
-            return {}
-        theta = self.system._flat.parameters.theta
-        function = ca.Function("starts", [theta], [ca.vertcat(*values.values())])
-        found = np.asarray(function(self.theta)).ravel()
-        return dict(zip(values, found.tolist(), strict=True))
+    def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
+        """Start values given to instances, and those of declarations."""
+        flat, made = self.system._flat, self.system.made
+        if "starts" not in made:
+            both = ca.vertcat(ca.SX(0, 1), *flat.given.values(), *flat.starts.values())
+            inputs = [flat.parameters.theta]
+            made["starts"] = Call(ca.Function("starts", inputs, [ca.densify(both)]))
+        numbers = made["starts"](self.theta)[0].tolist()
+        count = len(flat.given)
+        return (
+            dict(zip(flat.given, numbers[:count], strict=True)),
+            dict(zip(flat.starts, numbers[count:], strict=True)),
+        )
 
     def _signed(self, unknown: int, value: float) -> float:
         return value * float(self.reduced.aliases.signs[unknown])
@@ -144,7 +150,7 @@ class _Start:
         """Where the search for implicit quantities begins: start values given or declared."""
         implicit = {node: i for i, node in enumerate(self.system._values.implicit)}
         guesses = np.zeros(len(implicit))
-        for values in (self._evaluated(self.system._flat.starts), self.given):
+        for values in (self.starts, self.given) if implicit else ():
             for unknown, value in values.items():
                 node = self.reduced.node(unknown)
                 if node in implicit:

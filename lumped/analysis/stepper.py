@@ -8,6 +8,7 @@ Jacobian. Both have dense output.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import casadi as ca
@@ -139,7 +140,7 @@ def first_step(
 
 def _rms(values: np.ndarray) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.sqrt(np.mean(values**2)))
+        return math.sqrt(float(values @ values) / len(values))
 
 
 def _chained(attempt: ca.Function, count: int) -> ca.Function:

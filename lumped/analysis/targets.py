@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import MatrixRankWarning, lsqr, spsolve
 
+from lumped.analysis.calls import Call
 from lumped.analysis.initial import initial_residuals
 from lumped.analysis.settings import settings_at
 from lumped.errors import StartError
@@ -23,6 +25,11 @@ _TOLERANCE = 1e-9
 _ROUNDING = 1e-12
 """Largest miss that counts as rounding, relative to the terms that cancel."""
 _SHORTEST = 1e-4
+_DENSE = 10_000
+"""Entries of a matrix up to which it is kept as an array."""
+
+_Matrix = Any
+"""An array, or a sparse one if it is large."""
 
 
 class Targets:
@@ -57,18 +64,12 @@ class Targets:
         self.system, self.fixed, self.free = system, fixed, free
         self.settings, self.guesses, self._given_text = settings, guesses, text
         self.unknowns = [unknown for unknown, _ in given.values()]
-        values, self.count = system._values, len(system._reduced.states)
-        residuals, self.places = initial_residuals(system)
+        self.count = len(system._reduced.states)
+        self._evaluate = _made(system, tuple(given), tuple(free))
+        self.places = self._evaluate.places
+        self._last: tuple[np.ndarray, tuple[np.ndarray, _Matrix]] | None = None
         wanted = [value for _, value in given.values()]
         self.wanted = np.array(wanted + [0.0] * len(self.places))
-        expression = ca.vertcat(values.of(given), residuals)
-        theta = system._inputs[1]
-        searched = ca.vertcat(values.states, theta[free] if free else ca.SX(0, 1))
-        self.function = ca.Function(
-            "targets",
-            [values.states, *system._inputs[1:]],
-            [expression, ca.jacobian(expression, searched)],
-        )
 
     def meet(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and parameters that meet all targets, found from those given.
@@ -94,17 +95,21 @@ class Targets:
         theta[self.free] = z[self.count :]
         return theta
 
-    def _at(self, z: np.ndarray) -> tuple[np.ndarray, csc_array]:
+    def _at(self, z: np.ndarray) -> tuple[np.ndarray, _Matrix]:
         """What the targets are, and their derivatives."""
+        if self._last is None or self._last[0] is not z:
+            self._last = z, self._computed(z)
+        return self._last[1]
+
+    def _computed(self, z: np.ndarray) -> tuple[np.ndarray, _Matrix]:
         x, theta, settings = z[: self.count], self._parameters(z), self.settings
         if len(self.guesses):
             used = x[self.system._in_use]
             settings = settings_at(self.system, used, theta, 1e-300, self.guesses)
-        value, jacobian = self.function(x, theta, 0.0, settings)
-        return np.asarray(value).ravel(), csc_array(jacobian.sparse())
+        return self._evaluate(x, theta, settings)
 
     @staticmethod
-    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: csc_array, z: np.ndarray) -> np.ndarray:
+    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: _Matrix, z: np.ndarray) -> np.ndarray:
         allowed = _TOLERANCE * np.maximum(1.0, np.abs(goal))
         missed: np.ndarray = ~(
             np.abs(miss) <= np.maximum(allowed, _ROUNDING * abs(matrix) @ abs(z))
@@ -155,9 +160,7 @@ class Targets:
             last, miss = z, value - goal
             if not self._missed(miss, goal, matrix, z)[rows].any():
                 return z, True
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MatrixRankWarning)
-                step = np.atleast_1d(spsolve(csc_array(matrix[rows][:, columns]), miss[rows]))
+            step = _solved(matrix[rows][:, columns], miss[rows])
             if not np.isfinite(step).all():
                 break
             z = z.copy()
@@ -182,11 +185,11 @@ class Targets:
                 length /= 4
         return z
 
-    def _columns(self, matrix: csc_array, complain: bool = True) -> tuple[list[int], np.ndarray]:
+    def _columns(self, matrix: _Matrix, complain: bool = True) -> tuple[list[int], np.ndarray]:
         """Unknowns that the targets determine, the least wanted first, and targets that do so."""
-        coo = matrix.tocoo()
         rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
-        for i, j, v in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
+        places = (k.tolist() for k in self._evaluate.entries)
+        for i, j, v in zip(*places, matrix[self._evaluate.entries].tolist(), strict=True):
             if j not in self.fixed and v:
                 rows[i][j] = (v, CONSTANT)
         rank = [self._rank(n) for n in self.system._reduced.states] + [-1] * len(self.free)
@@ -220,6 +223,7 @@ class Targets:
         missed = np.flatnonzero(self._missed(miss, self.wanted, matrix, z))
         if not len(missed):
             return
+        matrix = csc_array(matrix)
         unsearched = np.setdiff1d(missed, searched)
         row = int(unsearched[0] if len(unsearched) else missed[0])
         given = row < len(self.unknowns)
@@ -261,6 +265,60 @@ class Targets:
         share = np.abs(lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0])
         found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
         return found
+
+
+class _Function:
+    """Values of targets and their derivatives by states and free parameters.
+
+    Attributes
+    ----------
+    places : list
+        Where each initial equation stands.
+    entries : tuple of ndarray
+        Rows and columns of the derivatives that are not always zero.
+    """
+
+    def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
+        values, inputs = system._values, system._inputs[1:]
+        residuals, self.places = initial_residuals(system)
+        expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
+        parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
+        jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
+        results = [expression, jacobian]
+        self._call = Call(ca.Function("targets", [values.states, *inputs], results))
+        rows, columns = jacobian.sparsity().get_triplet()
+        self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
+        self._shape = jacobian.shape
+
+    def __call__(
+        self, x: np.ndarray, theta: np.ndarray, settings: np.ndarray
+    ) -> tuple[np.ndarray, _Matrix]:
+        value, nonzeros = self._call(x, theta, 0.0, settings)
+        if self._shape[0] * self._shape[1] > _DENSE:
+            return value, csc_array((nonzeros, self.entries), shape=self._shape)
+        matrix = np.zeros(self._shape)
+        matrix[self.entries] = nonzeros
+        return value, matrix
+
+
+def _made(system: System, given: tuple[int, ...], free: tuple[int, ...]) -> _Function:
+    key = ("targets", given, free)
+    if key not in system.made:
+        system.made[key] = _Function(system, given, free)
+    made: _Function = system.made[key]
+    return made
+
+
+def _solved(matrix: _Matrix, right: np.ndarray) -> np.ndarray:
+    """Solution of linear equations; not finite where there is none."""
+    if isinstance(matrix, np.ndarray):
+        try:
+            return np.linalg.solve(matrix, right)
+        except np.linalg.LinAlgError:
+            return np.full(len(right), np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MatrixRankWarning)
+        return np.atleast_1d(spsolve(csc_array(matrix), right))
 
 
 def _capital(text: str) -> str:

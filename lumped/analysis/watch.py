@@ -2,15 +2,33 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import casadi as ca
 import numpy as np
 
 from lumped.system import System
 
-__all__ = ["finite_fault", "jump_fault", "unfit_states"]
+__all__ = ["Unfit", "finite_fault", "jump_fault", "shrinking_fault", "unfit_states"]
 
 _MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
+
+
+class Unfit(NamedTuple):
+    """A state that should not lead any more.
+
+    Attributes
+    ----------
+    point : int
+        Number of the point at which this was found.
+    follower, leader : int
+        Node that should lead, node of the state that leads now.
+    """
+
+    point: int
+    follower: int
+    leader: int
 
 
 def finite_fault(system: System, t: float, x: np.ndarray, rates: np.ndarray) -> str | None:
@@ -52,34 +70,64 @@ def jump_fault(
     )
 
 
+def shrinking_fault(
+    system: System,
+    theta: np.ndarray,
+    t: float,
+    x: np.ndarray,
+    rates: np.ndarray,
+    settings: np.ndarray,
+    scale: np.ndarray,
+) -> str:
+    """Why steps became too small: what the present point tells, and one just ahead.
+
+    Parameters
+    ----------
+    scale : ndarray, shape (n,)
+        Error that is tolerated in each state.
+    """
+    ahead = 1e-9 * max(1.0, abs(t))
+    beyond = system.rhs(x + ahead * rates, theta, t + ahead, settings)
+    for f in (rates, np.asarray(beyond).ravel()):
+        fault = finite_fault(system, t, x, f)
+        if fault:
+            return fault
+    worst = int(np.argmax(np.abs(rates) / scale))
+    return (
+        f"the step size shrank to nothing at t = {t:.9g} s; the fastest "
+        f"state there is {system.state_names[worst]} = {x[worst]:.6g} with derivative "
+        f"{rates[worst]:.6g}. A quantity runs to infinity or leaves the range of a function."
+    )
+
+
 def unfit_states(
-    system: System, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
-) -> tuple[int, int, int] | None:
+    system: System,
+    theta: np.ndarray,
+    t: np.ndarray,
+    x: np.ndarray,
+    modes: np.ndarray,
+    guesses: np.ndarray,
+) -> Unfit | None:
     """The first of several points at which a state hardly leads what depends on it.
 
     Near a dead centre of a linkage the leading angle stands still while others move.
 
     Parameters
     ----------
-    t, x, settings : ndarray, shapes (k,), (k, n), (k, m)
+    t, x, modes, guesses : ndarray, shapes (k,), (k, n), (m,), (k, i)
         The points.
-
-    Returns
-    -------
-    tuple of int, or None
-        Number of the point, node that should lead, node of the state that leads now.
     """
     pairs, function = _levers(system)
     if not pairs or not len(t):
         return None
-    ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings.T)))
+    settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
+    ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings)))
     worst = np.where(np.isfinite(ratios), ratios, np.inf).max(axis=0)
     beyond = np.flatnonzero(worst > _MOST_LEVERAGE)
     if not len(beyond):
         return None
     point = int(beyond[0])
-    follower, leader = pairs[int(np.argmax(ratios[:, point]))]
-    return point, follower, leader
+    return Unfit(point, *pairs[int(np.argmax(ratios[:, point]))])
 
 
 def _dependent(system: System) -> list[int]:

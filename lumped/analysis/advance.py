@@ -1,0 +1,298 @@
+"""Advance through a smooth part of a run, one chunk of steps after the other."""
+
+from __future__ import annotations
+
+import time as clock
+from typing import NamedTuple
+
+import numpy as np
+
+from lumped.analysis.calls import called
+from lumped.analysis.crossing import Crossing, Step, first_crossing
+from lumped.analysis.dense import Method
+from lumped.analysis.march import first_change, marched
+from lumped.analysis.record import Recorder
+from lumped.analysis.stepper import (
+    ACCEPTED,
+    CROSSED,
+    GIVEN_UP,
+    HEAD,
+    REJECTED,
+    STIFF_AFTER,
+    Stepper,
+    first_step,
+)
+from lumped.analysis.watch import Unfit, finite_fault, shrinking_fault, unfit_states
+from lumped.errors import SolverError
+from lumped.system import System
+
+__all__ = ["Advance", "Reached"]
+
+
+class Reached(NamedTuple):
+    """Where a run stops, and why: modes change, or the leading states; None at the end.
+
+    Attributes
+    ----------
+    t : float
+        Instant, s.
+    x, guess : ndarray
+        States and implicit quantities there.
+    stop : Crossing, Unfit or None
+        What must change.
+    """
+
+    t: float
+    x: np.ndarray
+    guess: np.ndarray
+    stop: Crossing | Unfit | None
+
+
+class _Chunk(NamedTuple):
+    """A chunk of attempts: rows of times before and after and outcomes, states, dense output."""
+
+    log: np.ndarray
+    xs: np.ndarray
+    dense: np.ndarray
+
+    def head(self, count: int) -> _Chunk:
+        """The first of the attempts."""
+        return _Chunk(self.log[:, :count], self.xs[:count], self.dense)
+
+
+class Advance:
+    """Steps of a run, recorded and counted.
+
+    Parameters
+    ----------
+    theta : ndarray
+        Parameters.
+    rtol, atol : float
+        Tolerances; the absolute one relative to nominal values.
+    method : {"auto", "explicit", "implicit"}
+        As for `simulate`.
+    max_steps : int
+        Give up after so many attempts.
+    output : Recorder
+        Takes what is computed.
+
+    Attributes
+    ----------
+    methods : list of str
+        Methods used, in order.
+    steps, rejected, evaluations : int
+        Accepted and rejected steps, evaluations of the right-hand side.
+    seconds : float
+        Wall time of the stepping.
+    atol : ndarray, shape (n,)
+        Absolute tolerance of each state.
+    """
+
+    def __init__(
+        self,
+        theta: np.ndarray,
+        rtol: float,
+        atol: float,
+        method: str,
+        max_steps: int,
+        output: Recorder,
+    ) -> None:
+        self._theta, self._rtol, self._relative_atol = theta, rtol, atol
+        self._auto, self._max_steps, self._output = method == "auto", max_steps, output
+        self._method: Method = "implicit" if method == "implicit" else "explicit"
+        self.methods = [self._method]
+        self.steps = self.rejected = self.evaluations = 0
+        self.seconds = 0.0
+
+    def take(self, system: System) -> None:
+        """Integrate the states of this system from now on."""
+        self._system = system
+        nominal = [_nominal(system, name) for name in system.state_names]
+        # not below the rounding of what a state is integrated from
+        self.atol = self._relative_atol * np.array(nominal)
+
+    def through(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
+    ) -> Reached:
+        """Advance as far as modes and leading states stay.
+
+        Raises
+        ------
+        SolverError
+            If that is not possible.
+        """
+        if end <= begin:
+            return Reached(end, x, guess, None)
+        if not len(x):
+            return self._without_states(begin, end, modes, guess)
+        system, theta = self._system, self._theta
+        settings = np.concatenate([modes, guess])
+        (f,) = called(system, "rhs")(x, theta, begin, settings)
+        self._refuse(finite_fault(system, begin, x, f))
+        scale = self.atol + self._rtol * np.abs(x)
+        first = first_step(system, theta, (begin, end), x, f, settings, scale)
+        head = np.concatenate([[begin, first, 0, 0, 0, 0], guess])
+        fresh = True
+        while head[0] < end:
+            before = x
+            head, x, f, chunk, stepper = self._chunk(head, x, f, modes, end, fresh)
+            fresh = False
+            crossing, unfit, row = None, *self._unfit(chunk, modes)
+            if head[5] == CROSSED:
+                crossing = self._crossing(stepper, before, chunk, modes)
+            if crossing is not None and crossing.row < row:
+                row = crossing.row
+                self._record(stepper, before, chunk.head(row + 1), modes, crossing.time)
+                return Reached(crossing.time, crossing.x, chunk.xs[row, len(x) :], crossing)
+            self._record(stepper, before, chunk.head(row), modes)
+            if unfit is not None:
+                last = chunk.xs[row - 1]
+                return Reached(chunk.log[1, row - 1], last[: len(x)], last[len(x) :], unfit)
+            if head[5] == CROSSED:
+                head[5] = 0.0
+            self._give_up(head, x, f, modes, end)
+            if self._auto and self._method == "explicit" and head[3] >= STIFF_AFTER:
+                self._method = "implicit"
+                self.methods.append(self._method)
+        return Reached(end, x, head[HEAD:], None)
+
+    def _chunk(
+        self,
+        head: np.ndarray,
+        x: np.ndarray,
+        f: np.ndarray,
+        modes: np.ndarray,
+        end: float,
+        fresh: bool,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, _Chunk, Stepper]:
+        """Make some steps."""
+        system = self._system
+        dense = self._output.on_grid or bool(system.switching)
+        stepper = _stepper(system, self._method, dense)
+        call = stepper.few if fresh else stepper.many
+        started = clock.perf_counter()
+        try:
+            found = call(head, x, f, self._theta, modes, end, self._rtol, self.atol)
+        except RuntimeError:
+            raise SolverError(
+                f"{system.name}: the linear equations of a step cannot be solved near "
+                f"t = {head[0]:.9g} s. Use method='explicit', or check the parameters."
+            ) from None
+        self.seconds += clock.perf_counter() - started
+        xs = found[4].reshape(-1, len(x) + len(head) - HEAD)
+        log = found[3].reshape(-1, 3).T
+        chunk = _Chunk(log, xs, found[5].reshape(len(xs), -1, len(x)))
+        head, x, f = found[:3]
+        return head, x, f, chunk, stepper
+
+    def _crossing(
+        self, stepper: Stepper, x: np.ndarray, chunk: _Chunk, modes: np.ndarray
+    ) -> Crossing | None:
+        """Where modes must change in the last step of a chunk that started at x, if they must."""
+        n, xs = len(x), chunk.xs
+        row = int(np.flatnonzero(chunk.log[2] == ACCEPTED)[-1])
+        before = x if row == 0 else xs[row - 1, :n]
+        settings = np.concatenate([modes, xs[row, n:]])
+        begin, end = chunk.log[:2, row].tolist()
+        step = Step(
+            before, xs[row, :n], chunk.dense[row], begin, end - begin, self._theta, settings
+        )
+        return first_crossing(self._system, stepper.method, row, step)
+
+    def _unfit(self, chunk: _Chunk, modes: np.ndarray) -> tuple[Unfit | None, int]:
+        """State that should not lead any more, and how many attempts of a chunk still count."""
+        n = len(self._system.states)
+        accepted = np.flatnonzero(chunk.log[2] == ACCEPTED)
+        xs = chunk.xs[accepted]
+        unfit = unfit_states(
+            self._system, self._theta, chunk.log[1, accepted], xs[:, :n], modes, xs[:, n:]
+        )
+        return unfit, chunk.log.shape[1] if unfit is None else int(accepted[unfit.point]) + 1
+
+    def _record(
+        self,
+        stepper: Stepper,
+        x: np.ndarray,
+        chunk: _Chunk,
+        modes: np.ndarray,
+        until: float | None = None,
+    ) -> None:
+        """Count and record the attempts of a chunk that started at x, up to a time."""
+        log, xs, dense = chunk
+        accepted = np.flatnonzero(log[2] == ACCEPTED)
+        rejected = int((log[2] == REJECTED).sum())
+        self.steps += len(accepted)
+        self.rejected += rejected
+        self.evaluations += (len(accepted) + rejected) * stepper.evaluations
+        if not len(accepted):
+            return
+        ends, n = log[1][accepted], len(x)
+        if not self._output.on_grid:
+            whole = accepted if until is None else accepted[ends < until]
+            self._output.add(log[1][whole], xs[whole, :n], _rows(modes, xs[whole, n:]))
+            return
+        wanted = self._output.due(ends[-1] if until is None else until)
+        if not len(wanted):
+            return
+        step = accepted[np.searchsorted(ends, wanted, "right").clip(max=len(ends) - 1)]
+        before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
+        fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
+        values = stepper.interpolate(fraction, before, after, dense[step])
+        self._output.add(wanted, values, _rows(modes, xs[step, n:]))
+
+    def _without_states(
+        self, begin: float, end: float, modes: np.ndarray, guess: np.ndarray
+    ) -> Reached:
+        """A system without states: its functions of time and what they switch remain."""
+        stop, x = None, np.zeros(0)
+        if self._system.switching:
+            change = first_change(self._system, self._theta, (begin, end), modes, guess)
+            if change is not None:
+                stop, end = Crossing(0, change[0], x, change[1]), change[0]
+        wanted = self._output.due(end) if self._output.on_grid else np.array([end])
+        times = np.append(wanted, end)
+        guesses = marched(self._system, self._theta, begin, times, modes, guess)
+        if guesses is None:
+            raise SolverError(
+                f"{self._system.name}: a linkage or implicit equation could not be followed up to "
+                f"t = {end:g} s. Ask for more output points, or check its range."
+            )
+        self._output.add(wanted, np.zeros((len(wanted), 0)), _rows(modes, guesses[:-1]))
+        return Reached(end, x, guesses[-1], stop)
+
+    def _give_up(
+        self, head: np.ndarray, x: np.ndarray, f: np.ndarray, modes: np.ndarray, end: float
+    ) -> None:
+        """Stop if steps have become too small or too many."""
+        system, t = self._system, float(head[0])
+        if head[5] == GIVEN_UP:
+            settings = np.concatenate([modes, head[HEAD:]])
+            scale = self.atol + self._rtol * np.abs(x)
+            self._refuse(shrinking_fault(system, self._theta, t, x, f, settings, scale))
+        if self.steps + self.rejected > self._max_steps:
+            self._refuse(
+                f"more than max_steps = {self._max_steps} steps before t = {end:g} s; stopped at "
+                f"t = {t:g} s with steps of {head[1]:.2g} s. Loosen rtol, use method='implicit', "
+                "or raise max_steps."
+            )
+
+    def _refuse(self, fault: str | None) -> None:
+        if fault:
+            raise SolverError(f"{self._system.name}: {fault}")
+
+
+def _rows(modes: np.ndarray, guesses: np.ndarray) -> np.ndarray:
+    """Settings of several points."""
+    return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
+
+
+def _nominal(system: System, name: str) -> float:
+    return system.quantity(name).nominal if "(" not in name else 1.0
+
+
+def _stepper(system: System, method: Method, dense: bool) -> Stepper:
+    key = (method, dense)
+    if key not in system.made:
+        system.made[key] = Stepper.build(system, method, dense)
+    stepper: Stepper = system.made[key]
+    return stepper
