@@ -11,7 +11,9 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
 from lumped.components.gears import IdealGear, RackAndPinion
 from lumped.components.inertia import Inertia
 from lumped.components.sensors import (
@@ -29,12 +31,16 @@ from lumped.components.sources import Fixed, Position, Speed, Torque
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "BearingFriction",
+    "Brake",
+    "Clutch",
     "Constant",
     "Damper",
     "Expression",
     "Fixed",
     "IdealGear",
     "Inertia",
+    "OneWayClutch",
     "Position",
     "PowerSensor",
     "RackAndPinion",
@@ -47,6 +53,7 @@ __all__ = [
     "Spring",
     "SpringDamper",
     "Step",
+    "Stribeck",
     "Table",
     "Torque",
     "TorqueSensor",

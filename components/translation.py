@@ -22,14 +22,23 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.translation_friction import (
+    Brake,
+    FrictionPair,
+    MassWithStopAndFriction,
+    SupportFriction,
+)
 
 __all__ = [
     "AccelerationSensor",
+    "Brake",
     "Damper",
     "Fixed",
     "Force",
     "ForceSensor",
+    "FrictionPair",
     "Mass",
+    "MassWithStopAndFriction",
     "Position",
     "PositionSensor",
     "PowerSensor",
@@ -39,6 +48,7 @@ __all__ = [
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "SupportFriction",
 ]
 
 

@@ -15,9 +15,10 @@ import pytest
 
 import lumped as lp
 import lumped.components
-from lumped.components import Inertia, Torque, signals, sources, translation
+from lumped.components import Inertia, Torque, friction, signals, sources, translation
 from lumped.components import compliance as rotation
 from lumped.quantity import Quantity
+from lumped.switch import Hold, When
 
 STATES = 25
 TOLERANCE = 1e-12
@@ -28,8 +29,17 @@ UNITS = {
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
 }
 
-FIELDS = {signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)}}
+ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
+FIELDS = {
+    signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
+    friction.BearingFriction: {"characteristic": ROWS},
+    translation.SupportFriction: {"characteristic": ROWS},
+    translation.MassWithStopAndFriction: {"characteristic": ROWS},
+}
 """Structural fields without a usable default."""
+
+SENSIBLE = {translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}}
+"""Parameters for which a random number is none."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:
@@ -37,7 +47,8 @@ def discovered() -> Iterator[type[lp.Component]]:
     for entry in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         module = importlib.import_module(entry.name)
         for _, cls in inspect.getmembers(module, inspect.isclass):
-            if issubclass(cls, lp.Component) and cls.__module__ == entry.name:
+            own = cls.__module__ == entry.name and not cls.__name__.startswith("_")
+            if issubclass(cls, lp.Component) and own:
                 yield cls
 
 
@@ -70,7 +81,8 @@ def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
 def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
-    return found | {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    return found | SENSIBLE.get(cls, {})
 
 
 @dataclass(frozen=True)
@@ -123,7 +135,8 @@ def test_the_walk_finds_the_modules(module: str) -> None:
 
 @every(LIBRARY)
 def test_a_user_finds_it_where_the_library_says(cls: type[lp.Component]) -> None:
-    place = translation if cls.__module__ == translation.__name__ else lumped.components
+    slides = cls.__module__.startswith(translation.__name__)
+    place = translation if slides else lumped.components
     received = getattr(place, cls.__name__)
     expected = cls
     assert received is expected
@@ -137,10 +150,18 @@ def test_public_names_are_sorted_and_unique(place: object) -> None:
     assert received == expected
 
 
+def brought(item: object) -> int:
+    """Number of equations of one item: a hold determines its reaction, and its mode if named."""
+    if isinstance(item, Hold):
+        return 1 if item.mode is None else 2
+    if isinstance(item, When):
+        return 0
+    return len(item) if isinstance(item, tuple) else 1
+
+
 @every([cls for cls in LIBRARY if not declared(cls, lp.Component)])
 def test_it_brings_one_equation_per_variable_output_and_port(cls: type[lp.Component]) -> None:
-    yielded = list(cls(**FIELDS.get(cls, {})).equations())
-    received = sum(len(item) if isinstance(item, tuple) else 1 for item in yielded)
+    received = sum(map(brought, cls(**FIELDS.get(cls, {})).equations()))
     expected = sum(len(declared(cls, kind)) for kind in (lp.Var, lp.Output, lp.Port))
     assert received == expected
 
@@ -176,12 +197,16 @@ def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
 
 @dataclass(frozen=True)
 class Motion:
-    """Parameters, and positions, velocities and accelerations by port, as plain numbers."""
+    """Parameters; positions, velocities and accelerations by port; powers of what sticks or slides.
+
+    All are plain numbers.
+    """
 
     p: dict[str, float]
     q: dict[str, complex]
     v: dict[str, complex]
     a: dict[str, float]
+    held: tuple[float, ...] = ()
 
     def rel(self, by: dict[str, complex]) -> complex:
         return by["flange_b"] - by["flange_a"]
@@ -203,6 +228,10 @@ def viscous(at: Motion) -> float:
     return at.p["d"] * at.rel(at.v) ** 2
 
 
+def rubbing(at: Motion) -> float:
+    return sum(at.held)
+
+
 def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
@@ -212,6 +241,7 @@ STORED: dict[type[lp.Component], Energy] = {
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.Mass: kinetic("m"),
+    translation.MassWithStopAndFriction: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
 }
@@ -241,16 +271,30 @@ def nothing(at: Motion) -> float:
     return 0.0
 
 
+def holds(cls: type[lp.Component]) -> list[tuple[str, str]]:
+    """Names of the reactions of what sticks and slides, and of their speeds."""
+    items = cls(**FIELDS.get(cls, {})).equations()
+    found = [item for item in items if isinstance(item, Hold)]
+    return [(f"part.{h.reaction.name}", f"part.{h.speed.name}") for h in found]
+
+
 def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
-    """Random parameters, bodies, loads and states of the rig, and the power into each port."""
+    """Random parameters, bodies, loads and states of the rig, and the power into each port.
+
+    What sticks and slides stands still in every third state.
+    """
     rng = np.random.default_rng(20)
     ports, joined = declared(cls, lp.Port), kinds(cls)
     positions = [f"part.{name}.{port.potential_name}" for name, port in ports.items()]
     speeds = [f'bodies["{name}"].{kind.speed}' for name, kind in joined.items()]
     flows = [f"part.{name}.{port.flow_name}" for name, port in ports.items()]
     system = lp.assemble(rig(cls, rng), keep=positions)
-    read = system.function([*positions, *speeds, *flows])
-    for _ in range(STATES):
+    held = [] if declared(cls, lp.Component) else holds(cls)
+    sizes = np.cumsum([len(ports)] * 3 + [len(held)])
+    read = system.function(
+        [*positions, *speeds, *flows, *(r for r, _ in held), *(s for _, s in held)]
+    )
+    for number in range(STATES):
         own = values(cls, rng)
         mass, load = rng.uniform(0.5, 2.0, len(ports)), rng.uniform(-2.0, 2.0, len(ports))
         changed = {f"part.{name}": value for name, value in own.items()}
@@ -258,11 +302,14 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
             changed[f'bodies["{name}"].{kind.mass}'] = mass[i]
             changed[f'loads["{name}"].{kind.effort}'] = load[i]
         start = {name: rng.uniform(-2.0, 2.0) for name in system.state_names}
+        if number % 3 == 0:
+            start |= {speed: 0.0 for _, speed in held if speed in start}
         point = lp.start_point(system, parameters=changed, start=start)
         found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
-        q, v, flow = found.reshape(3, -1)
+        q, v, flow, reaction, sliding = np.split(found, sizes)
         a = (load - flow) / mass
-        yield Motion(own, *(dict(zip(ports, y, strict=True)) for y in (q, v, a))), flow * v
+        qva = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
+        yield Motion(own, *qva, tuple(reaction * sliding)), flow * v
 
 
 @every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
@@ -271,12 +318,13 @@ def test_power_into_its_ports_is_stored_or_dissipated(cls: type[lp.Component]) -
     for at, power in motions(cls):
         received = power.sum()
         stored = rate(STORED.get(cls, nothing), at)
-        dissipated = DISSIPATED.get(cls, nothing)(at)
+        dissipated = DISSIPATED.get(cls, rubbing)(at)
         supplied = SUPPLIED.get(cls, nothing)(at)
         expected = stored + dissipated - supplied
         scale = np.abs(power).sum() + abs(stored) + abs(dissipated) + abs(supplied)
         error = abs(received - expected)
         assert error <= TOLERANCE * scale
         assert received - stored + supplied >= -TOLERANCE * scale
+        assert min(at.held, default=0.0) >= 0
         worst = max(worst, error / scale if scale else 0.0)
     print(f"{cls.__name__}: power balance, largest relative error {worst:.1e}")

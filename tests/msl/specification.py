@@ -1,10 +1,10 @@
 """Reference cases: a neutral specification beside a table, and the model built from them."""
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import specification_friction as friction
 import yaml
 
 import lumped as lp
@@ -127,6 +127,7 @@ ROTATION = {
     "speed_source": TurnSource,
     "filtered speed_source": FilteredTurnSource,
     "torque_source": Torque,
+    **friction.ROTATION,
 }
 TRANSLATION = {
     "acceleration_source": Acceleration,
@@ -138,6 +139,7 @@ TRANSLATION = {
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
     "filtered speed_source": FilteredSlideSource,
+    **friction.TRANSLATION,
 }
 PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
 QUANTITIES = {
@@ -164,6 +166,7 @@ PARAMETERS = {
     ("acceleration_source", True): {"ref": "a"},
     ("speed_source", False): {"x0": "phi"},
     ("speed_source", True): {"x0": "s"},
+    **friction.PARAMETERS,
 }
 
 
@@ -183,13 +186,19 @@ def ramp(height, duration, begin=0.0, offset=0.0):
     return offset + lp.ops.table([begin, begin + duration], [0.0, height])
 
 
-SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp}
+def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
+    """Pulses from `begin` on, each for a share of the period."""
+    starts = np.arange(begin, until, period).tolist()
+    width = width_percent / 100 * period
+    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
+
+
+SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
 
 
 def signal(text):
-    """An expression of the time from a text such as ``sine(10, 5)``."""
-    name, arguments = re.fullmatch(r"(\w+)\((.*)\)", text).groups()
-    return SIGNALS[name](*map(float, arguments.split(",")))
+    """An expression of the time from a text such as ``sine(10, 5) * step(1, 0.2)``."""
+    return eval(text, {"__builtins__": {}, "pi": np.pi}, SIGNALS)
 
 
 def quantity(name):
@@ -258,7 +267,7 @@ def _sliding(components, joints):
     found = {
         facts["name"]
         for facts in components
-        if facts["type"] in ("mass", "force_source") or facts.get("domain") == "translational"
+        if facts["type"].startswith(("mass", "force")) or facts.get("domain") == "translational"
     }
     for _ in joints:
         for ends in joints:
@@ -269,7 +278,7 @@ def _sliding(components, joints):
 
 
 def _part(facts, slides):
-    kind = facts["type"]
+    kind, facts = facts["type"], friction.plain(facts)
     names = PARAMETERS.get((kind, slides), {})
     given = {
         names.get(key, key): signal(value) if isinstance(value, str) else value
