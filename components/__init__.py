@@ -1,7 +1,8 @@
 """Component library.
 
-The rotational parts, the sensors of rotation and the signals stand here; those of straight-line
-motion have the same names and stand in `lumped.components.translation`.
+The rotational and electrical parts, motors, controllers and signals stand here; the parts of
+straight-line motion have the names of the rotational ones and stand in
+`lumped.components.translation`.
 """
 
 if not __name__.startswith("lumped."):
@@ -13,9 +14,45 @@ if not __name__.startswith("lumped."):
 from lumped.components import translation
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.control import (
+    CurrentController,
+    Filter,
+    Gain,
+    LimitedPI,
+    Limiter,
+    LoadShare,
+    PController,
+    PIController,
+    PointToPoint,
+    RateLimiter,
+    SampledPI,
+    SquareRootController,
+    Sum,
+)
+from lumped.components.electrical import (
+    Capacitor,
+    CurrentSensor,
+    CurrentSource,
+    Ground,
+    Inductor,
+    Inverter,
+    Resistor,
+    VariableResistor,
+    VoltageSensor,
+    VoltageSource,
+)
 from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
 from lumped.components.gears import IdealGear, RackAndPinion
 from lumped.components.inertia import Inertia
+from lumped.components.motors import (
+    ConverterDrive,
+    DCMotor,
+    InductionMotor,
+    QuasiStaticDCMotor,
+    SeparatelyExcitedDCMotor,
+    SeriesDCMotor,
+    SpeedDrive,
+)
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -33,29 +70,59 @@ __all__ = [
     "AngleSensor",
     "BearingFriction",
     "Brake",
+    "Capacitor",
     "Clutch",
     "Constant",
+    "ConverterDrive",
+    "CurrentController",
+    "CurrentSensor",
+    "CurrentSource",
+    "DCMotor",
     "Damper",
     "Expression",
+    "Filter",
     "Fixed",
+    "Gain",
+    "Ground",
     "IdealGear",
+    "InductionMotor",
+    "Inductor",
     "Inertia",
+    "Inverter",
+    "LimitedPI",
+    "Limiter",
+    "LoadShare",
     "OneWayClutch",
+    "PController",
+    "PIController",
+    "PointToPoint",
     "Position",
     "PowerSensor",
+    "QuasiStaticDCMotor",
     "RackAndPinion",
     "Ramp",
+    "RateLimiter",
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
+    "Resistor",
+    "SampledPI",
+    "SeparatelyExcitedDCMotor",
+    "SeriesDCMotor",
     "Sine",
     "Speed",
+    "SpeedDrive",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "SquareRootController",
     "Step",
     "Stribeck",
+    "Sum",
     "Table",
     "Torque",
     "TorqueSensor",
+    "VariableResistor",
+    "VoltageSensor",
+    "VoltageSource",
     "translation",
 ]

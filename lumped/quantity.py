@@ -52,13 +52,15 @@ class Param(Quantity, Expr):
         *,
         min: float | None,
         max: float | None,
-        above: float | None,
+        above: float | Param | None,
         below: float | None,
         nonzero: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
-        self.min, self.max, self.above, self.below = min, max, above, below
+        self.exceeds = above if isinstance(above, Param) else None
+        self.above = None if isinstance(above, Param) else above
+        self.min, self.max, self.below = min, max, below
         self.nonzero = nonzero
 
     @overload
@@ -148,7 +150,7 @@ def param(
     *,
     min: float | None = None,
     max: float | None = None,
-    above: float | None = None,
+    above: float | Param | None = None,
     below: float | None = None,
     nonzero: bool = False,
 ) -> Param:
@@ -163,7 +165,7 @@ def param(
     min, max : float, optional
         Range with its ends.
     above, below : float, optional
-        Range without its ends.
+        Range without its ends; `above` may also be another parameter of the component.
     nonzero : bool
         Refuse zero.
     """

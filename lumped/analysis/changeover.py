@@ -50,6 +50,11 @@ class _Look:
         self.upper = np.where(s.has_upper, upper, np.inf)
         self.lower = np.where(s.has_lower, lower, -np.inf)
 
+    def slack(self) -> np.ndarray:
+        """Difference of the sides of each condition that is still rounding."""
+        size: np.ndarray = np.abs(self.greater) + np.abs(self.less)
+        return _EQUAL * size + 1e-13
+
 
 class Settler:
     """Finds modes for one system and set of parameters.
@@ -120,7 +125,8 @@ class Settler:
         modes = modes.copy()
         for _ in range(3):
             look = self.look(t, x, modes, guess)
-            modes[self.s.relation_modes] = look.greater > look.less
+            # not an instant after the start already, so that a clock ticks at zero
+            modes[self.s.relation_modes] = look.greater - look.less > look.slack()
         x, modes, _ = self.settle(t, x, modes, guess, modes)
         return x, modes
 
@@ -212,6 +218,7 @@ class _Instant:
         self._was_stuck = settler._get(before)[0]
         self.edge = before[np.array([j.mode for j in self.s.jumps], dtype=int)] > 0.5
         self.moved = False
+        self.jumped: set[int] = set()
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
@@ -270,7 +277,7 @@ class _Instant:
             return False
         on = self.modes[modes] > 0.5
         g = look.greater - look.less
-        slack = _EQUAL * (np.abs(look.greater) + np.abs(look.less)) + 1e-13
+        slack = look.slack()
         wrong = np.where(on, g < -slack, g > slack)
         equal = (g == 0.0) & (on == self.s.strict)
         equal[list(self.exempt)] = False
@@ -289,6 +296,7 @@ class _Instant:
         self.edge = now
         for k in np.flatnonzero(rising):
             jump = self.s.jumps[k]
+            self.jumped.add(jump.mode)
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                 place = self.o._place[node]
                 self.x[place] = sign * look.values[jump.first + i]
@@ -496,7 +504,10 @@ class _Instant:
         found = []
         for k, mode in enumerate(self.s.relation_modes):
             was, now = bool(before[mode] > 0.5), bool(self.modes[mode] > 0.5)
-            if was != now:
+            if not (was or now) and mode in self.jumped:  # true for the instant of its jump only
+                name, old = self.s.relation_text(k, False)
+                found.append(Change(name, old, self.s.relation_text(k, True)[1]))
+            elif was != now:
                 name, old = self.s.relation_text(k, was)
                 found.append(Change(name, old, self.s.relation_text(k, now)[1]))
         old_words, new_words = self.o.words(before), self.o.words(self.modes)

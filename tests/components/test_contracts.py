@@ -15,7 +15,16 @@ import pytest
 
 import lumped as lp
 import lumped.components
-from lumped.components import Inertia, Torque, friction, signals, sources, translation
+from lumped.components import (
+    Inertia,
+    Torque,
+    electrical,
+    friction,
+    motors,
+    signals,
+    sources,
+    translation,
+)
 from lumped.components import compliance as rotation
 from lumped.quantity import Quantity
 from lumped.switch import Hold, When
@@ -27,6 +36,8 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
+    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s"),
+    *("1/s", "1/s2", "rad/(s.N.m)"),
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -40,6 +51,9 @@ FIELDS = {
 
 SENSIBLE = {translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0}}
 """Parameters for which a random number is none."""
+
+POSITIVE = {electrical.VariableResistor: ["R"]}
+"""Inputs that make no sense below zero."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:
@@ -81,7 +95,11 @@ def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
 def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
+    for name, item in declared(cls, lp.Param).items():
+        if item.exceeds is not None:
+            found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
     found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
     return found | SENSIBLE.get(cls, {})
 
 
@@ -96,9 +114,34 @@ class Kind:
     effort: str
 
 
+class Node(lp.Component):
+    """Capacitance of a wire to the ground: ``C der(v) = i``."""
+
+    flange_a = lp.Pin()
+    flange_b = lp.Pin()
+    C: lp.Param = lp.param("F", "capacitance", above=0)
+    v: lp.Var = lp.var("V", "potential")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.flange_a.v == self.v
+        yield self.flange_b.v == self.v
+        yield self.C * lp.der(self.v) == self.flange_a.i + self.flange_b.i
+
+
+class Feed(lp.Component):
+    """Current into a wire: ``i_flange = -i``."""
+
+    flange = lp.Pin()
+    i = lp.Input("A", "current")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.flange.i == -self.i
+
+
 KINDS = {
     lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
     lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+    lp.Pin: Kind(Node, "C", "v", Feed, "i"),
 }
 
 
@@ -126,7 +169,10 @@ def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
     )
 
 
-@pytest.mark.parametrize("module", ["inertia", "compliance", "gears", "sources", "sensors"])
+@pytest.mark.parametrize(
+    "module",
+    ["inertia", "compliance", "gears", "sources", "sensors", "electrical", "motors", "control"],
+)
 def test_the_walk_finds_the_modules(module: str) -> None:
     received = {cls.__module__ for cls in LIBRARY}
     expected = f"lumped.components.{module}"
@@ -199,13 +245,16 @@ def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
 class Motion:
     """Parameters; positions, velocities and accelerations by port; powers of what sticks or slides.
 
-    All are plain numbers.
+    All are plain numbers. The potential of a pin counts as a velocity. `x` and `rates` are the
+    states inside the part and their derivatives.
     """
 
     p: dict[str, float]
     q: dict[str, complex]
     v: dict[str, complex]
     a: dict[str, float]
+    x: dict[str, complex]
+    rates: dict[str, float]
     held: tuple[float, ...] = ()
 
     def rel(self, by: dict[str, complex]) -> complex:
@@ -236,6 +285,29 @@ def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
 
+def voltage(at: Motion) -> complex:
+    return at.v["p"] - at.v["n"]
+
+
+def turning(at: Motion) -> complex:
+    return at.v["flange"] - at.v["support"]
+
+
+def rotor(at: Motion) -> complex:
+    return at.p["J"] * at.v["flange"] ** 2 / 2
+
+
+def armature(at: Motion) -> complex:
+    return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
+
+
+def kloss(at: Motion) -> float:
+    w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
+    s = 1 - turning(at) / w_s
+    torque = 2 * at.p["tau_k"] * (1 + a * s_k) / (s / s_k + s_k / s + 2 * a * s_k)
+    return np.sign(w_s) * torque * turning(at)
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     rotation.Spring: elastic("phi_rel0"),
@@ -244,19 +316,44 @@ STORED: dict[type[lp.Component], Energy] = {
     translation.MassWithStopAndFriction: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
+    electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
+    electrical.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
+    electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
+    motors.ConverterDrive: rotor,
+    motors.DCMotor: armature,
+    motors.InductionMotor: rotor,
+    motors.QuasiStaticDCMotor: rotor,
+    motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
+    motors.SeriesDCMotor: armature,
+    motors.SpeedDrive: rotor,
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     rotation.Damper: viscous,
     rotation.SpringDamper: viscous,
     translation.Damper: viscous,
     translation.SpringDamper: viscous,
+    electrical.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    electrical.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    motors.QuasiStaticDCMotor: lambda at: (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"],
+    motors.SeparatelyExcitedDCMotor: lambda at: (
+        at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
+    ),
+    motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     translation.Force: driving("f"),
+    electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
+    motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    motors.InductionMotor: kloss,
+    motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
-PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+PRESCRIBED = {
+    *(sources.Position, sources.Speed, translation.Position, translation.Speed),
+    *(electrical.VoltageSource, electrical.Ground),
+}
 
 
 def rate(energy: Energy, at: Motion) -> float:
@@ -264,7 +361,8 @@ def rate(energy: Energy, at: Motion) -> float:
     h = 1e-30
     q = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
     v = {port: at.v[port] + 1j * h * at.a[port] for port in at.v}
-    return energy(Motion(at.p, q, v, at.a)).imag / h
+    x = {name: at.x[name] + 1j * h * at.rates[name] for name in at.x}
+    return energy(Motion(at.p, q, v, at.a, x, at.rates)).imag / h
 
 
 def nothing(at: Motion) -> float:
@@ -308,8 +406,15 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
         found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
         q, v, flow, reaction, sliding = np.split(found, sizes)
         a = (load - flow) / mass
-        qva = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
-        yield Motion(own, *qva, tuple(reaction * sliding)), flow * v
+        rates = np.asarray(system.rhs(point.x, point.theta, point.time, point.modes)).ravel()
+        inside = {
+            name.removeprefix("part."): i
+            for i, name in enumerate(system.state_names)
+            if name.startswith("part.")
+        }
+        x, der_x = ({name: values[i] for name, i in inside.items()} for values in (point.x, rates))
+        by_port = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
+        yield Motion(own, *by_port, x, der_x, tuple(reaction * sliding)), flow * v
 
 
 @every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])
