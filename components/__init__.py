@@ -41,7 +41,7 @@ from lumped.components.electrical import (
     VoltageSensor,
     VoltageSource,
 )
-from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
 from lumped.components.gears import IdealGear, RackAndPinion
 from lumped.components.inertia import Inertia
 from lumped.components.motors import (
@@ -109,6 +109,7 @@ __all__ = [
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
     "Sine",
+    "SlipCoupling",
     "Speed",
     "SpeedDrive",
     "SpeedSensor",
