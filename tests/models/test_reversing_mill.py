@@ -13,8 +13,9 @@ import pytest
 
 import lumped as lp
 from lumped.components import Inertia, Spring
-from lumped.models import reversing_mill as mill
-from lumped.models.reversing_mill import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
+from lumped.models import reversing_mill
+from lumped.models import reversing_mill_stand as mill
+from lumped.models.reversing_mill_stand import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
 
 DATA = Path(__file__).resolve().parents[1] / "data/reversing_mill"
 
@@ -386,14 +387,14 @@ class TestRows:
     def test_printed_values_differ_as_much_as_rounding_explains(self):
         received = {
             row.published: round(100 * (row.computed / row.published - 1), 2)
-            for row in mill.rows()
+            for row in reversing_mill.rows()
             if row.published is not None
         }
         expected = {39.8: -0.41, 21.7: -0.36, 38.9: -0.60, 9.55: -0.01, 6.36: 0.10}
         assert received == expected
 
     def test_unpublished_values_agree_with_the_reference_they_name(self):
-        for row in mill.rows():
+        for row in reversing_mill.rows():
             if row.published is None:
                 expected = row.remark.split()[0]
                 decimals = len(expected.partition(".")[2])

@@ -1,0 +1,103 @@
+"""Figures of the reversing cold rolling mill 400."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.models.reversing_mill_stand import (
+    KGF,
+    RATED,
+    SHAFT_LABELS,
+    SHAFTS,
+    ClosedGap,
+    CreepingGap,
+    LowerBranch,
+    OpenGap,
+    UpperBranch,
+    eccentricity_gains,
+    eccentricity_hertz,
+    strip_entry,
+)
+from lumped.plot import mode_shapes
+
+__all__ = ["figures"]
+
+
+def figures() -> dict[str, Figure]:
+    """Figures by name."""
+    return {
+        "modes_upper": mode_shapes(lp.modes(lp.assemble(UpperBranch()))),
+        "modes_lower": mode_shapes(lp.modes(lp.assemble(LowerBranch()))),
+        "modes_closed": mode_shapes(lp.modes(lp.assemble(ClosedGap()))),
+        "strip_entry": _draw_entry(),
+        "eccentricity": _draw_eccentricity(),
+        "creep": _draw_creep(),
+    }
+
+
+def _draw_entry() -> Figure:
+    figure = Figure((8, 6), layout="constrained")
+    axes = figure.subplots(2, sharex=True, sharey=True)
+    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
+    for axis, (title, motor_torque) in zip(axes, cases, strict=True):
+        run = strip_entry(ClosedGap(), motor_torque, grid=1000)
+        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+        axis.axhline(0, color="black", linewidth=0.8)
+        axis.set(title=f"Strip entry, {title}", ylabel="torque / rated torque")
+        axis.grid(alpha=0.3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    axes[1].set(xlabel="time, ms", xlim=(0, 200))
+    return figure
+
+
+def _draw_eccentricity() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    gains, orders = figure.subplots(2, sharex=True)
+    speeds = np.linspace(0.05, 22.5, 2000)
+    cases = ((ClosedGap(), 0.5, "-", "closed gap"), (OpenGap(), 1.0, "--", "open gap"))
+    for gap, torque, line, label in cases:
+        torques = np.abs(eccentricity_gains(gap, speeds, torque))
+        for i, name in enumerate(SHAFT_LABELS):
+            gains.semilogy(speeds, torques[:, i], line, color=f"C{i}", label=f"{name}, {label}")
+        hertz = lp.modes(lp.assemble(gap)).hertz
+        orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
+        if label == "closed gap":
+            critical = [(f / n / eccentricity_hertz(1), f) for f in hertz for n in range(1, 5)]
+            orders.plot(*np.transpose(critical), "oC3", zorder=3, label="critical, closed gap")
+    for n in range(1, 5):
+        orders.plot(speeds, n * eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
+        speed = min(21.5, 43 / n / eccentricity_hertz(1))
+        orders.text(speed, n * eccentricity_hertz(speed) + 1, f"order {n}", color="C0", ha="right")
+    gains.set(title="Eccentricity, order 1: torque on the joined rolls, or on each pair if open")
+    gains.set_ylabel("torque / exciting torque")
+    gains.legend(fontsize="small", loc="lower right")
+    orders.set(title="Critical speeds", ylabel="frequency, Hz", ylim=(0, 47))
+    orders.set(xlabel="strip speed, m/s", xlim=(0, speeds[-1]))
+    orders.legend(loc="lower right", fontsize="small")
+    for axis in (gains, orders):
+        axis.grid(alpha=0.3)
+    return figure
+
+
+def _draw_creep() -> Figure:
+    system = lp.assemble(CreepingGap())
+    points = [
+        (K_s, damping, hertz)
+        for K_s in np.geomspace(1, 1e4, 600)
+        for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
+        for damping, hertz in zip(found.damping, found.hertz, strict=True)
+    ]
+    figure = Figure((8, 5), layout="constrained")
+    axis = figure.subplots()
+    axis.axvspan(210, 420, color="grey", alpha=0.2, label="plausible $K_s$ (assumed)")
+    K_s, damping, hertz = np.transpose(points)
+    dots = axis.scatter(K_s, damping, s=6, c=hertz, cmap="turbo")
+    figure.colorbar(dots, label="natural frequency, Hz")
+    axis.loglog()
+    axis.set(title="Damping by creep in the gap", xlim=(1, 1e4))
+    axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
+    axis.grid(alpha=0.3)
+    axis.legend()
+    return figure
