@@ -1,9 +1,9 @@
-"""Equilibria of drives that stick, slide and switch, against closed forms."""
+"""Drives that stick, slide and switch: equilibria against closed forms, stick-slip both ways."""
 
 import pytest
 
 import lumped as lp
-from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed
+from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed, SpringDamper
 
 W_A, W_B, D_A, D_B = 30.0, 10.0, 2.0, 3.0
 NEEDED = D_A * D_B / (D_A + D_B) * (W_A - W_B)  # to turn both at one speed
@@ -70,3 +70,22 @@ def test_the_branch_of_a_characteristic_is_that_of_the_equilibrium(w):
     received = lp.equilibrium(lp.assemble(drive), start={"body.w": w})["body.w"]
     expected = (20.0 + 4.0 * 100.0) / 4.1  # 20 - 4 (w - 100) = 0.1 w
     assert received == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("w", [1.0, -1.0])
+def test_stick_slip_has_the_same_instants_with_implicit_and_explicit_steps(w):
+    drive = lp.compose(
+        lead=Speed(w=w),
+        shaft=SpringDamper(c=200.0, d=1.0),
+        a=Inertia(J=0.3),
+        coupling=SlipCoupling(static=50.0, kinetic=25.0, u=1.0),
+        b=Inertia(J=1.3),
+        post=SpringDamper(c=1e4, d=3.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.lead, m.shaft, m.a, m.coupling, m.b, m.post, m.ground),
+    )
+    system = lp.assemble(drive)
+    runs = [lp.simulate(system, until=6.0, method=m, rtol=1e-7) for m in ("implicit", "explicit")]
+    received, expected = ([event.time for event in run.events] for run in runs)
+    assert len(expected) > 30
+    assert received == pytest.approx(expected, abs=1e-5)
