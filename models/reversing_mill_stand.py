@@ -51,7 +51,7 @@ class UpperBranch(lp.Component):
     """Motor, long shaft B1, gearbox, spindle B2, backup and work roll."""
 
     barrel = lp.Flange(free=True)
-    drive: Torque = Torque(tau=0.0)
+    drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
     shaft: Spring = Spring(c=C_SHAFT)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
@@ -71,7 +71,7 @@ class LowerBranch(lp.Component):
     """Motor and gearbox on a rigid shaft (B4 [R]), spindle B3, backup and work roll."""
 
     barrel = lp.Flange(free=True)
-    drive: Torque = Torque(tau=0.0)
+    drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
     spindle: Spring = Spring(c=C_SPINDLE)
