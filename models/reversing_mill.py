@@ -10,6 +10,14 @@ from typing import TYPE_CHECKING
 
 import lumped as lp
 from lumped.models import Row
+from lumped.models.reversing_mill_scenes import (
+    DIFFERENCE,
+    SKIDS,
+    StripGap,
+    skidding,
+    strip_break,
+    with_droop,
+)
 from lumped.models.reversing_mill_stand import (
     KGF,
     RATED,
@@ -33,6 +41,7 @@ PUBLISHED = (  # quantity, unit, value, place, remark
     ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47)", "print cut off, not rounded"),
 )
 NOT = "not published"
+CHANGES = ("first skid", "sticks", "second skid", "sticks again")
 UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ("closed gap, mode 1", "Hz", None, NOT, "6.34431 from the roots of equation (56)"),
     ("closed gap, mode 2", "Hz", None, NOT, "22.50599 from the roots of equation (56)"),
@@ -42,11 +51,25 @@ UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ("strip entry, peak / mean, shaft B1", "1", None, NOT, "2.491 from modal sums over 2 s"),
     ("strip entry, peak / mean, spindle B2", "1", None, NOT, "2.124 from modal sums over 2 s"),
     ("strip entry, peak / mean, spindle B3", "1", None, NOT, "2.192 from modal sums over 2 s"),
+    ("strip break, lowest torque / Mr, shaft B1", "1", None, NOT, "-0.51 from modal sums over 2 s"),
+    ("strip break, lowest torque / Mr, spindle B2", "1", None, NOT, "-0.941 from modal sums"),
+    ("strip break, lowest torque / Mr, spindle B3", "1", None, NOT, "-0.943 from modal sums"),
+    *(
+        (f"skidding, {what}", "ms", None, NOT, f"{1e3 * t:.3f} from modal sums between events")
+        for what, t in zip(CHANGES, SKIDS, strict=True)
+    ),
+    ("skidding, largest slip at 500 points", "rad/s", None, NOT, "7.764 from modal sums"),
+    ("M_u / Mr, eps = 0.2 %, droop 3 %", "1", None, NOT, "0.0333 from eps / (2 s)"),
+    ("M_u / Mr, eps = 0.2 %, droop 1 %", "1", None, NOT, "0.1000 from eps / (2 s)"),
 )
 
 
 def rows() -> list[Row]:
     """Published and computed numbers; the strip entry with motors stepping to rated torque."""
+    after_break = strip_break(StripGap(), until=2.02, grid=40_000, rtol=1e-8)
+    skids = skidding(grid=499, rtol=1e-9)
+    unequal = {"eps": DIFFERENCE}
+    rolling = [lp.equilibrium(lp.assemble(with_droop(s)), parameters=unequal) for s in (0.03, 0.01)]
     opened, closed = (lp.modes(lp.assemble(gap)).hertz for gap in (OpenGap(), ClosedGap()))
     creeping = lp.modes(lp.assemble(CreepingGap()), parameters={"K_s": 400 * KGF})
     entry = strip_entry(ClosedGap(), RATED, until=2.0, grid=20_000, rtol=1e-8)
@@ -57,6 +80,10 @@ def rows() -> list[Row]:
         closed[0] / eccentricity_hertz(1),
         creeping.damping[0],
         *(entry.table(SHAFTS).max(axis=0) / RATED),
+        *(after_break.table(SHAFTS).min(axis=0) / RATED),
+        *(1e3 * event.time for event in skids.events if event.component == "gap"),
+        skids["gap.w_rel"].max(),
+        *(point["gap.tau"] / RATED for point in rolling),
     ]
     return [
         Row(quantity, unit, value, float(found), place, remark)

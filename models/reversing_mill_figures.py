@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models import reversing_mill_scenes as scenes
 from lumped.models.reversing_mill_stand import (
     KGF,
     RATED,
@@ -34,6 +35,9 @@ def figures() -> dict[str, Figure]:
         "strip_entry": _draw_entry(),
         "eccentricity": _draw_eccentricity(),
         "creep": _draw_creep(),
+        "skidding": _draw_skidding(),
+        "strip_break": _draw_break(),
+        "unequal_rolls": _draw_unequal(),
     }
 
 
@@ -100,4 +104,66 @@ def _draw_creep() -> Figure:
     axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
     axis.grid(alpha=0.3)
     axis.legend()
+    return figure
+
+
+def _draw_skidding() -> Figure:
+    run = scenes.skidding(grid=2000)
+    figure = Figure((8, 8), layout="constrained")
+    shafts, gap, slip = figure.subplots(3, sharex=True)
+    t = 1e3 * run.t
+    shafts.plot(t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+    shafts.set(title="Skidding gap: motors at 1.6 and 0.4 rated torque for 120 ms")
+    shafts.set_ylabel("torque / rated torque")
+    gap.plot(t, run["gap.tau"] / RATED, color="C3")
+    for name, value in (("$M_s$", scenes.STATIC), ("$M_k$", scenes.KINETIC)):
+        gap.axhline(value / RATED, color="grey", linestyle="--", linewidth=0.8)
+        gap.text(396, value / RATED + 0.01, name, ha="right")
+    gap.set_ylabel("equalizing torque\n/ rated torque")
+    slip.plot(t, run["gap.w_rel"], color="C4")
+    slip.set(ylabel="slip of the rolls, rad/s", xlabel="time, ms", xlim=(0, 400))
+    for axis in (shafts, gap, slip):
+        lines = [axis.axvline(1e3 * t, color="black", linestyle=":") for t in scenes.SKIDS]
+        axis.grid(alpha=0.3)
+    lines[0].set_label("skids and sticks, by modal sums")
+    slip.legend()
+    shafts.legend(fontsize="small")
+    return figure
+
+
+def _draw_break() -> Figure:
+    figure = Figure((8, 6), layout="constrained")
+    axes = figure.subplots(2, sharex=True, sharey=True)
+    for axis, share in zip(axes, (0.0, 0.1), strict=True):
+        run = scenes.strip_break(scenes.StripGap(), share, grid=1000)
+        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+        axis.axhline(0, color="black", linewidth=0.8)
+        axis.set(title=f"Strip break, motors at {1 + share:g} and {1 - share:g} rated torque")
+        axis.set_ylabel("torque / rated torque")
+        axis.grid(alpha=0.3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    axes[1].set(xlabel="time, ms", xlim=(0, 220))
+    return figure
+
+
+def _draw_unequal() -> Figure:
+    cases = (
+        ("two PI controllers", scenes.unequal_rolls(scenes.ControlledStand(), 4.0, grid=4000)),
+        ("with load-share trim", scenes.unequal_rolls(scenes.TrimmedStand(), 4.0, grid=4000)),
+    )
+    figure = Figure((8, 6), layout="constrained")
+    torque, slip = figure.subplots(2, sharex=True)
+    for name, run in cases:
+        torque.plot(run.t, run["gap.tau"] / RATED, linewidth=1, label=name)
+        slip.plot(run.t, run["gap.w_rel"], linewidth=1, label=name)
+    for i, s in enumerate((0.03, 0.01), 2):
+        expected = scenes.DIFFERENCE / (2 * s)
+        label = f"droop {100 * s:g} %: eps / (2 s)"
+        torque.axhline(expected, color=f"C{i}", linestyle="--", label=label)
+    torque.set(title=f"Diameters of the rolls differ by {100 * scenes.DIFFERENCE:g} %")
+    torque.set_ylabel("equalizing torque / rated torque")
+    slip.set(xlabel="time, s", ylabel="slip of the rolls, rad/s", xlim=(0, 4))
+    torque.legend(fontsize="small")
+    for axis in (torque, slip):
+        axis.grid(alpha=0.3)
     return figure

@@ -43,6 +43,8 @@ DIFFERENCE = 0.002  # 1  eps [A]
 GAIN = 1000.0  # N.m.s/rad  of a PI speed controller [A]
 INTEGRAL_TIME = 0.2  # s  of a PI speed controller [A]
 NEVER = 1e9  # s
+SKIDS = (0.031472, 0.205081, 0.212507, 0.231298)
+"""Instants at which the gap skids and sticks in `skidding`, s, by modal sums between them."""
 
 
 def between(enters: lp.Expr, leaves: lp.Expr) -> lp.Expr:
