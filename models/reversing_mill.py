@@ -41,7 +41,7 @@ PUBLISHED = (  # quantity, unit, value, place, remark
     ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47)", "print cut off, not rounded"),
 )
 NOT = "not published"
-CHANGES = ("first skid", "sticks", "second skid", "sticks again")
+CHANGES = ("first skid", "first stick", "second skid", "second stick")
 UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ("closed gap, mode 1", "Hz", None, NOT, "6.34431 from the roots of equation (56)"),
     ("closed gap, mode 2", "Hz", None, NOT, "22.50599 from the roots of equation (56)"),

@@ -118,7 +118,7 @@ def _draw_skidding() -> Figure:
     gap.plot(t, run["gap.tau"] / RATED, color="C3")
     for name, value in (("$M_s$", scenes.STATIC), ("$M_k$", scenes.KINETIC)):
         gap.axhline(value / RATED, color="grey", linestyle="--", linewidth=0.8)
-        gap.text(396, value / RATED + 0.01, name, ha="right")
+        gap.text(396, value / RATED - 0.01, name, ha="right", va="top")
     gap.set_ylabel("equalizing torque\n/ rated torque")
     slip.plot(t, run["gap.w_rel"], color="C4")
     slip.set(ylabel="slip of the rolls, rad/s", xlabel="time, ms", xlim=(0, 400))
@@ -127,7 +127,7 @@ def _draw_skidding() -> Figure:
         axis.grid(alpha=0.3)
     lines[0].set_label("skids and sticks, by modal sums")
     slip.legend()
-    shafts.legend(fontsize="small")
+    figure.legend(*shafts.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 
