@@ -14,6 +14,7 @@ if not __name__.startswith("lumped."):
 from lumped.components import translation
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.contact import ElastoBacklash
 from lumped.components.control import (
     CurrentController,
     Filter,
@@ -42,8 +43,17 @@ from lumped.components.electrical import (
     VoltageSource,
 )
 from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
-from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion
+from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
+from lumped.components.loads import (
+    EddyCurrentBrake,
+    InverseTorque,
+    LinearTorque,
+    QuadraticTorque,
+    SignTorque,
+)
+from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.motors import (
     ConverterDrive,
     DCMotor,
@@ -64,40 +74,63 @@ from lumped.components.sensors import (
 )
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
+)
+from lumped.components.vehicle import Vehicle
 
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "Backlash",
     "BearingFriction",
     "Brake",
     "Capacitor",
     "Clutch",
     "Constant",
     "ConverterDrive",
+    "Coupling",
     "CurrentController",
     "CurrentSensor",
     "CurrentSource",
     "DCMotor",
     "Damper",
+    "EddyCurrentBrake",
+    "EfficientGear",
+    "ElastoBacklash",
     "Expression",
     "Filter",
     "Fixed",
+    "FixedTemperature",
     "Gain",
     "Ground",
+    "HeatCapacitor",
+    "HeatFlow",
+    "Heated",
     "IdealGear",
     "InductionMotor",
     "Inductor",
     "Inertia",
+    "InverseTorque",
     "Inverter",
     "LimitedPI",
     "Limiter",
+    "LinearTorque",
     "LoadShare",
+    "LossyGear",
     "OneWayClutch",
     "PController",
     "PIController",
+    "PickUp",
+    "Planetary",
     "PointToPoint",
     "Position",
     "PowerSensor",
+    "QuadraticTorque",
     "QuasiStaticDCMotor",
     "RackAndPinion",
     "Ramp",
@@ -108,6 +141,7 @@ __all__ = [
     "SampledPI",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
+    "SignTorque",
     "Sine",
     "SlipCoupling",
     "Speed",
@@ -117,12 +151,15 @@ __all__ = [
     "SpringDamper",
     "SquareRootController",
     "Step",
+    "Stop",
     "Stribeck",
     "Sum",
     "Table",
+    "ThermalConductor",
     "Torque",
     "TorqueSensor",
     "VariableResistor",
+    "Vehicle",
     "VoltageSensor",
     "VoltageSource",
     "translation",

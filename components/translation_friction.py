@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Input, LinearFlange, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, dry_friction
+from lumped.components.characteristic import Characteristic, dry_friction, friction_at
 from lumped.switch import Item, hold
 
 __all__ = ["Brake", "FrictionPair", "MassWithStopAndFriction", "SupportFriction"]
@@ -119,9 +119,9 @@ class MassWithStopAndFriction(Component):
     """Sliding mass with friction between two hard stops: ``m der(v) = f_a + f_b - f - f_stop``.
 
     `characteristic` gives the friction force `f` in N over the sliding speed in m/s: rows of both,
-    or a function such as `lumped.components.Stribeck`. At a stop the mass comes to rest at once;
-    from there it leaves as from anywhere, when the force exceeds `peak` times the friction at
-    standstill.
+    or a function such as `lumped.components.Stribeck`. At a stop the mass comes to rest at once,
+    and `f_stop` is all that holds it there; it leaves when it is pulled away by more than `peak`
+    times the friction at standstill.
     """
 
     flange_a = LinearFlange(free=True)
@@ -134,15 +134,15 @@ class MassWithStopAndFriction(Component):
     peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
     s: Var = var("m", "position of the centre")
     v: Var = var("m/s", "velocity", state="prefer")
-    f: Var = var("N", "friction force")
-    f_stop: Var = var("N", "force of the stops, positive at the greatest position")
+    v_back: Var = var("m/s", "velocity from flange b to flange a")
+    f: Var = var("N", "friction force between the stops")
+    f_low: Var = var("N", "force of the stop for flange a, positive towards it")
+    f_high: Var = var("N", "force of the stop for flange b, positive towards it")
+    f_stop: Var = var("N", "force of the stops, positive against a positive velocity")
+    sliding: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 at a stop")
+    free_low: Var = var("1", "0 at the stop for flange a, else 1")
+    free_high: Var = var("1", "0 at the stop for flange b, else 1")
     mode: Var = var("1", "1 forward, 0 stuck or at a stop, -1 backward")
-    v_back: Var = var("m/s", "velocity away from the greatest position")
-    push_low: Var = var("N", "reaction of the stop for flange a, not positive")
-    push_high: Var = var("N", "reaction of the stop for flange b, not positive")
-    sliding: Var = var("1", "1 forward, 0 stuck, -1 backward, also at a stop")
-    open_low: Var = var("1", "0 while flange a is at its stop, else 1")
-    open_high: Var = var("1", "0 while flange b is at its stop, else 1")
 
     def equations(self) -> Iterator[Item]:
         yield self.flange_a.s == self.s - self.length / 2
@@ -150,18 +150,18 @@ class MassWithStopAndFriction(Component):
         yield self.v == der(self.s)
         yield self.v_back == -self.v
         yield self.m * der(self.v) == self.flange_a.f + self.flange_b.f - self.f - self.f_stop
-        yield self.f_stop == self.push_low - self.push_high
-        yield dry_friction(self.f, self.v, self.characteristic, peak=self.peak, mode=self.sliding)
-        yield hold(
-            self.push_low,
+        yield dry_friction(
+            self.f,
             self.v,
-            gap=self.s - self.length / 2 - self.s_min,
-            mode=self.open_low,
+            self.characteristic,
+            engaged=self.free_low * self.free_high > 0.5,
+            peak=self.peak,
+            mode=self.sliding,
         )
-        yield hold(
-            self.push_high,
-            self.v_back,
-            gap=self.s_max - self.s - self.length / 2,
-            mode=self.open_high,
-        )
-        yield self.mode == self.sliding * self.open_low * self.open_high
+        most = self.peak * friction_at(self.characteristic, 0.0)
+        low = self.s - self.length / 2 - self.s_min
+        high = self.s_max - self.s - self.length / 2
+        yield hold(self.f_low, self.v, gap=low, upper=most, mode=self.free_low)
+        yield hold(self.f_high, self.v_back, gap=high, upper=most, mode=self.free_high)
+        yield self.f_stop == self.f_low - self.f_high
+        yield self.mode == self.sliding * self.free_low * self.free_high

@@ -55,6 +55,8 @@ class Switching:
         What limits and laws there are.
     names : list of str
         Components of the holds.
+    gap_units : list of str
+        Units of their gaps.
     speeds : list of int
         Node of the speed of each hold, -1 if it is always zero.
     speed_signs : list of float
@@ -82,6 +84,7 @@ class Switching:
         quantities: list[ca.SX] = []
         limits: list[tuple[bool, ...]] = []
         self.names: list[str] = []
+        self.gap_units: list[str] = []
         self.speeds: list[int] = []
         self.speed_signs: list[float] = []
         self.jumps: list[_Jumps] = []
@@ -111,6 +114,7 @@ class Switching:
                     given = (h.upper, h.lower, h.forward, h.backward, h.gap)
                     limits.append(tuple(item is not None for item in given))
                     self.names.append(name)
+                    self.gap_units.append(h.speed.quantity.unit.removesuffix("/s"))
                     unknown = int(group.unknowns[i, stick.speed[0]])
                     node = values.reduced.node(unknown)
                     self.speeds.append(-1 if node is None else node + stick.speed[1])

@@ -250,10 +250,17 @@ class System:
     def margins(self) -> ca.Function:
         """Distances to the next change of modes, and their tolerances: (x, p, t, m)."""
         found, tolerances = self.switching.margins
-        both = ca.vertsplit(
-            self._in_states(ca.vertcat(found, tolerances)), [0, found.numel(), 2 * found.numel()]
-        )
-        return ca.Function("margins", self._inputs, both)
+        k = found.numel()
+        both = self._in_states(ca.vertcat(found, tolerances))
+        return ca.Function("margins", self._inputs, ca.vertsplit(both, [0, k, 2 * k]))
+
+    @cached_property
+    def margin_rates(self) -> ca.Function:
+        """Time derivatives of the margins: (x, p, t, m)."""
+        found = self._in_states(self.switching.margins[0])
+        x, _, t, _ = self._inputs
+        along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(self.rates, 1))
+        return ca.Function("margin_rates", self._inputs, [ca.densify(ca.cse(along))])
 
     @cached_property
     def look(self) -> ca.Function:

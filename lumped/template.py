@@ -360,9 +360,8 @@ class Template:
         else:
             rate = float(slope)
             at_zero = ca.substitute(g, self.time, 0)
-            threshold = (
-                ca.if_else(at_zero >= 0, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
-            )
+            holds = at_zero > 0 if condition.strict else at_zero >= 0
+            threshold = ca.if_else(holds, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
             self.thresholds[number] = (threshold, -1 if rate < 0 else 1)
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[number]

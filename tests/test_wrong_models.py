@@ -15,16 +15,23 @@ import pytest
 import lumped as lp
 from lumped.components import (
     AngleSensor,
+    Backlash,
     Constant,
     Damper,
     DCMotor,
+    EddyCurrentBrake,
+    EfficientGear,
+    ElastoBacklash,
     Fixed,
     Ground,
     IdealGear,
     InductionMotor,
     Inertia,
     LimitedPI,
+    LossyGear,
+    Planetary,
     Position,
+    QuadraticTorque,
     QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
@@ -84,19 +91,6 @@ def build(connections=(), **parts):
 
 
 # -- parts that the library does not have ------------------------------------------------------
-
-
-class Planetary(lp.Component):
-    """Sun, ring and planet carrier: (1 + z) phi_carrier = phi_sun + z phi_ring."""
-
-    sun = lp.Flange()
-    ring = lp.Flange()
-    carrier = lp.Flange()
-    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", 2.0, above=0)
-
-    def equations(self):
-        s, r, c = self.sun, self.ring, self.carrier
-        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
 
 
 class Resistor(lp.Component):
@@ -287,7 +281,7 @@ def planetary_held_three_times():
             lp.connect(m.hold_ring.flange, m.set.ring),
             lp.connect(m.hold_carrier.flange, m.set.carrier),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         hold_sun=Fixed(),
         hold_ring=Fixed(),
         hold_carrier=Fixed(),
@@ -303,7 +297,7 @@ def planetary_driven_three_times():
             lp.connect(m.generator.flange, m.set.sun),
             lp.connect(m.axle.flange, m.set.ring),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         engine=Speed(w=100.0),
         generator=Speed(w=200.0),
         axle=Speed(w=50.0),
@@ -382,7 +376,7 @@ def gear_beside_a_rigid_shaft():
     )
 
 
-@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.z = 2", "lower.ratio = 2.5")
+@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.ratio = 2", "lower.ratio = 2.5")
 def planetary_set_tied_by_two_gears():
     """Two gears tie all three shafts of a planetary set to each other."""
     build(
@@ -392,7 +386,7 @@ def planetary_set_tied_by_two_gears():
             lp.connect(m.set.carrier, m.load.flange_a, m.lower.flange_b),
         ],
         motor=Inertia(J=1.0),
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         upper=IdealGear(ratio=-1.5),
         lower=IdealGear(ratio=2.5),
         load=Inertia(J=1.0),
@@ -741,6 +735,114 @@ def bound_parameter_set_in_a_run():
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.left.J": 1.0})
 
 
+# -- gears with loss, and heat -----------------------------------------------------------------
+
+LOSSES = "Gears with loss, and heat"
+
+
+def hoist(**given):
+    """Two bodies joined by a lossy gear."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=LossyGear(ratio=5.0, **given),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "10 rad/s", "1.2", "at most 1")
+def efficiency_above_one():
+    """An efficiency of a loss table is greater than one."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0.0, 0.0), (10.0, 0.95, 1.2, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "is 0;", "greater than 0")
+def efficiency_zero():
+    """A gear that locks itself is given the efficiency zero."""
+    hoist(losses=[(0.0, 0.4, 0.0, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "bearing friction", "-0.5 N.m", "zero or greater")
+def bearing_torque_negative():
+    """A bearing torque is given with the sign of a load."""
+    hoist(losses=[(0.0, 0.9, 0.9, -0.5, 0.5)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "increase", "20 -> 10 rad/s")
+def loss_table_not_increasing():
+    """The speeds of a loss table do not increase."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0, 0), (20.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "first speed", "-10 rad/s", "zero")
+def loss_table_from_negative_speed():
+    """A loss table begins at a negative speed."""
+    hoist(losses=[(-10.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "five numbers", "bearing friction")
+def loss_table_with_short_rows():
+    """A row of a loss table holds an efficiency only."""
+    hoist(losses=[(0.0, 0.9)])
+
+
+@wrong(LOSSES, ParameterError, "gear.eta = 1.1 1", "efficiency", "at most 1")
+def efficient_gear_above_one():
+    """The efficiency of a gear is greater than one."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=EfficientGear(ratio=5.0, eta=1.1),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, SingularModelError, "gear", "no inertia", "Put an Inertia")
+def lossy_gear_between_springs():
+    """A lossy gear without inertia stands between elastic shafts."""
+    build(
+        lambda m: lp.chain(m.motor, m.left, m.gear, m.right, m.drum),
+        motor=Inertia(J=0.1),
+        left=Spring(c=100.0),
+        gear=EfficientGear(ratio=5.0, eta=0.9),
+        right=Spring(c=1000.0),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, ParameterError, "fan.w_nominal = 0 rad/s", "nominal speed", "greater than 0")
+def load_with_nominal_speed_zero():
+    """A load has no nominal speed."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.fan.flange)],
+        shaft=Inertia(J=0.1),
+        fan=QuadraticTorque(tau_nominal=-5.0, w_nominal=0.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "not connected")
+def eddy_current_brake_without_temperature():
+    """An eddy-current brake is given no temperature."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.brake.flange)],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "shaft.flange_b", "thermal port", "rotational flange")
+def heat_led_into_a_shaft():
+    """A thermal port is connected to a flange."""
+    build(
+        lambda m: [
+            lp.connect(m.shaft.flange_b, m.brake.flange),
+            lp.connect(m.brake.heat, m.shaft.flange_b),
+        ],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
 # -- names -------------------------------------------------------------------------------------
 
 NAMES = "Misspelt names"
@@ -973,13 +1075,13 @@ def variable_instead_of_port():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, ring, carrier")
+@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
 def planetary_in_a_chain():
     """A chain runs through a planetary gear, which has no flange_a."""
     build(
         lambda m: lp.chain(m.motor, m.set, m.load),
         motor=Inertia(J=1.0),
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         load=Inertia(J=1.0),
     )
 
@@ -1815,6 +1917,89 @@ def no_equilibrium():
 def until_as_text():
     """The end of a run is given as text."""
     lp.simulate(lp.assemble(Hoist()), until="1 s")
+
+
+# -- contact -----------------------------------------------------------------------------------
+
+CONTACT = "Contact"
+
+
+def resting(stop, **start):
+    """Assemble a weight above a stop and start it."""
+    system = build(
+        lambda m: [lp.connect(m.stop.flange_b, m.mass.flange_a, m.weight.flange)],
+        stop=stop,
+        mass=translation.Mass(m=2.0, **start),
+        weight=translation.Force(f=-20.0),
+    )
+    return lp.simulate(system, until=1.0)
+
+
+@wrong(CONTACT, ParameterError, "mesh.b = -0.001 rad", "whole play", "at least 0")
+def negative_play():
+    """The play of an elastic mesh is negative."""
+    build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0),
+        mesh=ElastoBacklash(c=1e5, b=-1e-3),
+        wheel=Inertia(J=1.0),
+    )
+
+
+@wrong(CONTACT, ParameterError, "mesh.b = 0 rad", "greater than 0")
+def rigid_play_of_nothing():
+    """Rigid flanks without play between them: that is a rigid joint."""
+    build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0),
+        mesh=Backlash(b=0.0),
+        wheel=Inertia(J=1.0),
+    )
+
+
+@wrong(CONTACT, ParameterError, "stop.restitution = 1.2", "at most 1")
+def impact_that_gives_energy():
+    """The coefficient of restitution is greater than one."""
+    resting(translation.Stop(restitution=1.2), s=1.0, v=0.0)
+
+
+@wrong(CONTACT, StartError, "stop starts 0.2 m inside", "a gap, or none")
+def start_inside_a_stop():
+    """A body starts beyond its stop."""
+    resting(translation.Stop(s_min=0.5), s=0.3, v=0.0)
+
+
+@wrong(CONTACT, StartError, "mesh starts 0.03 rad inside", "a gap, or none")
+def start_beyond_a_flank():
+    """Two gears start with their teeth inside each other."""
+    system = build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0, phi=0.0, w=0.0),
+        mesh=Backlash(b=0.04),
+        wheel=Inertia(J=1.0, phi=0.05),
+    )
+    lp.start_point(system)
+
+
+@wrong(CONTACT, StartError, "cylinder starts 0.1 m inside")
+def stops_in_the_wrong_order():
+    """The lower stop of a body stands above its upper one."""
+    lp.start_point(build(cylinder=translation.MassWithStops(m=1.0, s_min=0.1, s_max=0.0)))
+
+
+@wrong(CONTACT, SolverError, "relay", "t = 0.5", "changes of mode")
+def relay_without_hysteresis():
+    """A relay drives its own input back to the point where it switches."""
+
+    class Relay(lp.Component):
+        """Drives x towards zero from both sides: der(x) = -sign(x)."""
+
+        x: lp.Var = lp.var("1", "state", 0.5, state="always")
+
+        def equations(self):
+            yield lp.der(self.x) == lp.ops.where(self.x > 0, -1, 1)
+
+    lp.simulate(build(relay=Relay()), until=1.0)
 
 
 # -- tests and catalogue -----------------------------------------------------------------------

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Call"]
+from lumped.system import System
+
+__all__ = ["Call", "called"]
 
 
 class Call:
@@ -49,3 +51,12 @@ class Call:
         if self._returned():
             raise RuntimeError(f"{self._name} could not be evaluated")
         return [result.copy() for result in self._results]
+
+
+def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
+    """A function of a system, to be called with numbers."""
+    key = ("call", name)
+    if key not in system.made:
+        system.made[key] = Call(getattr(system, name))
+    call: Call = system.made[key]
+    return call

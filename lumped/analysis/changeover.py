@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.stepper import called
-from lumped.errors import SolverError
+from lumped.analysis.calls import called
+from lumped.errors import SolverError, StartError
 from lumped.system import System
 
 __all__ = ["Change", "Settler"]
@@ -18,6 +18,9 @@ _EQUAL = 1e-12
 
 _SLACK = 1e-10
 """Relative excess of a limit that is still rounding."""
+
+_INSIDE = 1e-9
+"""How deep bodies may start inside each other, m or rad: rounding of start values."""
 
 _COMPLIANCE = 1e-9
 """Of redundant constraints, relative to the compliance of what they hold."""
@@ -76,7 +79,8 @@ class Settler:
         self._place = {node: i for i, node in enumerate(system.states)}
         s = self.s
         self.impulsive = ~(s.has_upper & s.has_lower)
-        self._shared: np.ndarray | None = None
+        self._yielding: float | None = None
+        self._known: dict[bytes, bool] = {}
         self._parts = s.first_modes + np.arange(3)[:, None]
         self._still = np.array([node in self._place for node in s.speeds], dtype=bool)
 
@@ -120,15 +124,40 @@ class Settler:
 
     def begin(
         self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """States and modes at the start; only modes of functions of time are given."""
+    ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
+        """States and modes at the start, and what collides there at once.
+
+        Only modes of functions of time are given.
+
+        Raises
+        ------
+        StartError
+            If bodies start inside each other.
+        SolverError
+            If no modes fit.
+        """
         modes = modes.copy()
         for _ in range(3):
             look = self.look(t, x, modes, guess)
             # not an instant after the start already, so that a clock ticks at zero
             modes[self.s.relation_modes] = look.greater - look.less > look.slack()
-        x, modes, _ = self.settle(t, x, modes, guess, modes)
-        return x, modes
+        for h in np.flatnonzero(self.s.has_gap & (look.gap < -_INSIDE)):
+            raise StartError(
+                f"{self.system.name}: {self.s.names[h]} starts {-look.gap[h]:.6g} "
+                f"{self.s.gap_units[h]} inside the body that it must not enter. Give start values "
+                "that leave a gap, or none."
+            )
+        work = _Instant(self, t, x.copy(), modes.copy(), guess, modes)
+        work.starting = True
+        work.run()
+        words = self.words(work.modes)
+        slow = 1e-9 * (1.0 + np.abs(x).max(initial=0.0))
+        hits = [h for h in sorted(work.impacts) if abs(look.v[h]) > slow]
+        return (
+            work.x,
+            work.modes,
+            tuple(Change(self.s.names[h], "", words[h], work.impacts[h]) for h in hits),
+        )
 
     def settle(
         self,
@@ -153,52 +182,61 @@ class Settler:
         SolverError
             If no modes fit, or changes follow each other without end.
         """
-        self._prepare(t, x, modes, guess)
         work = _Instant(self, t, x.copy(), modes.copy(), guess, before)
         work.flip(fired)
         work.run()
         return work.x, work.modes, work.changes(before)
 
-    def _prepare(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
-        """Whether constraints can be redundant; then they share reactions as springs would."""
-        h = len(self.s.first_modes)
-        if self._shared is not None or not h:
-            return
-        self._shared = np.zeros(h)
-        rng = np.random.default_rng(4)
-        trial = modes.copy()
-        for i in range(h):
-            self._set(trial, i, 0)
-        wanted = rng.uniform(0.5, 1.5, h)
-        rest = self.look(t, x, trial, guess)
-        trial[self.s.first_modes + 4] = wanted
-        look = self.look(t, x, trial, guess)
-        got = look.a - rest.a
-        scale = np.abs(look.reaction - rest.reaction).max(initial=0.0)
-        if np.isfinite(scale) and np.abs(got - wanted).max() < 1e-6:
-            return
-        yielding = np.zeros(h)
-        for i in range(h):
-            alone = modes.copy()
-            for j in range(h):
-                self._set(alone, j, 0 if j == i else None)
-            alone[self.s.first_modes + 3] = 0.0
+    def _softest(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> float:
+        """How much acceleration a unit of force gives at most where a constraint acts."""
+        found = 0.0
+        alone = modes.copy()
+        alone[self.s.first_modes + 3] = 0.0
+        for i in range(len(self.s.first_modes)):
+            self._set(alone, i, None)
+        for i, first in enumerate(self.s.first_modes.tolist()):
+            self._set(alone, i, 0)
             rest = self.look(t, x, alone, guess)
-            alone[self.s.first_modes[i] + 4] = 1.0
+            alone[first + 4] = 1.0
             force = abs(self.look(t, x, alone, guess).reaction[i] - rest.reaction[i])
-            yielding[i] = 1.0 / force if np.isfinite(force) and force > 0 else 0.0
-        typical = yielding.max(initial=0.0) or 1.0
-        self._shared = np.full(h, _COMPLIANCE * typical)
+            alone[first + 4] = 0.0
+            self._set(alone, i, None)
+            if np.isfinite(force) and force > 0:
+                found = max(found, 1.0 / force)
+        return found or 1.0
 
-    def shares(self, modes: np.ndarray, look: _Look) -> None:
-        """Compliances of redundant constraints: the stronger one carries more."""
-        if self._shared is None or not self._shared.any():
+    def _redundant(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> bool:
+        """Whether what sticks cannot have any accelerations that one likes."""
+        stuck = self._get(modes)[0]
+        if not stuck.any():
+            return False
+        key = stuck.tobytes()
+        if key not in self._known:
+            trial, h = modes.copy(), len(stuck)
+            trial[self.s.first_modes + 3] = 0.0
+            rest = self.look(t, x, trial, guess)
+            wanted = np.random.default_rng(4).uniform(0.5, 1.5, h)
+            trial[self.s.first_modes + 4] = wanted
+            look = self.look(t, x, trial, guess)
+            error = np.abs(look.a - rest.a - wanted)[stuck].max(initial=0.0)
+            finite = np.isfinite(look.reaction - rest.reaction)[stuck].all()
+            self._known[key] = not (finite and error < 1e-6)
+        return self._known[key]
+
+    def share(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> None:
+        """Let redundant constraints yield a little; the stronger one carries more."""
+        modes[self.s.first_modes + 3] = 0.0
+        if not self._redundant(t, x, modes, guess):
             return
+        if self._yielding is None:
+            self._yielding = _COMPLIANCE * self._softest(t, x, modes, guess)
+        modes[self.s.first_modes + 3] = self._yielding
+        look = self.look(t, x, modes, guess)
         reach = np.minimum(np.abs(look.upper), np.abs(look.lower))
         finite = np.isfinite(reach) & (reach > 0)
         largest = reach[finite].max(initial=0.0)
         weight = np.where(finite & (largest > 0), largest / np.where(finite, reach, 1.0), 1.0)
-        modes[self.s.first_modes + 3] = self._shared * np.minimum(weight, 1e3)
+        modes[self.s.first_modes + 3] *= np.minimum(weight, 1e3)
 
 
 class _Instant:
@@ -217,11 +255,11 @@ class _Instant:
         self.t, self.x, self.modes, self.guess = t, x, modes, guess
         self._was_stuck = settler._get(before)[0]
         self.edge = before[np.array([j.mode for j in self.s.jumps], dtype=int)] > 0.5
-        self.moved = False
-        self.jumped: set[int] = set()
+        self.moved = self.starting = False
         self.halted: set[int] = set()
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
+        self.jumped: list[int] = []
         for h in np.flatnonzero(self._was_stuck).tolist():
             self._stop(h, True)  # implicit steps leave rounding there
 
@@ -244,8 +282,8 @@ class _Instant:
         h, r = len(self.s.first_modes), len(self.s.relation_modes)
         most = 40 + 20 * (h + r + len(self.s.jumps))
         for number in range(most):
+            self.o.share(self.t, self.x, self.modes, self.guess)
             look = self.o.look(self.t, self.x, self.modes, self.guess)
-            self.o.shares(self.modes, look)
             if self._relations(look, number) or self._jumps(look) or self._switch(look):
                 continue
             if self._collide(look) or self._rebalance(look, number):
@@ -291,14 +329,14 @@ class _Instant:
         return bool(len(places))
 
     def _jumps(self, look: _Look) -> bool:
-        if not self.s.jumps:
+        if self.starting or not self.s.jumps:
             return False
         now = self.modes[[j.mode for j in self.s.jumps]] > 0.5
         rising = now & ~self.edge
         self.edge = now
         for k in np.flatnonzero(rising):
             jump = self.s.jumps[k]
-            self.jumped.add(jump.mode)
+            self.jumped.append(jump.mode)
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                 place = self.o._place[node]
                 self.x[place] = sign * look.values[jump.first + i]
@@ -399,6 +437,7 @@ class _Instant:
             trial = self.modes.copy()
             for h in range(len(s.names)):
                 self.o._set(trial, h, 0 if h in members else None)
+            self.o.share(self.t, self.x, trial, self.guess)
             rest = self.o.look(self.t, self.x, trial, self.guess)
             for h, change in members.items():
                 trial[s.first_modes[h] + 4] = change
@@ -427,9 +466,8 @@ class _Instant:
             if wrong:
                 del members[max(wrong, key=lambda h: abs(impulse[h]))]
             elif touching:
-                h = touching[0]
-                closing[h] = float(look.restitution[h])
-                members[h] = -(1.0 + closing[h]) * look.v[h]
+                # it did not approach, so there is nothing that would bounce
+                members[touching[0]] = -look.v[touching[0]]
             else:
                 break
         self.x = self.x + push.rates - rest.rates
@@ -447,7 +485,7 @@ class _Instant:
             return False
         stuck, forward, backward = self.o._get(self.modes)
         slack = _SLACK * np.abs(look.reaction) + 1e-13
-        if self.o._shared is not None and self.o._shared.any():
+        if self.modes[s.first_modes + 3].any():
             slack = slack * 1e4
         calm = 1e-9 * (1.0 + np.abs(look.rates).max(initial=0.0))
         still = self._standstills()
@@ -506,10 +544,9 @@ class _Instant:
         found = []
         for k, mode in enumerate(self.s.relation_modes):
             was, now = bool(before[mode] > 0.5), bool(self.modes[mode] > 0.5)
-            if not (was or now) and mode in self.jumped:  # true for the instant of its jump only
-                name, old = self.s.relation_text(k, False)
-                found.append(Change(name, old, self.s.relation_text(k, True)[1]))
-            elif was != now:
+            if mode in self.jumped:
+                was, now = False, True
+            if was != now:
                 name, old = self.s.relation_text(k, was)
                 found.append(Change(name, old, self.s.relation_text(k, now)[1]))
         old_words, new_words = self.o.words(before), self.o.words(self.modes)

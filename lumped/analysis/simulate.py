@@ -5,14 +5,16 @@ from __future__ import annotations
 import itertools
 import time as clock
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.calls import called
 from lumped.analysis.changeover import Settler
-from lumped.analysis.march import marched
+from lumped.analysis.crossing import Crossing, Step, first_crossing
+from lumped.analysis.dense import Method
+from lumped.analysis.march import first_change, marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settings import closed_with, modes_at
@@ -22,12 +24,9 @@ from lumped.analysis.stepper import (
     CROSSED,
     GIVEN_UP,
     HEAD,
-    INSIDE,
     REJECTED,
     STIFF_AFTER,
-    Method,
     Stepper,
-    called,
     first_step,
 )
 from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
@@ -127,17 +126,7 @@ _STORM = 200
 """Changes of mode that may follow each other at practically the same instant."""
 
 
-@dataclass(frozen=True)
-class _Crossing:
-    """Where margins are used up: attempt, time, state, margins."""
-
-    row: int
-    time: float
-    x: np.ndarray
-    fired: list[tuple[str, int]]
-
-
-_Stop = _Crossing | tuple[int, int, int]
+_Stop = Crossing | tuple[int, int, int]
 """Why a run stops for a moment: a change of modes, or of the leading states."""
 
 
@@ -166,7 +155,8 @@ class _Run:
         self._take(system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
         self.crossings: list[float] = []
-        self.events: list[Event] = []
+        hits = point.collisions
+        self.events = [Event(0.0, c.component, c.before, c.after, c.loss) for c in hits]
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 
@@ -228,7 +218,7 @@ class _Run:
         point = (np.array([t]), x[None, :], self._settings(modes)[None, :])
         stop: _Stop | None = unfit_states(self.system, self.point.theta, *point)
         while True:
-            if isinstance(stop, _Crossing):
+            if isinstance(stop, Crossing):
                 x, modes = self._cross(t, x, modes, stop)
             elif stop is not None:
                 if t == changed_at:
@@ -243,7 +233,7 @@ class _Run:
             t, x, stop = self._advance(t, end, x, modes)
 
     def _cross(
-        self, t: float, x: np.ndarray, modes: np.ndarray, crossing: _Crossing
+        self, t: float, x: np.ndarray, modes: np.ndarray, crossing: Crossing
     ) -> tuple[np.ndarray, np.ndarray]:
         """Change modes where margins are used up."""
         self.output.edge(t, x, self._settings(modes))
@@ -355,8 +345,7 @@ class _Run:
         if end <= begin:
             return end, x, None
         if not len(x):
-            self._static(begin, end, modes)
-            return end, x, None
+            return self._static(begin, end, x, modes)
         settings = self._settings(modes)
         (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
@@ -380,7 +369,13 @@ class _Run:
             dense = found[5].reshape(stepper.chunk, -1, n)
             crossing = None
             if found[0][5] == CROSSED:
-                crossing = self._crossing(stepper, x, log, xs, dense, modes)
+                row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])
+                before = x if row == 0 else xs[row - 1, :n]
+                settings = np.concatenate([modes, xs[row, n:]])
+                t = float(log[0, row])
+                span = (t, float(log[1, row]) - t)
+                step = Step(before, xs[row, :n], dense[row], *span, theta, settings)
+                crossing = first_crossing(system, stepper.method, row, step)
             unfit, row = self._unfit(log, xs, modes)
             if crossing is not None and crossing.row < row:
                 row, t = crossing.row, crossing.time
@@ -392,6 +387,8 @@ class _Run:
                 self.guess = xs[row - 1, len(x) :]
                 return float(log[1, row - 1]), xs[row - 1, : len(x)], unfit
             head, x, f = found[:3]
+            if head[5] == CROSSED:
+                head[5] = 0.0
             self.guess = head[HEAD:]
             if head[5] == GIVEN_UP:
                 self._give_up(head[0], x, f, self._settings(modes))
@@ -406,52 +403,6 @@ class _Run:
                 self.method = "implicit"
                 self.methods.append(self.method)
         return end, x, None
-
-    def _crossing(
-        self,
-        stepper: Stepper,
-        x: np.ndarray,
-        log: np.ndarray,
-        xs: np.ndarray,
-        dense: np.ndarray,
-        modes: np.ndarray,
-    ) -> _Crossing:
-        """The first instant in the last step at which a margin is used up."""
-        row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])
-        n, theta, h = len(x), self.point.theta, log[1, row] - log[0, row]
-        before, after = x if row == 0 else xs[row - 1, :n], xs[row, :n]
-        settings = np.concatenate([modes, xs[row, n:]])
-        margins = called(self.system, "margins")
-
-        def at(fraction: float) -> tuple[np.ndarray, list[np.ndarray]]:
-            """State inside the step; margins and tolerances there."""
-            parts = (np.array([fraction]), before[None], after[None], dense[[row]])
-            found = stepper.interpolate(*parts)[0] if fraction < 1 else after
-            return found, margins(found, theta, log[0, row] + fraction * h, settings)
-
-        low = 0.0
-        for high in INSIDE:
-            left, tolerance = at(high)[1]
-            suspects = np.flatnonzero(left + tolerance < 0)
-            if len(suspects):
-                break
-            low = high
-        point = (before, after, dense[row].ravel(), log[0, row], h, theta, settings)
-        roots = [stepper.locate(self.system, point, (low, high), int(i)) for i in suspects]
-        fraction = min(roots)
-        found, (left, tolerance) = at(fraction)
-        time = float(log[0, row] + fraction * h)
-        rows = self.system.switching.rows
-        fired = [rows[i] for i, root in zip(suspects, roots, strict=True) if root == fraction]
-        # what shares one reaction lets go together
-        switching = self.system.switching
-        sharing = set(np.flatnonzero(settings[switching.first_modes + 3] > 0).tolist())
-        for i in np.flatnonzero(left <= tolerance).tolist():
-            kind, h = rows[i]
-            together = kind in ("upper", "lower") and h in sharing
-            if (together or i in suspects) and rows[i] not in fired:
-                fired.append(rows[i])
-        return _Crossing(row, time, found, fired)
 
     def _unfit(
         self, log: np.ndarray, xs: np.ndarray, modes: np.ndarray
@@ -499,8 +450,15 @@ class _Run:
         """Settings of several points."""
         return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
-    def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
-        """A system without states: only its functions of time remain."""
+    def _static(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
+    ) -> tuple[float, np.ndarray, _Stop | None]:
+        """A system without states: its functions of time and what they switch remain."""
+        stop, span = None, (begin, end)
+        if self.system.switching:
+            change = first_change(self.system, self.point.theta, span, modes, self.guess)
+            if change is not None:
+                stop, end = Crossing(0, change[0], x, change[1]), change[0]
         wanted = self.output.due(end) if self.output.on_grid else np.array([end])
         times = np.append(wanted, end)
         guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)
@@ -509,9 +467,10 @@ class _Run:
                 f"a linkage or implicit equation could not be followed up to t = {end:g} s. Ask "
                 "for more output points, or check its range."
             )
-            return
+            return end, x, None
         self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
         self.guess = guesses[-1]
+        return end, x, stop
 
     def _refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""

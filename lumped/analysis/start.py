@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.changeover import Settler
+from lumped.analysis.changeover import Change, Settler
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
@@ -29,7 +29,8 @@ def start_point(
     ``initial_equations`` of components hold exactly. States that they do not determine take their
     declared defaults; where a given quantity is not itself a state, the least wanted states follow
     from it. For a quantity that a closed linkage determines, the start value is where the search
-    begins, and so chooses the assembly.
+    begins, and so chooses the assembly. Where bodies collide at once, the start values are those
+    before the impact, and the states those after it.
 
     Newton's method starts from the defaults. If it fails, the wanted values are approached step by
     step from those that the quantities have there.
@@ -47,21 +48,22 @@ def start_point(
     Raises
     ------
     StartError
-        If start values and initial equations contradict each other, or do not determine a free
-        parameter.
+        If start values and initial equations contradict each other, do not determine a free
+        parameter, or put bodies inside each other.
     """
     theta = system.theta(parameters)
     begin = _Start(system, theta, start or {}, system.places(free))
     x, settings = begin.solve()[system._in_use], begin.settings
+    collisions: tuple[Change, ...] = ()
     if system.switching:
         count = len(settings) - len(system._values.implicit)
         settler = Settler(system, begin.theta, 1.0)
         try:
-            x, modes = settler.begin(1e-300, x, settings[:count], settings[count:])
+            x, modes, collisions = settler.begin(0.0, x, settings[:count], settings[count:])
         except SolverError as error:
             raise StartError(str(error)) from None
         settings = np.concatenate([modes, settings[count:]])
-    return OperatingPoint(system, 0.0, x, begin.theta, settings)
+    return OperatingPoint(system, 0.0, x, begin.theta, settings, collisions)
 
 
 class _Start:

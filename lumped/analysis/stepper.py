@@ -9,13 +9,14 @@ Jacobian. Both have dense output.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
-from lumped.analysis.calls import Call
+from lumped.analysis import rodas5p
+from lumped.analysis.calls import Call, called
+from lumped.analysis.dense import INSIDE, Method, doubtful, interpolated
 from lumped.system import System
 
 __all__ = [
@@ -24,16 +25,11 @@ __all__ = [
     "CROSSED",
     "GIVEN_UP",
     "HEAD",
-    "INSIDE",
     "REJECTED",
     "STIFF_AFTER",
-    "Method",
     "Stepper",
-    "called",
     "first_step",
 ]
-
-Method = Literal["explicit", "implicit"]
 
 ACCEPTED, REJECTED, IDLE = 1, 0, -1
 GIVEN_UP, CROSSED = 1, 2
@@ -44,14 +40,8 @@ HEAD = 6
 CLOSED = 1e-9
 """Largest last step of Newton's method, relative; the error is then its square."""
 
-INSIDE = (0.25, 0.5, 0.75, 1.0)
-"""Fractions of each step at which it is asked whether a mode must change."""
-
 STIFF_AFTER = 15
 """Steps at the stability limit after which a problem counts as stiff (Hairer's DOP853)."""
-
-_LOCATING = 40
-"""Iterations in which a root inside a step is found to rounding."""
 
 _EXPAND_BELOW = 200
 """States up to which a step is expanded to scalar operations."""
@@ -126,83 +116,8 @@ class Stepper:
             Interpolation coefficients.
         """
         columns = [dense[:, i] for i in range(dense.shape[1])]
-        inside: np.ndarray = _interpolated(self.method, theta[:, None], before, after, columns)
+        inside: np.ndarray = interpolated(self.method, theta[:, None], before, after, columns)
         return inside
-
-    def locate(
-        self, system: System, step: tuple[np.ndarray, ...], span: tuple[float, float], row: int
-    ) -> float:
-        """Where in a step a margin falls to zero, as a fraction of the step.
-
-        Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
-
-        Parameters
-        ----------
-        step : tuple
-            State before and after, interpolation coefficients (c n,), time before, length,
-            parameters, settings.
-        span : tuple of float
-            Fractions between which the margin changes its sign.
-        row : int
-            Number of the margin.
-        """
-        key = ("locate", self.method)
-        if key not in system.made:
-            system.made[key] = _locator(system, self.method, len(step[2]) // max(1, len(step[0])))
-        choice = np.zeros(system.margins.size1_out(0))
-        choice[row] = 1.0
-        return float(system.made[key](*span, choice, *step)[0][0])
-
-
-def _interpolated(
-    method: Method, fraction: Any, before: Any, after: Any, columns: list[Any]
-) -> Any:
-    """The dense output of a step, in numbers or symbols."""
-    rest = 1 - fraction
-    if method == "implicit":
-        inner = columns[0] + fraction * (columns[1] + fraction * columns[2])
-        return rest * before + fraction * (after + rest * inner)
-    y = 0.0 * before
-    for i in range(7):
-        y = (y + columns[6 - i]) * (fraction if i % 2 == 0 else rest)
-    return before + y
-
-
-def _locator(system: System, method: Method, width: int) -> Call:
-    """Root of one margin in a step; see `Stepper.locate`."""
-    n = len(system.states)
-    choice = ca.MX.sym("choice", system.margins.size1_out(0))
-    step = [ca.MX.sym("before", n), ca.MX.sym("after", n), ca.MX.sym("dense", n, width)]
-    step += [ca.MX.sym("t"), ca.MX.sym("h")]
-    step += [ca.MX.sym("p", system._inputs[1].numel()), ca.MX.sym("m", system._inputs[3].numel())]
-    before, after, dense, t, h, p, m = step
-    fraction, bracket = ca.MX.sym("fraction"), ca.MX.sym("bracket", 4)
-    x = _interpolated(method, fraction, before, after, ca.horzsplit(dense))
-    value = ca.dot(choice, system.margins(x, p, t + fraction * h, m)[0])
-    margin = ca.Function("margin", [fraction, choice, *step], [value])
-    a, fa, b, fb = ca.vertsplit(bracket)
-    secant = ca.if_else(fa == fb, b, (a * fb - b * fa) / (fb - fa))
-    fc = margin(secant, choice, *step)
-    crossed = fc * fb < 0
-    improved = ca.vertcat(ca.if_else(crossed, b, a), ca.if_else(crossed, fb, 0.5 * fa), secant, fc)
-    done = ca.logic_or(fb == 0, a == b)
-    once = ca.Function("once", [bracket, choice, *step], [ca.if_else(done, bracket, improved)])
-    low, high = ca.MX.sym("low"), ca.MX.sym("high")
-    found = ca.vertcat(low, margin(low, choice, *step), high, margin(high, choice, *step))
-    for _ in range(_LOCATING):
-        found = once(found, choice, *step)
-    # of the last bracket, the end at which the margin is used up
-    root = ca.if_else(found[3] <= 0, found[2], found[0])
-    return Call(ca.Function("locate", [low, high, choice, *step], [root]))
-
-
-def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
-    """A function of a system, to be called with numbers."""
-    key = ("call", name)
-    if key not in system.made:
-        system.made[key] = Call(getattr(system, name))
-    call: Call = system.made[key]
-    return call
 
 
 def first_step(
@@ -273,6 +188,7 @@ class _Frame:
         self.closure = system.closure if implicit else None
         watched = bool(system.switching) and bool(system.margins.size1_out(0))
         self.margins = system.margins if watched else None
+        self.margin_rates = system.margin_rates if watched else None
         self.end, self.rtol = ca.MX.sym("end"), ca.MX.sym("rtol")
         self.atol = ca.MX.sym("atol", n)
         self.t = self.head[0]
@@ -307,16 +223,18 @@ class _Frame:
             error = ca.if_else(open_loop, 100, error)
             guesses = ca.if_else(error <= 1, found, guesses)
         stop = ca.MX(0)
-        if self.margins is not None:
+        if self.margins is not None and self.margin_rates is not None:
             settings = ca.vertcat(self.m, guesses)
             columns = ca.horzsplit(dense)
-            least = []
+            samples = []
             for part in INSIDE:
-                x = _interpolated(name, part, self.x, new, columns) if part < 1 else new
+                x = interpolated(name, part, self.x, new, columns) if 0 < part < 1 else new
                 t = self.t + part * (t_new - self.t)
-                margins, tolerances = self.margins(x, self.p, t, settings)
-                least.append(ca.mmin(margins + tolerances))
-            stop = CROSSED * (ca.mmin(ca.vertcat(*least)) < 0)
+                margins, tolerances = self.margins(x if part else self.x, self.p, t, settings)
+                samples.append(margins + tolerances)
+            ends = ((self.x, self.t), (new, t_new))
+            slopes = [(t_new - self.t) * self.margin_rates(x, self.p, t, settings) for x, t in ends]
+            stop = CROSSED * (ca.mmax(doubtful(samples, slopes)) > 0)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
@@ -380,116 +298,28 @@ def _combined(stages: list[ca.MX], weights: np.ndarray) -> ca.MX:
     return total
 
 
-_GAMMA = 0.21193756319429014
-_A = (
-    (),
-    (3.0,),
-    (2.849394379747939, 0.45842242204463923),
-    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
-    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
-    (
-        -7.502846399306121,
-        2.561846144803919,
-        -11.627539656261098,
-        -0.18268767659942256,
-        0.030198172008377946,
-    ),
-)
-_C = (
-    (),
-    (-14.155112264123755,),
-    (-17.97296035885952, -2.859693295451294),
-    (147.12150275711716, -1.41221402718213, 71.68940251302358),
-    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
-    (
-        24.854864614690072,
-        -3.0009227002832186,
-        47.4931110020768,
-        5.5814197821558125,
-        -0.6610691825249471,
-    ),
-    (
-        30.91273214028599,
-        -3.1208243349937974,
-        77.79954646070892,
-        34.28646028294783,
-        -19.097331116725623,
-        -28.087943162872662,
-    ),
-    (
-        37.80277123390563,
-        -3.2571969029072276,
-        112.26918849496327,
-        66.9347231244047,
-        -40.06618937091002,
-        -54.66780262877968,
-        -9.48861652309627,
-    ),
-)
-_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664)
-_D = (
-    0.21193756319429014,
-    -0.42387512638858027,
-    -0.3384627126235924,
-    1.8046452872882734,
-    2.325825639765069,
-)
-_H = (
-    (
-        25.948786856663858,
-        -2.5579724845846235,
-        10.433815404888879,
-        -2.3679251022685204,
-        0.524948541321073,
-        1.1241088310450404,
-        0.4272876194431874,
-        -0.17202221070155493,
-    ),
-    (
-        -9.91568850695171,
-        -0.9689944594115154,
-        3.0438037242978453,
-        -24.495224566215796,
-        20.176138334709044,
-        15.98066361424651,
-        -6.789040303419874,
-        -6.710236069923372,
-    ),
-    (
-        11.419903575922262,
-        2.8879645146136994,
-        72.92137995996029,
-        80.12511834622643,
-        -52.072871366152654,
-        -59.78993625266729,
-        -0.15582684282751913,
-        4.883087185713722,
-    ),
-)
-
-
 def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
     jacobian, drift = system.jacobian(s.x, s.p, s.t, s.settings)
-    matrix = ca.MX.eye(s.n) - s.h * _GAMMA * jacobian
+    matrix = ca.MX.eye(s.n) - s.h * rodas5p.GAMMA * jacobian
     increments: list[ca.MX] = []
     new = s.x
     for i in range(8):
         if i < 6:
-            new = s.x + _combined(increments, np.array(_A[i])) if i else s.x
+            new = s.x + _combined(increments, np.array(rodas5p.A[i])) if i else s.x
         else:
             new = new + increments[-1]
-        rate = s.f if i == 0 else s.rate(new, s.t + (_NODES[i] if i < 5 else 1.0) * s.h)
+        rate = s.f if i == 0 else s.rate(new, s.t + (rodas5p.NODES[i] if i < 5 else 1.0) * s.h)
         if i < 5:
-            rate = rate + s.h * _D[i] * drift
+            rate = rate + s.h * rodas5p.D[i] * drift
         if i:
-            rate = rate + _combined(increments, np.array(_C[i])) / s.h
-        increments.append(ca.solve(matrix, s.h * _GAMMA * rate, "qr"))
+            rate = rate + _combined(increments, np.array(rodas5p.C[i])) / s.h
+        increments.append(ca.solve(matrix, s.h * rodas5p.GAMMA * rate, "qr"))
     new = new + increments[-1]
     f_new = s.rate(new, s.t + s.h)
     error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)
     interpolation = ca.MX(s.n, 0)
     if dense:
-        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in _H))
+        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in rodas5p.H))
     return s.finish("implicit", new, f_new, error, 1 / 5, None, interpolation), 8

@@ -1,43 +1,13 @@
-"""Friction elements of the reference cases, and the loads that stand beside them."""
+"""Friction elements of the reference cases."""
 
 import numpy as np
 
-import lumped as lp
 from lumped.components import BearingFriction, Brake, Clutch, OneWayClutch, Stribeck, translation
-
-
-class QuadraticLoad(lp.Component):
-    """Torque that grows with the square of the speed: ``tau = nominal w |w| / v_nominal^2``."""
-
-    flange = lp.Flange()
-    nominal: lp.Param = lp.param("N.m", "accelerating torque at the nominal speed")
-    v_nominal: lp.Param = lp.param("rad/s", "nominal speed", nonzero=True)
-    w: lp.Var = lp.var("rad/s", "speed")
-
-    def equations(self):
-        yield self.w == lp.der(self.flange.phi)
-        yield self.flange.tau == -self.nominal * self.w * abs(self.w) / self.v_nominal**2
-
-
-class TorqueStep(lp.Component):
-    """Torque that jumps: ``tau = offset``, from `t_step` on ``offset + step``."""
-
-    flange = lp.Flange()
-    offset: lp.Param = lp.param("N.m", "torque before")
-    step: lp.Param = lp.param("N.m", "jump")
-    t_step: lp.Param = lp.param("s", "instant")
-
-    def equations(self):
-        risen = lp.ops.where(lp.time >= self.t_step, self.step, 0)
-        yield self.flange.tau == -(self.offset + risen)
-
 
 ROTATION = {
     "bearing_friction": BearingFriction,
     "brake": Brake,
     "clutch": Clutch,
-    "load_quadratic": QuadraticLoad,
-    "load_step": TorqueStep,
     "one_way_clutch": OneWayClutch,
 }
 TRANSLATION = {
@@ -69,6 +39,4 @@ def plain(facts):
         )
         facts["characteristic"] = Stribeck(coulomb, coulomb + more, decay, viscous)
         facts["peak"] = 1.001
-    if facts["type"] == "load_quadratic" and facts.pop("same_direction"):
-        raise NotImplementedError("a load that drives in one direction")
     return facts

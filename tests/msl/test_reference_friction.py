@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import specification_gear  # noqa: F401 - loads
 from energy import audit
 from specification import build, read
 from test_reference_cases import outside_of_tube
