@@ -13,7 +13,6 @@ from lumped.models import Row
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
-    StripGap,
     skidding,
     strip_break,
     with_droop,
@@ -66,7 +65,7 @@ UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
 
 def rows() -> list[Row]:
     """Published and computed numbers; the strip entry with motors stepping to rated torque."""
-    after_break = strip_break(StripGap(), until=2.02, grid=40_000, rtol=1e-8)
+    after_break = strip_break(until=2.02, grid=40_000, rtol=1e-8)
     skids = skidding(grid=499, rtol=1e-9)
     unequal = {"eps": DIFFERENCE}
     rolling = [lp.equilibrium(lp.assemble(with_droop(s)), parameters=unequal) for s in (0.03, 0.01)]

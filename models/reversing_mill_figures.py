@@ -135,7 +135,7 @@ def _draw_break() -> Figure:
     figure = Figure((8, 6), layout="constrained")
     axes = figure.subplots(2, sharex=True, sharey=True)
     for axis, share in zip(axes, (0.0, 0.1), strict=True):
-        run = scenes.strip_break(scenes.StripGap(), share, grid=1000)
+        run = scenes.strip_break(share, grid=1000)
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
         axis.set(title=f"Strip break, motors at {1 + share:g} and {1 - share:g} rated torque")

@@ -18,6 +18,8 @@ from typing import Any
 
 import lumped as lp
 from lumped.components import (
+    Coupling,
+    ElastoBacklash,
     IdealGear,
     LoadShare,
     PController,
@@ -28,6 +30,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.models.reversing_mill_stand import (
+    C_SPINDLE,
     RATED,
     SHAFTS,
     LowerBranch,
@@ -98,25 +101,62 @@ def skidding(until: float = 0.4, **options: Any) -> lp.Trajectory:
 
 
 def strip_break(
-    stand: StripGap, share: float = 0.0, until: float = 0.22, **options: Any
+    share: float = 0.0, play: float = 0.0, until: float = 0.22, **options: Any
 ) -> lp.Trajectory:
     """Strip that breaks at 20 ms of steady rolling; the motors keep their torques.
 
     Parameters
     ----------
-    stand : StripGap
-        Stand.
     share : float
         Part of Mr that the upper motor has more and the lower one less: load share.
+    play : float
+        Whole play in each spindle, at the motor shaft, rad.
     until : float
         End, s.
     **options
         Passed to `lumped.simulate`.
     """
-    torques = {"upper.drive.tau": (1 + share) * RATED, "lower.drive.tau": (1 - share) * RATED}
-    system = lp.assemble(stand.with_(torques))
-    rolling = lp.equilibrium(system, parameters={"leaves": 0.02})
+    stand = StripGap(leaves=0.02).with_(
+        {"upper.drive.tau": (1 + share) * RATED, "lower.drive.tau": (1 - share) * RATED}
+    )
+    if play:
+        spindle = ElastoBacklash(c=C_SPINDLE, b=play)
+        stand = stand.with_({"upper.spindle": spindle, "lower.spindle": spindle})
+    system = lp.assemble(stand)
+    twist = RATED / C_SPINDLE + play / 2
+    near = {f"{side}.spindle.phi_rel": twist for side in ("upper", "lower")}
+    rolling = lp.equilibrium(system, start=near)
     return lp.simulate(system, until=until, start=rolling, **options)
+
+
+class JoinedGap(StripGap):
+    """Strip joins the rolls at once, whatever their speeds, and holds any torque."""
+
+    gap: Coupling = Coupling(u=between(StripGap.enters, StripGap.leaves))
+
+
+def entry_at_speed(
+    stand: StripGap, lead: float, until: float = 0.2, **options: Any
+) -> lp.Trajectory:
+    """Strip that enters at 20 ms; the motors have rated torque from then on.
+
+    Parameters
+    ----------
+    stand : StripGap
+        Stand, for example `JoinedGap`.
+    lead : float
+        Speed of the upper branch before, relative to the lower one, rad/s.
+    until : float
+        End, s.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    step = where(lp.time >= 0.02, RATED, 0.0)
+    drives = {"upper.drive.tau": step, "lower.drive.tau": step}
+    system = lp.assemble(stand.with_({"enters": 0.02} | drives))
+    turning = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "gap.w_rel")
+    start = dict.fromkeys(turning, lead)
+    return lp.simulate(system, until=until, start=start, **options)
 
 
 class SpeedControlled(lp.Component):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import expm
 
 DATA = Path(__file__).resolve().parents[1] / "data/reversing_mill"
 
@@ -57,3 +58,19 @@ def relative(received, expected) -> float:
     error = float(np.max(np.abs(np.asarray(received) / np.asarray(expected) - 1)))
     print(f"largest relative error {error:.2e}")
     return error
+
+
+def course(bodies, springs, torques, speeds, times: np.ndarray) -> np.ndarray:
+    """Torques of the springs under constant outer torques, from given speeds and no twist.
+
+    Matrix exponentials of twists, speeds and a constant.
+    """
+    n, m = len(bodies), len(springs)
+    A = np.zeros((m + n + 1, m + n + 1))
+    for k, (leading, following, c) in enumerate(springs):
+        A[k, m + leading], A[k, m + following] = 1, -1
+        A[m + leading, k], A[m + following, k] = -c / bodies[leading], c / bodies[following]
+    A[m : m + n, -1] = np.divide(torques, bodies)
+    begin = np.concatenate([np.zeros(m), speeds, [1.0]])
+    stiffness = np.array([c for _, _, c in springs])
+    return np.array([stiffness * (expm(A * t) @ begin)[:m] for t in times])
