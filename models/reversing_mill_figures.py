@@ -37,6 +37,7 @@ def figures() -> dict[str, Figure]:
         "creep": _draw_creep(),
         "skidding": _draw_skidding(),
         "strip_break": _draw_break(),
+        "strip_entry_unequal_speeds": _draw_unequal_speeds(),
         "unequal_rolls": _draw_unequal(),
     }
 
@@ -132,17 +133,50 @@ def _draw_skidding() -> Figure:
 
 
 def _draw_break() -> Figure:
-    figure = Figure((8, 6), layout="constrained")
-    axes = figure.subplots(2, sharex=True, sharey=True)
-    for axis, share in zip(axes, (0.0, 0.1), strict=True):
-        run = scenes.strip_break(share, grid=1000)
+    figure = Figure((8, 8), layout="constrained")
+    axes = figure.subplots(3, sharex=True, sharey=True)
+    cases = (
+        ("motors at rated torque", {}),
+        ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
+        (
+            f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play",
+            {"play": scenes.PLAY},
+        ),
+    )
+    for axis, (title, options) in zip(axes, cases, strict=True):
+        run = scenes.strip_break(**options, grid=2000)
         axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
         axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Strip break, motors at {1 + share:g} and {1 - share:g} rated torque")
-        axis.set_ylabel("torque / rated torque")
+        axis.set(title=f"Strip break, {title}", ylabel="torque / rated torque")
         axis.grid(alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[1].set(xlabel="time, ms", xlim=(0, 220))
+    axes[-1].set(xlabel="time, ms", xlim=(0, 220))
+    return figure
+
+
+def _draw_unequal_speeds() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    torque, speeds, near = figure.subplots(3)
+    for stand, line in ((scenes.JoinedGap(), "-"), (scenes.StripGap(), ":")):
+        run = scenes.entry_at_speed(stand, lead=2.0, grid=20_000)
+        t = 1e3 * run.t
+        for i, (shaft, name) in enumerate(zip(SHAFTS, SHAFT_LABELS, strict=True)):
+            torque.plot(t, run[shaft] / RATED, line, color=f"C{i}", label=name)
+        for i, side in enumerate(("upper", "lower"), 3):
+            speeds.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}", label=f"{side} rolls")
+            near.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}")
+    torque.set(title="Strip enters at 20 ms, the upper branch 2 rad/s faster", xlim=(0, 200))
+    torque.set_ylabel("torque / rated torque")
+    speeds.set(title="Solid: joined at once; dotted: joined by friction up to $M_s$", xlim=(0, 200))
+    near.set(xlim=(19.5, 21.5), ylim=(-2.5, 2.5))
+    for axis in (torque, speeds, near):
+        axis.set_xlabel("time, ms")
+        axis.grid(alpha=0.3)
+    for axis in (speeds, near):
+        axis.set_ylabel("speed of the rolls, rad/s")
+    shown = [axis.get_legend_handles_labels() for axis in (torque, speeds)]
+    handles, labels = shown[0][0][:3] + shown[1][0][:2], shown[0][1][:3] + shown[1][1][:2]
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize="small")
     return figure
 
 

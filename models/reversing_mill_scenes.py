@@ -45,6 +45,7 @@ SPEED = 140.0  # rad/s  w_0 of the motors [A]
 DIFFERENCE = 0.002  # 1  eps [A]
 GAIN = 1000.0  # N.m.s/rad  of a PI speed controller [A]
 INTEGRAL_TIME = 0.2  # s  of a PI speed controller [A]
+PLAY = 0.02  # rad  of a spindle, at the motor shaft [A]
 NEVER = 1e9  # s
 SKIDS = (0.031472, 0.205081, 0.212507, 0.231298)
 """Instants at which the gap skids and sticks in `skidding`, s, by modal sums between them."""
