@@ -397,17 +397,20 @@ class _Instant:
         if not len(closing):
             return False
         bouncing = {h: float(look.restitution[h]) for h in closing.tolist()}
-        self._impact(look, bouncing)
+        taken = self._impact(look, bouncing)
         after = self.o.look(self.t, self.x, self.modes, self.guess)
         for h in closing.tolist():
-            if bouncing[h] == 0 or not self._rests(h, after):
+            if h not in taken or bouncing[h] == 0 or not self._rests(h, after):
                 continue
             self._impact(after, {h: 0.0}, pull=True)
             bouncing[h] = 0.0
         for h in closing.tolist():
             self.halted.discard(h)
-            self.o._set(self.modes, h, 1 if bouncing[h] else 0)
-            self._stop(h, bouncing[h] == 0)
+            if h in taken:
+                self.o._set(self.modes, h, 1 if bouncing[h] else 0)
+                self._stop(h, bouncing[h] == 0)
+            else:  # others pull it away
+                self.o._set(self.modes, h, 1 if s.has_upper[h] else 2)
         return True
 
     def _rests(self, h: int, look: _Look) -> bool:
@@ -422,8 +425,12 @@ class _Instant:
         if really and place is not None:
             self.x[place] = 0.0
 
-    def _impact(self, look: _Look, closing: dict[int, float], pull: bool = False) -> None:
+    def _impact(
+        self, look: _Look, closing: dict[int, float], pull: bool = False
+    ) -> dict[int, float]:
         """Impulses of what closes and of all constraints without limit that hold.
+
+        Gives back those that take part, with the changes of their speeds.
 
         The jump of all speeds is what the accelerations would be if the closing constraints
         demanded the change of their speed in unit time, without any other force: the impulsive
@@ -475,6 +482,7 @@ class _Instant:
         for h in members:
             lost = 0.5 * impulse[h] * (look.v[h] + speed[h])
             self.impacts[h] = self.impacts.get(h, 0.0) + float(lost)
+        return members
 
     # -- forces ------------------------------------------------------------------------------
 

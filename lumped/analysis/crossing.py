@@ -80,7 +80,8 @@ def first_crossing(system: System, method: Method, row: int, step: Step) -> Cros
     for suspect in suspects.tolist():
         choice = np.zeros(_count(system))
         choice[suspect] = 1.0
-        roots.append(float(locate(*span, choice, *values)[0][0]))
+        low = span[0] or _risen(system, method, step, suspect, span[1])
+        roots.append(float(locate(low, span[1], choice, *values)[0][0]))
     fraction = min(roots)
     x = step.after
     if fraction < 1:
@@ -97,6 +98,18 @@ def first_crossing(system: System, method: Method, row: int, step: Step) -> Cros
         if (together or i in suspects) and rows[i] not in fired:
             fired.append(rows[i])
     return Crossing(row, time, x, fired)
+
+
+def _risen(system: System, method: Method, step: Step, margin: int, end: float) -> float:
+    """Where a margin that is zero when the step begins is positive before it falls again."""
+    margins, states = called(system, "margins"), (step.before, step.after, list(step.dense))
+    for power in range(1, 30):
+        fraction = end * 0.5**power
+        x = interpolated(method, fraction, *states)
+        left, _ = margins(x, step.theta, step.t + fraction * step.h, step.settings)
+        if left[margin] > 0:
+            return fraction
+    return 0.0
 
 
 def _count(system: System) -> int:

@@ -122,7 +122,7 @@ def test_a_rattling_gear_keeps_its_books(restitution):
     error = np.abs(supplied - stored - heat - lost)[inner].max()
     print(f"{len(hits)} impacts, {turned:.3g} J turned over, books out by {error:.1e} J")
     assert len(hits) > 20
-    assert error <= 1e-8 * turned
+    assert error <= 1e-7 * turned
     assert np.abs(run["play.phi_rel"]).max() <= 0.01 + 1e-11
 
 
@@ -162,7 +162,7 @@ def test_ten_rattling_gears_enter_no_flank_and_keep_their_books(seed, restitutio
     turned = lost.sum() + heat[-1]
     print(f"{len(times)} instants, {turned:.3g} J, out by {error:.1e} J, {deepest:.1e} rad deep")
     assert len(times) > 20
-    assert deepest <= 1e-11
+    assert deepest <= 1e-9
     assert lost.min() >= -1e-12 * turned
     assert error <= 1e-7 * turned
 
