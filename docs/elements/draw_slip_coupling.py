@@ -42,7 +42,9 @@ def draw() -> Figure:
     for name, limit in (("static", STATIC), ("kinetic", KINETIC)):
         torque.axhline(limit, color="grey", linestyle="--", linewidth=0.8)
         torque.text(1.09, limit + 1, name, ha="right")
-    torque.set(title="Motor torque 20, from 0.2 s 90, from 0.4 s 5 N.m; released at 0.9 s", ylim=(-5, 60))
+    torque.set(
+        title="Motor torque 20, from 0.2 s 90, from 0.4 s 5 N.m; released at 0.9 s", ylim=(-5, 60)
+    )
     torque.set_ylabel("torque to the load, N.m")
     slip.plot(run.t, -run["coupling.w_rel"], color="C1")
     slip.set(xlabel="time, s", ylabel="slip, rad/s", xlim=(0, 1.1))

@@ -3,7 +3,8 @@
 import pytest
 
 import lumped as lp
-from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed, SpringDamper
+from lumped.components import Damper, Fixed, Inertia, SlipCoupling, Speed, SpringDamper, Torque
+from lumped.errors import EquationError
 
 W_A, W_B, D_A, D_B = 30.0, 10.0, 2.0, 3.0
 NEEDED = D_A * D_B / (D_A + D_B) * (W_A - W_B)  # to turn both at one speed
@@ -89,3 +90,25 @@ def test_stick_slip_has_the_same_instants_with_implicit_and_explicit_steps(w):
     received, expected = ([event.time for event in run.events] for run in runs)
     assert len(expected) > 30
     assert received == pytest.approx(expected, abs=1e-5)
+
+
+class Branch(lp.Component):
+    """A body with a load."""
+
+    load: Torque = Torque(tau=0.0)
+    body: Inertia = Inertia(J=1.0)
+
+    def connections(self):
+        yield from lp.chain(self.load, self.body)
+
+
+class Stand(lp.Component):
+    """Binds an input of a part of its part, which knows the parameters of its own parent only."""
+
+    press: lp.Param = lp.param("N.m", "load", 2.0)
+    upper: Branch = Branch(load=Torque(tau=-press))
+
+
+def test_an_input_bound_past_its_parent_is_refused_with_the_place():
+    with pytest.raises(EquationError, match=r"upper \(Branch\).* 'press', which upper \(Branch\)"):
+        lp.assemble(Stand())
