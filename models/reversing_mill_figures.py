@@ -135,7 +135,7 @@ def _draw_skidding() -> Figure:
 def _draw_break() -> Figure:
     figure = Figure((8, 8), layout="constrained")
     axes = figure.subplots(3, sharex=True, sharey=True)
-    cases = (
+    cases: tuple[tuple[str, dict[str, float]], ...] = (
         ("motors at rated torque", {}),
         ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
         (

@@ -14,6 +14,7 @@ from mill_by_hand import (
     J3,
     JR,
     OPEN,
+    chain,
     course,
     data,
     relative,
@@ -127,6 +128,22 @@ class TestSkidding:
         assert error.max() < 1e-6
         assert relative(received.max(axis=0), expected.max(axis=0)) < 1e-6
         assert (run["gap.mode"] == table[:, 1]).all()
+
+    def test_after_the_fourth_change_it_sticks_for_ever(self):
+        run = scenes.skidding(until=10.0, grid=20_000, rtol=1e-8)
+        last = changes(run)[3][0]
+        # energies of the modes of four masses after it bound the equalizing torque for ever
+        k = np.flatnonzero(run.t == last)[-1]
+        bodies = ("upper.motor", "upper.gearbox", "upper.rolls", "lower.motor")
+        root_J, root_C, (U, _, V) = chain(*CLOSED)
+        speeds = U.T @ (root_J * [run[f"{body}.w"][k] for body in bodies])
+        torques = V @ ([run[name][k] / KGF - MR for name in SHAFTS] / root_C)
+        largest = np.hypot(speeds, torques) @ np.abs((V * root_C) @ [0, 0.5, -0.5]) * KGF
+        print(f"equalizing torque at most {largest / RATED:.4f} of the rated torque")
+        assert len(changes(run)) == 4
+        assert largest < scenes.STATIC
+        received = np.abs(run["gap.tau"][k:]).max()
+        assert 0.99 * largest < received < largest * (1 + 1e-6)
 
     def test_printed_peaks_are_those_at_the_points_of_the_reference(self):
         run = scenes.skidding(grid=data("skid")[:, 0], rtol=1e-9)
