@@ -136,11 +136,6 @@ def test_a_condition_that_is_true_at_the_start_does_nothing():
     np.testing.assert_allclose(run["part.v"][-1], 3.0 - 0.2 * G, rtol=1e-9)
 
 
-def test_a_condition_that_is_true_at_the_start_counts_when_it_comes_true_again():
-    run = lp.simulate(alone(Jumper()), until=0.5, start={"part.s": 0.0, "part.v": 2.0})
-    np.testing.assert_allclose(run["part.v"][-1], 0.9 * 2.0 - (0.5 - 4.0 / G) * G, rtol=1e-9)
-
-
 def test_a_torque_that_begins_at_the_start_acts_from_the_start():
     drive = Torque(tau=lp.ops.where(lp.time >= 0, 4.0, 100.0))
     model = lp.compose(
