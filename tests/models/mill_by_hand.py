@@ -74,3 +74,9 @@ def course(bodies, springs, torques, speeds, times: np.ndarray) -> np.ndarray:
     begin = np.concatenate([np.zeros(m), speeds, [1.0]])
     stiffness = np.array([c for _, _, c in springs])
     return np.array([stiffness * (expm(A * t) @ begin)[:m] for t in times])
+
+
+def changes(run) -> list[tuple[float, str]]:
+    """Instants at which the gap changes its mode, and the mode after each."""
+    modes = {"stuck", "forward", "backward", "free"}
+    return [(event.time, event.after) for event in run.events if event.after in modes]
