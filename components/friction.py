@@ -16,7 +16,7 @@ from lumped.components.characteristic import Characteristic, dry_friction, frict
 from lumped.ops import maximum
 from lumped.switch import Item, hold
 
-__all__ = ["BearingFriction", "Brake", "Clutch", "OneWayClutch"]
+__all__ = ["BearingFriction", "Brake", "Clutch", "OneWayClutch", "SlipCoupling"]
 
 
 class _OnShaft(Component):
@@ -151,5 +151,41 @@ class OneWayClutch(_BetweenShafts):
             self.w_rel,
             forward=grip * friction_at(self.characteristic, self.w_rel),
             upper=self.peak * grip * friction_at(self.characteristic, 0.0),
+            mode=self.mode,
+        )
+
+
+class SlipCoupling(Component):
+    """Coupling that slips above a torque: ``w_rel = 0`` while ``|tau| <= static``.
+
+    Slipping, ``tau = kinetic sign(w_rel)``; it sticks again where `w_rel` comes to zero and
+    `static` suffices. Disengaged, ``tau = 0``. `tau` acts on the coupling at flange b and,
+    reversed, at flange a; `w_rel` is the speed of b relative to a. For safety couplings, belts,
+    wheels and rolls whose limits are known as torques.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    kinetic: Param = param("N.m", "torque while it slips", min=0)
+    static: Param = param("N.m", "greatest torque without slip", min=kinetic)
+    u = Input("1", "command: engaged above 0.5")
+    phi_rel: Var = var("rad", "relative angle", state="avoid")
+    w_rel: Var = var("rad/s", "slip speed", state="prefer")
+    tau: Var = var("N.m", "torque on flange b")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 disengaged")
+
+    def equations(self) -> Iterator[Item]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.w_rel == der(self.phi_rel)
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+        yield hold(
+            self.tau,
+            self.w_rel,
+            forward=self.kinetic,
+            backward=-self.kinetic,
+            upper=self.static,
+            lower=-self.static,
+            engaged=self.u > 0.5,
             mode=self.mode,
         )

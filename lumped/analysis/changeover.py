@@ -261,6 +261,8 @@ class _Instant:
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
         self.jumped: list[int] = []
+        for h in np.flatnonzero(self._was_stuck).tolist():
+            self._stop(h, True)  # implicit steps leave rounding there
 
     def flip(self, fired: Iterable[tuple[str, int]]) -> None:
         """Change what an event says changes."""
