@@ -199,6 +199,11 @@ class Switching:
         name, reader = self._texts[number]
         return name, reader(holds)
 
+    def held(self, modes: np.ndarray) -> list[int]:
+        """Nodes of the speeds that are held at zero in these modes."""
+        stuck = modes[self.first_modes] > 0.5
+        return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
+
     def needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
         finite = [self.greater, self.less, self.speed, self.acceleration, self.reaction]

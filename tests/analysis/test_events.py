@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.components import Brake, Fixed, IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Force, Mass
 from lumped.errors import EquationError, SingularModelError, SolverError
 from lumped.ops import cos, sin, where
@@ -409,3 +409,23 @@ def test_event_times_can_be_differentiated_by_parameters():
     expected = -0.5 / np.sqrt(1 - 0.3**2)
     print(f"dt/dborder = {received:.9f} s/m, error {received - expected:.1e}")
     assert abs(received - expected) < 1e-8
+
+
+def test_a_drive_vibrates_against_a_brake_that_holds_and_freely_once_it_lets_go():
+    model = lp.compose(
+        rotor=Inertia(J=1.0),
+        shaft=Spring(c=100.0),
+        drum=Inertia(J=2.0),
+        brake=Brake(f_max=100.0, u=where(lp.time >= 1.0, 0.0, 1.0)),
+        connections=lambda m: [
+            *lp.chain(m.rotor, m.shaft, m.drum),
+            lp.connect(m.drum.flange_b, m.brake.flange_a),
+        ],
+    )
+    system = lp.assemble(model)
+    held = lp.modes(system)
+    assert held.rigid == 0
+    assert held.hertz == pytest.approx([np.sqrt(100.0) / (2 * np.pi)], rel=1e-12)
+    free = lp.modes(system, at=lp.equilibrium(system, time=2.0))
+    assert free.rigid == 1
+    assert free.hertz == pytest.approx([np.sqrt(150.0) / (2 * np.pi)], rel=1e-12)
