@@ -119,7 +119,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
     ]
     waiting += [("ground", k, [(u, 0, 1.0)]) for k, (u, _) in enumerate(joints.grounded)]
     waiting += [
-        ("sum", k, [(u, 0, c) for u, c in zip(flows.tolist(), signs.tolist(), strict=True)])
+        ("sum", k, [(u, 0, c) for u, c in zip(flows, signs, strict=True)])
         for k, (flows, signs, _) in enumerate(joints.sums)
     ]
     waiting += _candidates(flat)

@@ -28,7 +28,7 @@ class Joints:
     ----------
     equal : list of (int, int, str)
         Unknowns that are equal by a connection, and the connection's text.
-    sums : list of (ndarray of int, ndarray of float, str)
+    sums : list of (list of int, list of float, str)
         Flows and their signs that sum to zero, and the node's text.
     grounded : list of (int, str)
         Potentials that are zero because their port is left open and grounds itself.
@@ -39,7 +39,7 @@ class Joints:
     """
 
     equal: list[tuple[int, int, str]]
-    sums: list[tuple[np.ndarray, np.ndarray, str]]
+    sums: list[tuple[list[int], list[float], str]]
     grounded: list[tuple[int, str]]
     inside: set[int]
     driven: set[int]
@@ -93,7 +93,7 @@ def join(tree: Tree) -> Joints:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
     equal: list[tuple[int, int, str]] = []
-    sums: list[tuple[np.ndarray, np.ndarray, str]] = []
+    sums: list[tuple[list[int], list[float], str]] = []
     grounded: list[tuple[int, str]] = []
     for group in _groups(list(ends), pairs):
         members = [ends[t] for t in group]
@@ -153,12 +153,12 @@ def _tie(
     tree: Tree,
     members: list[_End],
     equal: list[tuple[int, int, str]],
-    sums: list[tuple[np.ndarray, np.ndarray, str]],
+    sums: list[tuple[list[int], list[float], str]],
     grounded: list[tuple[int, str]],
 ) -> None:
     potentials = [m.unknowns()[0] for m in members]
-    flows = np.array([m.unknowns()[1] for m in members])
-    signs = np.array([float(m.sign) for m in members])
+    flows = [m.unknowns()[1] for m in members]
+    signs = [float(m.sign) for m in members]
     if len(members) > 1:
         where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
         where += " = ..." if len(members) > 4 else ""

@@ -32,14 +32,11 @@ class Block:
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
         Blocks whose unknowns stand in its equations.
-    level : int
-        All blocks that it needs have a lower level.
     """
 
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
-    level: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,13 +280,11 @@ def _ordered(
     for component, wanted in enumerate(needs):
         for other in wanted:
             users[other].append(component)
-    level = [0] * count
     queue = [c for c in range(count) if not waiting[c]]
     order: list[int] = []
     for component in queue:
         order.append(component)
         for user in users[component]:
-            level[user] = max(level[user], level[component] + 1)
             waiting[user] -= 1
             if not waiting[user]:
                 queue.append(user)
@@ -304,7 +299,6 @@ def _ordered(
                 [labels[r] for r in members[component]],
                 own,
                 sorted(place[c] for c in needs[component]),
-                level[component],
             )
         )
     return blocks, block_of

@@ -7,7 +7,7 @@ compiler needs (which unknown, at which derivative, with which coefficient) is r
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import casadi as ca
@@ -69,6 +69,7 @@ class Residual:
     values: np.ndarray
     affine: np.ndarray
     homogeneous: bool
+    _solved: dict[int, ca.Function] = field(default_factory=dict)
 
     @cached_property
     def coefficients(self) -> ca.Function:
@@ -82,8 +83,10 @@ class Residual:
 
     def solved_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
-        rest = ca.substitute(self.expression, self.symbols[i], 0)
-        return ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
+        if i not in self._solved:
+            rest = ca.substitute(self.expression, self.symbols[i], 0)
+            self._solved[i] = ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
+        return self._solved[i]
 
     def _inputs(self) -> list[ca.SX]:
         t = self.template

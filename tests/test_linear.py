@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from lumped.linear import Entry, SingularBlockError, solve
+from lumped.tape import Tape
 from lumped.template import CONSTANT, PARAMETRIC, VARYING
 
 
@@ -12,13 +13,19 @@ def system_of(matrix, kinds):
     """Rows and right sides with one symbol for each entry; function of entries and right side."""
     n = len(matrix)
     a, b = ca.SX.sym("a", n, n), ca.SX.sym("b", n)
+    tape = Tape()
+    terms = tape.given(ca.vec(a))
     rows = [
-        {j: Entry(a[i, j], int(kinds[i, j]), matrix[i, j]) for j in range(n) if matrix[i, j]}
+        {
+            j: Entry(terms[j * n + i], int(kinds[i, j]), matrix[i, j])
+            for j in range(n)
+            if matrix[i, j]
+        }
         for i in range(n)
     ]
-    right = [(b[i], 1.0 + i) for i in range(n)]
-    solution = solve(rows, right)
-    function = ca.Function("x", [a, b], [ca.vertcat(*(x for x, _ in solution))])
+    right = [(term, 1.0 + i) for i, term in enumerate(tape.given(b))]
+    solution = solve(rows, right, tape)
+    function = ca.Function("x", [a, b], [tape.expressions([x for x, _ in solution])])
     return function, np.array([value for _, value in solution])
 
 
