@@ -146,7 +146,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
     found: list[tuple[str, int, Row]] = []
     for group in flat.groups:
-        n = len(group.template.equations)
+        n = group.template.count
         for e in range(n):
             residual = group.template.residual(e)
             if not residual.homogeneous:

@@ -262,7 +262,7 @@ def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
     if kind == "sum":
         return flat.joints.sums[number][0]
     for group in flat.groups:
-        n = len(group.template.equations)
+        n = group.template.count
         offset = number - group.first_equation
         if 0 <= offset < n * len(group.nodes):
             instance, e = divmod(offset, n)

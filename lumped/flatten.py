@@ -15,7 +15,7 @@ from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
-from lumped.template import Template, template_key
+from lumped.template import Template, template_key, template_of
 from lumped.tree import Node, Tree
 
 __all__ = ["FlatModel", "Group", "flatten"]
@@ -28,7 +28,9 @@ class Group:
     Attributes
     ----------
     template : Template
-        Their equations.
+        Their equations, lowered.
+    equations : list of Equation
+        Those of the first instance, as written.
     nodes : list of int
         Node number of each instance.
     names : list of str
@@ -44,6 +46,7 @@ class Group:
     """
 
     template: Template
+    equations: list[Equation]
     nodes: list[int] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     unknowns: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
@@ -120,19 +123,18 @@ class FlatModel:
     def origin(self, equation: int) -> tuple[Node, str]:
         """Component of a component equation, and the equation with full names."""
         for group in self.groups:
-            n = len(group.template.equations)
+            n = group.template.count
             offset = equation - group.first_equation
             if 0 <= offset < n * len(group.nodes):
                 instance, number = divmod(offset, n)
                 node = self.tree.nodes[group.nodes[instance]]
-                return node, self._text(group.template, number, node)
+                return node, self._text(group, number, node)
         raise IndexError(equation)
 
-    def _text(self, template: Template, number: int, node: Node) -> str:
-        sample = template._component
+    def _text(self, group: Group, number: int, node: Node) -> str:
+        scope = self.tree.nodes[group.nodes[0]]
 
         def name(ref: Ref) -> str:
-            scope = self.tree.nodes[self.tree._number[id(sample)]]
             below = self.tree.below(ref.owner, scope) or ""
             full = node.name(f"{below}.{ref.name}" if below else ref.name)
             number = self.tree.input_parameters.get(full)
@@ -140,7 +142,7 @@ class FlatModel:
                 return f"{self.parameters.defaults[self.parameters.free.index(number)]:g}"
             return full
 
-        equation = template.equations[number]
+        equation = group.equations[number]
         return f"{text(equation.left, name)} = {text(equation.right, name)}"
 
 
@@ -167,16 +169,17 @@ def flatten(model: Component) -> FlatModel:
 
 
 def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
-    groups: dict[Hashable, Group] = {}
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
             continue
         key = template_key(node.component)
-        group = groups.get(key)
+        group = alike.get(key)
         if group is None:
-            group = groups[key] = Group(_template(tree, node, node.component.equations()))
-        _check_balance(tree, node, group.template, joints)
+            group = alike[key] = _group(tree, groups, node, node.component.equations())
+        _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
@@ -184,28 +187,41 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
     for group in groups.values():
         template = group.template
         group.first_equation, group.first_mode = equations, modes
-        equations += len(template.equations) * len(group.nodes)
+        equations += template.count * len(group.nodes)
         modes += len(template.modes) * len(group.nodes)
         group.unknowns = _numbers(tree, group, template.unknowns, "first_unknown")
         group.parameters = _numbers(tree, group, template.parameters, "first_parameter")
     return list(groups.values()), equations, modes
 
 
-def _template(
-    tree: Tree, scope: Node, equations: Iterable[Equation | tuple[Equation, ...]] | None
-) -> Template:
-    if equations is None:
+def _group(
+    tree: Tree,
+    groups: dict[Template, Group],
+    scope: Node,
+    found: Iterable[Equation | tuple[Equation, ...]] | None,
+) -> Group:
+    """Group of all instances with equations like those found, made if there is none."""
+    if found is None:
         raise EquationError(
             f"{scope.label}: equations() gave nothing back. Yield each equation: yield a == b."
         )
     try:
-        return Template(scope.component, lambda c: tree.below(c, scope), equations)
+        equations = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+        for equation in equations:
+            if not isinstance(equation, Equation):
+                raise EquationError(
+                    f"{type(scope.component).__name__}.equations yielded {equation!r}; "
+                    "each item must be an equation: left == right."
+                )
+        template = template_of(scope.component, lambda c: tree.below(c, scope), equations)
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
+    return groups.setdefault(template, Group(template, equations))
 
 
-def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
+def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
     """Equations of inputs that are given to instances instead of connected."""
+    alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         for name, quantity in node.component._quantities.items():
             if not isinstance(quantity, Input) or name not in node.component._values:
@@ -213,17 +229,16 @@ def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
             given, signal = node.component._values[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
-                equation = Equation(signal, given)
-                key: Hashable = (node.path, name)
-                template = _template(tree, tree.nodes[scope], [equation])
-                groups[key] = Group(template, [scope], [node.name(name)])
+                group = _group(tree, groups, tree.nodes[scope], [Equation(signal, given)])
+                group.nodes.append(scope)
+                group.names.append(node.name(name))
                 continue
             key = (type(node.component), name)
-            if key not in groups:
+            if key not in alike:
                 parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
-                groups[key] = Group(_template(tree, node, [Equation(signal, parameter)]))
-            groups[key].nodes.append(number)
-            groups[key].names.append(node.name(name))
+                alike[key] = _group(tree, groups, node, [Equation(signal, parameter)])
+            alike[key].nodes.append(number)
+            alike[key].names.append(node.name(name))
 
 
 def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
@@ -270,14 +285,14 @@ def _check_hollow(node: Node, joints: Joints) -> None:
         )
 
 
-def _check_balance(tree: Tree, node: Node, template: Template, joints: Joints) -> None:
-    needed, found = _needed(node, joints), len(template.equations)
+def _check_balance(node: Node, group: Group, joints: Joints) -> None:
+    needed, found = _needed(node, joints), group.template.count
     if needed == found:
         return
     layout = node.layout
     own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
     outs = [n for n, i in layout.unknowns.items() if layout.quantities[i].kind == "output"]
-    listed = [f"  {equation!r}" for equation in template.equations]
+    listed = [f"  {equation!r}" for equation in group.equations]
     verdict = "too few: something is left undetermined" if found < needed else "too many"
     raise SingularModelError(
         f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"

@@ -70,7 +70,7 @@ class Incidence:
         self.blocks: list[tuple[Group, int, np.ndarray, int]] = []
         first = 0
         for group in flat.groups:
-            n, m = len(group.template.equations), len(group.nodes)
+            n, m = group.template.count, len(group.nodes)
             kept = aliases.kept_equations[group.first_equation : group.first_equation + n * m]
             for e in range(n):
                 instances = np.flatnonzero(kept[e::n])
@@ -92,7 +92,7 @@ class Incidence:
             return "sum", int(self.sums[row - self.first_sum])
         block, place = self.place(row)
         group, e, instances, _ = self.blocks[block]
-        n = len(group.template.equations)
+        n = group.template.count
         return "equation", group.first_equation + int(instances[place]) * n + e
 
     def place(self, row: int) -> tuple[int, int]:

@@ -72,11 +72,12 @@ class Tape:
     def write(self, operator: str, left: Term, right: Term) -> Term:
         """Note an operation."""
         results, lefts, rights = self._operations[operator]
-        results.append(self._count)
+        number = self._count
+        results.append(number)
         lefts.append(left.number)
         rights.append(right.number)
-        (term,) = self._new(1)
-        return term
+        self._count = number + 1
+        return Term(self, number)
 
     def call(self, function: ca.Function, arguments: list[Term]) -> list[Term]:
         """Note the call of a function of one column that gives one column."""

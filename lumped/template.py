@@ -1,12 +1,13 @@
 """The equations of one component class as CasADi expressions, shared by all its instances.
 
-A class is lowered once; ten thousand instances cost one vectorised call. The structure that the
-compiler needs (which unknown, at which derivative, with which coefficient) is read off here.
+A class is lowered once; ten thousand instances cost one vectorised call, and so does the next
+model with equal equations. The structure that the compiler needs (which unknown, at which
+derivative, with which coefficient) is read off here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,11 +17,22 @@ import numpy as np
 from lumped.component import Component
 from lumped.connection import label
 from lumped.errors import EquationError
-from lumped.expression import Equation, Expr, Ref, text
+from lumped.expression import Call, Constant, Equation, Expr, Ref, text, walk
 from lumped.lower import lower
 from lumped.quantity import Param
 
-__all__ = ["CONSTANT", "PARAMETRIC", "VARYING", "Residual", "Template", "template_key"]
+__all__ = [
+    "CONSTANT",
+    "PARAMETRIC",
+    "VARYING",
+    "Residual",
+    "Template",
+    "template_key",
+    "template_of",
+]
+
+_MOST_KNOWN = 1000
+"""Templates that are kept for later models."""
 
 CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 """Kinds of a coefficient: a number, a function of parameters, anything else."""
@@ -98,13 +110,50 @@ class Residual:
         ]
 
 
+Place = Callable[[Component], str | None]
+"""Path of a component below the one that has the equations; None if it is no part of it."""
+
+_known: dict[Hashable, Template] = {}
+
+
+def template_of(component: Component, place: Place, equations: list[Equation]) -> Template:
+    """The template of some equations, made once for all models with equal ones."""
+    key = tuple(_content(place, side) for e in equations for side in (e.left, e.right))
+    found = _known.get(key)
+    if found is None:
+        found = Template(component, place, equations)
+        if len(_known) >= _MOST_KNOWN:
+            del _known[next(iter(_known))]
+        _known[key] = found
+    return found
+
+
+def _content(place: Place, side: Expr) -> Hashable:
+    """One side of an equation, with names relative to the component."""
+    numbers: dict[int, int] = {}
+    found: list[Hashable] = []
+    for node in walk(side):
+        what: Hashable = getattr(node, "name", None)
+        if isinstance(node, Constant):
+            what = repr(node.value)
+        elif isinstance(node, Call):
+            what = node.op
+        elif isinstance(node, Ref):
+            what = (place(node.owner), node.name, isinstance(node.quantity, Param))
+        numbers[id(node)] = len(numbers)
+        found.append((type(node), what, *(numbers[id(child)] for child in node.children())))
+    return tuple(found)
+
+
 class Template:
     """Equations of a component class (with fixed structural choices).
 
+    It knows no instance, as it serves several models.
+
     Attributes
     ----------
-    equations : list of Equation
-        As written.
+    count : int
+        Number of equations.
     unknowns : list of (str, str)
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
@@ -113,36 +162,22 @@ class Template:
         Instant at which each mode changes, and +1 if it becomes 1 there, -1 if it becomes 0.
     """
 
-    def __init__(
-        self,
-        component: Component,
-        place: Callable[[Component], str | None],
-        equations: Iterable[Equation | tuple[Equation, ...]],
-    ) -> None:
-        self.equations: list[Equation] = []
+    def __init__(self, component: Component, place: Place, equations: list[Equation]) -> None:
+        self.count = len(equations)
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
         self.modes: list[ca.SX] = []
         self.thresholds: list[tuple[ca.SX, int]] = []
         self.time = ca.SX.sym("time")
-        self._place = place
-        self._component = component
         self._unknown_index: dict[tuple[str, str], int] = {}
         self._parameter_index: dict[tuple[str, str], int] = {}
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
-        for item in equations:
-            for equation in item if isinstance(item, tuple) else (item,):
-                if not isinstance(equation, Equation):
-                    raise EquationError(
-                        f"{type(component).__name__}.equations yielded {equation!r}; "
-                        "each item must be an equation: left == right."
-                    )
-                self.equations.append(equation)
-        for number, equation in enumerate(self.equations):
-            self._residuals[number, 0] = self._analyse(self._lowered(equation))
+        for number, equation in enumerate(equations):
+            lowered = self._lowered(equation, component, place)
+            self._residuals[number, 0] = self._analyse(lowered)
 
     def residual(self, number: int, order: int = 0) -> Residual:
         """Equation `number`, differentiated `order` times by the time."""
@@ -153,25 +188,25 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, equation: Equation) -> ca.SX:
+    def _lowered(self, equation: Equation, component: Component, place: Place) -> ca.SX:
         sides = [
             lower(
                 side,
-                self._leaf,
+                lambda node: self._leaf(node, component, place),
                 time=self.time,
                 derivative=self._time_derivative,
-                relation=lambda g: self._mode(g, equation),
+                relation=lambda g: self._mode(g, equation, component),
             )
             for side in (equation.left, equation.right)
         ]
         return sides[0] - sides[1]
 
-    def _leaf(self, node: Expr) -> ca.SX:
+    def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
         if isinstance(node, Param):
-            node = Ref(self._component, node.name, node)
+            node = Ref(component, node.name, node)
         if not isinstance(node, Ref):
             raise EquationError(f"'{node!r}' is not a quantity of an instance.")
-        below = self._place(node.owner)
+        below = place(node.owner)
         if below is None:
             raise EquationError(
                 f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
@@ -207,11 +242,11 @@ class Template:
         rates = ca.vertcat(1, *(self._symbol(u, order + 1) for u, order in keys))
         return ca.jtimes(expression, symbols, rates)
 
-    def _mode(self, g: ca.SX, equation: Equation) -> ca.SX:
+    def _mode(self, g: ca.SX, equation: Equation, component: Component) -> ca.SX:
         slope = ca.jacobian(g, self.time)
         if self._present(g) or not slope.is_constant():
             raise EquationError(
-                f"{type(self._component).__name__}: a condition in '{text(equation.left)} == "
+                f"{type(component).__name__}: a condition in '{text(equation.left)} == "
                 f"{text(equation.right)}' must compare the time with parameters."
             )
         rate = float(slope)
