@@ -95,8 +95,10 @@ class FlatModel:
     def start_numbers(self) -> dict[int, float]:
         """Start values at default parameters, by unknown, where they are not zero by default."""
         values = {**self.starts, **self.given}
+        if not values:
+            return {}
         theta = self.parameters.theta
-        evaluate = ca.Function("s", [theta], [ca.vertcat(ca.SX(0, 1), *values.values())])
+        evaluate = ca.Function("s", [theta], [ca.vertcat(*values.values())])
         found = np.asarray(evaluate(self.parameters.defaults)).ravel()
         return dict(zip(values, found.tolist(), strict=True))
 

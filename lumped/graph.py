@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lumped.connection import Connection, label
 from lumped.errors import ConnectError, EquationError
 from lumped.expression import Ref
+from lumped.links import links
 from lumped.port import Port
 from lumped.quantity import Input, Output
 from lumped.tree import Node, Tree
@@ -136,13 +136,14 @@ def _signal(tree: Tree, scope: Node, end: Ref, sides: dict[int, set[str]]) -> in
 
 
 def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
+    if not items:
+        return []
     items.sort()
     place = {t: i for i, t in enumerate(items)}
     n = len(items)
     i = np.array([place[a] for a, _ in pairs], dtype=int)
     j = np.array([place[b] for _, b in pairs], dtype=int)
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(n, n))
-    count, labels = connected_components(graph, directed=False)
+    count, labels = connected_components(links(i, j, (n, n)), directed=False)
     groups: list[list[int]] = [[] for _ in range(count)]
     for item, group in zip(items, labels.tolist(), strict=True):
         groups[group].append(item)

@@ -6,7 +6,6 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from lumped.alias import Aliases
@@ -215,9 +214,7 @@ class Point:
             if number >= 0:
                 begin[number, aliases.shifts[unknown]] = value * aliases.signs[unknown]
         self.choices = [begin + rng.uniform(low, 3 * low, shape) for low in (0.01, 0.3, 1e-5)]
-        parameters = flat.parameters
-        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
-        self.parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self.parameters = flat.parameters.numbers
         self.time = 0.7
 
     def coefficients(self, seen: Occurrence) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -42,6 +43,12 @@ class Parameters:
     values: ca.SX
     declared: list[Param]
     names: list[str]
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Every parameter, at the values in the model."""
+        evaluate = ca.Function("p", [self.theta], [self.values])
+        return np.asarray(evaluate(self.defaults)).ravel()
 
     def check(self, values: np.ndarray, model: str) -> None:
         """Refuse values out of range, all in one error.
@@ -119,8 +126,7 @@ def collect(tree: Tree) -> Parameters:
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
     if expressions:
-        at_default = np.asarray(ca.Function("p", [theta], [values])(defaults)).ravel()
-        result.check(at_default, type(tree.model).__name__)
+        result.check(result.numbers, type(tree.model).__name__)
     return result
 
 

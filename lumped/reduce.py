@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from lumped.alias import Aliases, eliminate_aliases
@@ -14,6 +13,7 @@ from lumped.diagnosis import class_names, combined, equation_text, listed
 from lumped.errors import SingularModelError
 from lumped.flatten import FlatModel
 from lumped.incidence import Incidence, Point
+from lumped.links import links
 from lumped.select import RANK, constraint_rows, select_dependent
 from lumped.structure import check_matching, differentiate
 
@@ -211,10 +211,7 @@ def _blocks(
     column[unknown] = np.arange(len(unknown))
     known = column[nodes] < 0
     n = len(labels)
-    graph = csr_array(
-        (np.ones((~known).sum(), dtype=np.int8), (rows[~known], column[nodes[~known]])),
-        shape=(n, len(unknown)),
-    )
+    graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
     match = maximum_bipartite_matching(graph, perm_type="column")
     if n != len(unknown) or (match < 0).any():
         lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
@@ -232,11 +229,8 @@ def _blocks(
         )
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
-    links = csr_array(
-        (np.ones(graph.nnz, dtype=np.int8), (graph.tocoo().row, row_of[graph.tocoo().col])),
-        shape=(n, n),
-    )
-    count, label = connected_components(links, connection="strong")
+    needs = links(rows[~known], row_of[column[nodes[~known]]], (n, n))
+    count, label = connected_components(needs, connection="strong")
     return _ordered(rows, nodes, labels, column, row_of, match, unknown, count, label, first[-1])
 
 

@@ -81,9 +81,7 @@ class Values:
             node = reduced.node(unknown)
             if node in begins:
                 self._number[node] += value * reduced.aliases.signs[unknown]
-        parameters = self.flat.parameters
-        evaluate = ca.Function("p", [parameters.theta], [parameters.values])
-        self._parameters = np.asarray(evaluate(parameters.defaults)).ravel()
+        self._parameters = self.flat.parameters.numbers
         self._mode_numbers = np.ones(self.flat.mode_count)
         self._done = np.zeros(len(reduced.blocks), dtype=bool)
 
