@@ -75,12 +75,18 @@ class _Union:
     def reduce(self, row: Row) -> dict[tuple[int, int], float]:
         """The row in terms of roots, zeros and cancelled terms left out."""
         terms: dict[tuple[int, int], float] = {}
+        zero, find = self.zero, self.find
         for u, order, coefficient in row:
-            root, shift, sign = self.find(u)
-            if not self.zero[root]:
-                key = (root, order + shift)
-                terms[key] = terms.get(key, 0.0) + sign * coefficient
-        return {k: c for k, c in terms.items() if abs(c) > 1e-14}
+            root, shift, sign = find(u)
+            if zero[root]:
+                continue
+            key = (root, order + shift)
+            total = terms.get(key, 0.0) + sign * coefficient
+            if abs(total) > 1e-14:
+                terms[key] = total
+            else:
+                terms.pop(key, None)
+        return terms
 
     def absorb(self, row: Row) -> bool:
         """Use the row up as an alias if it is one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -45,8 +46,7 @@ class Joints:
     driven: set[int]
 
 
-@dataclass(frozen=True)
-class _End:
+class _End(NamedTuple):
     """One side of a port in a connection."""
 
     node: Node

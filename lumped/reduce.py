@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
@@ -20,8 +22,7 @@ from lumped.structure import check_matching, differentiate
 __all__ = ["Block", "Reduced", "reduce"]
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
+class Block(NamedTuple):
     """Equations to be solved together for as many unknowns.
 
     Attributes
@@ -229,9 +230,9 @@ def _blocks(
         )
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
-    needs = links(rows[~known], row_of[column[nodes[~known]]], (n, n))
-    count, label = connected_components(needs, connection="strong")
-    return _ordered(rows, nodes, labels, column, row_of, match, unknown, count, label, first[-1])
+    users, needed = rows[~known], row_of[column[nodes[~known]]]
+    count, label = connected_components(links(users, needed, (n, n)), connection="strong")
+    return _ordered(labels, unknown[match], label, count, label[users], label[needed], first[-1])
 
 
 def _all_entries(
@@ -244,55 +245,52 @@ def _all_entries(
         e = incidence.entries(np.full(incidence.count, order), picked=picked)
         number = np.full(incidence.count, -1)
         number[picked] = len(labels) + np.arange(int(picked.sum()))
-        labels += [(int(r), order) for r in np.flatnonzero(picked)]
+        labels += [(r, order) for r in np.flatnonzero(picked).tolist()]
         row_parts.append(number[e.rows])
         node_parts.append(first[e.classes] + e.orders)
     return np.concatenate(row_parts), np.concatenate(node_parts), labels
 
 
 def _ordered(
-    rows: np.ndarray,
-    nodes: np.ndarray,
     labels: list[tuple[int, int]],
-    column: np.ndarray,
-    row_of: np.ndarray,
-    match: np.ndarray,
-    unknown: np.ndarray,
-    count: int,
+    solved: np.ndarray,
     label: np.ndarray,
+    count: int,
+    users: np.ndarray,
+    needed: np.ndarray,
     node_count: int,
 ) -> tuple[list[Block], np.ndarray]:
-    members: list[list[int]] = [[] for _ in range(count)]
-    for row, component in enumerate(label.tolist()):
-        members[component].append(row)
-    needs: list[set[int]] = [set() for _ in range(count)]
-    for row, c in zip(rows.tolist(), column[nodes].tolist(), strict=True):
-        if c >= 0 and label[row_of[c]] != label[row]:
-            needs[label[row]].add(int(label[row_of[c]]))
-    users: list[list[int]] = [[] for _ in range(count)]
+    """Blocks from the equations' labels, the nodes matched to them and their block's label.
+
+    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times.
+    """
+    other = users != needed
+    pairs = np.unique(users[other].astype(np.int64) * count + needed[other])
+    users, needed = np.divmod(pairs, count)
+    needs = _lists(users, needed, count)
+    users_of = _lists(needed, users, count)
     waiting = [len(n) for n in needs]
-    for component, wanted in enumerate(needs):
-        for other in wanted:
-            users[other].append(component)
-    queue = [c for c in range(count) if not waiting[c]]
-    order: list[int] = []
-    for component in queue:
-        order.append(component)
-        for user in users[component]:
+    order = [c for c in range(count) if not waiting[c]]
+    for component in order:
+        for user in users_of[component]:
             waiting[user] -= 1
             if not waiting[user]:
-                queue.append(user)
-    place = {component: i for i, component in enumerate(order)}
-    blocks: list[Block] = []
+                order.append(user)
+    place = np.empty(count, dtype=int)
+    place[order] = np.arange(count)
+    needs = _lists(place[users], place[needed], count)
     block_of = np.full(node_count, -1)
-    for component in order:
-        own = [int(unknown[match[r]]) for r in members[component]]
-        block_of[own] = len(blocks)
-        blocks.append(
-            Block(
-                [labels[r] for r in members[component]],
-                own,
-                sorted(place[c] for c in needs[component]),
-            )
-        )
-    return blocks, block_of
+    block_of[solved] = place[label]
+    own, nodes = _lists(place[label], np.arange(len(labels)), count), solved.tolist()
+    return [
+        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before))
+        for rows, before in zip(own, needs, strict=True)
+    ], block_of
+
+
+def _lists(keys: np.ndarray, values: np.ndarray, count: int) -> list[list[int]]:
+    """Values of each key 0 .. count-1."""
+    sort = np.argsort(keys, kind="stable")
+    ends = np.searchsorted(keys[sort], np.arange(count + 1)).tolist()
+    items = values[sort].tolist()
+    return [items[a:b] for a, b in itertools.pairwise(ends)]
