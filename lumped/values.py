@@ -14,11 +14,10 @@ from collections.abc import Callable, Iterable
 import casadi as ca
 import numpy as np
 
-from lumped.diagnosis import class_names, equation_text
-from lumped.errors import SingularModelError
 from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
 from lumped.reduce import Block, Reduced
+from lumped.singular import singular_block
 from lumped.tape import Tape, Term
 from lumped.template import CONSTANT
 
@@ -329,7 +328,7 @@ class Values:
                 found += solve(rows[own], right[own], tape)
             except SingularBlockError as error:
                 lost = [block.equations[i][0] for i in error.args[0]]
-                raise self._singular(lost, block.nodes) from None
+                raise singular_block(self.reduced, lost, block.nodes) from None
         return (
             tape.expressions([term for term, _ in found]),
             self._finite(np.array([number for _, number in found])),
@@ -387,47 +386,6 @@ class Values:
             for node, partial, kind, size in own:
                 if node in column:
                     _add(rows[i], column[node], Entry(partial, kind, size))
-
-    def _names(self, nodes: Iterable[int]) -> str:
-        incidence = self.reduced.incidence
-        found = []
-        for node in nodes:
-            number, order = self.reduced.class_and_order(node)
-            name = class_names(incidence, number, 1)[0]
-            found.append("der(" * order + name + ")" * order)
-        return ", ".join(found)
-
-    def _singular(self, rows: list[int], nodes: list[int]) -> SingularModelError:
-        incidence = self.reduced.incidence
-        listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
-        why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
-        what = "Make one of them elastic."
-        zeros = self._zero_parameters(nodes)
-        if zeros:
-            why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
-            what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
-        return SingularModelError(
-            f"{self.flat.name}: these equations determine nothing more, or contradict the rest:\n  "
-            + "\n  ".join(listed)
-            + f"\nUnknowns of the block: {self._names(nodes[:12])}.\n{why}{what}"
-        )
-
-    def _zero_parameters(self, nodes: list[int]) -> list[str]:
-        """Parameters that are zero in the equations of the block that determines the nodes."""
-        incidence, found = self.reduced.incidence, []
-        for row, order in self.reduced.blocks[self.reduced.block_of[nodes[0]]].equations:
-            if row >= incidence.first_sum:
-                continue
-            origin, place = incidence.place(row)
-            group, e, instances, _ = incidence.blocks[origin]
-            residual = group.template.residual(e, order)
-            present = ca.which_depends(
-                residual.partials, ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
-            )
-            for number in group.parameters[instances[place]][np.array(present, dtype=bool)]:
-                if self._parameters[number] == 0:
-                    found.append(self.flat.parameters.names[number])
-        return found
 
 
 def _columns(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:

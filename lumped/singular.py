@@ -1,0 +1,60 @@
+"""The text that says why a block of equations cannot be solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import casadi as ca
+import numpy as np
+
+from lumped.diagnosis import class_names, equation_text
+from lumped.errors import SingularModelError
+from lumped.reduce import Reduced
+
+__all__ = ["singular_block"]
+
+
+def singular_block(reduced: Reduced, rows: list[int], nodes: list[int]) -> SingularModelError:
+    """The error for a block that determines `nodes` and has no pivot left in `rows`."""
+    incidence = reduced.incidence
+    listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
+    why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
+    what = "Make one of them elastic."
+    zeros = _zero_parameters(reduced, nodes)
+    if zeros:
+        why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
+        what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
+    return SingularModelError(
+        f"{incidence.flat.name}: these equations determine nothing more, "
+        "or contradict the rest:\n  "
+        + "\n  ".join(listed)
+        + f"\nUnknowns of the block: {_names(reduced, nodes[:12])}.\n{why}{what}"
+    )
+
+
+def _names(reduced: Reduced, nodes: Iterable[int]) -> str:
+    found = []
+    for node in nodes:
+        number, order = reduced.class_and_order(node)
+        name = class_names(reduced.incidence, number, 1)[0]
+        found.append("der(" * order + name + ")" * order)
+    return ", ".join(found)
+
+
+def _zero_parameters(reduced: Reduced, nodes: list[int]) -> list[str]:
+    """Parameters that are zero in the equations of the block that determines the nodes."""
+    incidence, found = reduced.incidence, []
+    parameters = incidence.flat.parameters
+    for row, order in reduced.blocks[reduced.block_of[nodes[0]]].equations:
+        if row >= incidence.first_sum:
+            continue
+        origin, place = incidence.place(row)
+        group, e, instances, _ = incidence.blocks[origin]
+        residual = group.template.residual(e, order)
+        present = ca.which_depends(
+            residual.partials, ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+        )
+        for number in group.parameters[instances[place]][np.array(present, dtype=bool)]:
+            if parameters.numbers[number] == 0:
+                found.append(parameters.names[number])
+    return found
