@@ -141,7 +141,7 @@ class Values:
         return nodes
 
     def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
-        """Arguments of a template's functions, one column per instance."""
+        """Arguments of a template's functions, one column per instance but for the time."""
         m, n = nodes.shape
         symbols = _picked(self._sx, nodes.ravel())
         negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
@@ -151,17 +151,17 @@ class Values:
         return [
             ca.reshape(symbols, n, m),
             ca.reshape(_picked(self.flat.parameters.values, parameters.ravel()), -1, m),
-            ca.repmat(self.time, 1, m),
-            ca.reshape(_picked(self.modes, modes.ravel()), -1, m),
+            self.time,
+            ca.reshape(_picked(self.modes, modes.ravel()), -1, m) if modes.size else ca.SX(0, 1),
         ]
 
-    def _numbers(self, seen: Occurrence, nodes: np.ndarray) -> list[np.ndarray]:
+    def _numbers(self, seen: Occurrence, nodes: np.ndarray) -> list[np.ndarray | float]:
         """The same at the generic point."""
         parameters, modes = self._parameters_and_modes(seen)
         return [
             (self._number[nodes] * seen.signs).T,
             self._parameters[parameters].T,
-            np.full((1, len(nodes)), _TIME),
+            _TIME,
             self._mode_numbers[modes].T,
         ]
 
@@ -234,9 +234,11 @@ class Values:
                 seen.orders[mask],
                 seen.signs[mask],
             )
-            function = seen.residual.solved_for(int(i)).map(len(part.instances))
+            function = seen.residual.solved_for(int(i))
             result = ca.vec(function(*self._arguments(part, nodes[mask])))
-            meaning[places[mask].tolist()] = result * ca.DM(part.signs[:, i])
+            if (part.signs[:, i] < 0).any():
+                result = result * ca.DM(part.signs[:, i])
+            meaning[places[mask].tolist()] = result
 
     def _finite(self, numbers: np.ndarray) -> np.ndarray:
         """The numbers, with any generic value where one is not finite."""
@@ -368,7 +370,7 @@ class Values:
         nodes, residual = self._nodes(seen), seen.residual
         m, n = nodes.shape
         symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
-        coefficients, value = residual.coefficients.map(m), residual.value.map(m)
+        coefficients, value = residual.coefficients, residual.value
         partials = tape.given(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
         sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T * seen.signs
         rests = tape.given(ca.vec(-value(*symbols)))
