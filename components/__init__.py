@@ -11,9 +11,21 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
-from lumped.components.gears import IdealGear, RackAndPinion
+from lumped.components.contact import ElastoBacklash
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion
+from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
+from lumped.components.loads import (
+    EddyCurrentBrake,
+    InverseTorque,
+    LinearTorque,
+    QuadraticTorque,
+    SignTorque,
+)
+from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -25,30 +37,62 @@ from lumped.components.sensors import (
 )
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
+)
+from lumped.components.vehicle import Vehicle
 
 __all__ = [
     "AccelerationSensor",
     "AngleSensor",
+    "Backlash",
+    "BearingFriction",
+    "Brake",
+    "Clutch",
     "Constant",
+    "Coupling",
     "Damper",
+    "EddyCurrentBrake",
+    "EfficientGear",
+    "ElastoBacklash",
     "Expression",
     "Fixed",
+    "FixedTemperature",
+    "HeatCapacitor",
+    "HeatFlow",
+    "Heated",
     "IdealGear",
     "Inertia",
+    "InverseTorque",
+    "LinearTorque",
+    "LossyGear",
+    "OneWayClutch",
+    "PickUp",
+    "Planetary",
     "Position",
     "PowerSensor",
+    "QuadraticTorque",
     "RackAndPinion",
     "Ramp",
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
+    "SignTorque",
     "Sine",
     "Speed",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
     "Step",
+    "Stop",
+    "Stribeck",
     "Table",
+    "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "Vehicle",
     "translation",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Flange, Param, Var, der, param, var
+from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 
 __all__ = ["Damper", "Spring", "SpringDamper"]
 
@@ -47,6 +47,10 @@ class Damper(Component):
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
 
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.w_rel**2
+
 
 class SpringDamper(Component):
     """Spring and damper in parallel: ``tau = c (phi_rel - phi_rel0) + d w_rel``."""
@@ -66,3 +70,7 @@ class SpringDamper(Component):
         yield self.tau == self.c * (self.phi_rel - self.phi_rel0) + self.d * self.w_rel
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.w_rel**2

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, LinearFlange, Param, lossless, param
 
-__all__ = ["IdealGear", "RackAndPinion"]
+__all__ = ["IdealGear", "Planetary", "RackAndPinion"]
 
 
 class IdealGear(Component):
@@ -26,8 +26,29 @@ class IdealGear(Component):
         yield lossless(a.phi == housing.phi + self.ratio * (b.phi - housing.phi), a, b, housing)
 
 
+class Planetary(Component):
+    """Planetary gear: ``(1 + ratio) phi_carrier = phi_sun + ratio phi_ring``.
+
+    The torques follow from virtual work: ``tau_ring = ratio tau_sun``, and the carrier takes
+    ``tau_carrier = -(1 + ratio) tau_sun``. The planets have no inertia of their own. A free ring
+    takes no torque, so the others take none either.
+    """
+
+    sun = Flange()
+    carrier = Flange()
+    ring = Flange(free=True)
+    ratio: Param = param("1", "ring teeth over sun teeth", above=0)
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        sun, carrier, ring, k = self.sun, self.carrier, self.ring, self.ratio
+        yield lossless(carrier.phi == (sun.phi + k * ring.phi) / (1 + k), sun, carrier, ring)
+
+
 class RackAndPinion(Component):
-    """Pinion rolling on a rack: ``s = radius phi``, ``tau = -radius f`` from virtual work."""
+    """Pinion on a rack, or wheel that rolls without slip: ``s = radius phi``.
+
+    ``tau = -radius f`` follows from virtual work.
+    """
 
     flange_a = Flange()
     flange_b = LinearFlange()

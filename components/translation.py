@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from lumped import (
     Component,
     Equation,
+    Expr,
     Input,
     LinearFlange,
     Output,
@@ -22,23 +23,59 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.translation_contact import (
+    Backlash,
+    Coupling,
+    ElastoGap,
+    MassWithStops,
+    PickUp,
+    Stop,
+)
+from lumped.components.translation_friction import (
+    Brake,
+    FrictionPair,
+    MassWithStopAndFriction,
+    SupportFriction,
+)
+from lumped.components.translation_loads import (
+    EddyCurrentBrake,
+    InverseForce,
+    LinearForce,
+    QuadraticForce,
+    SignForce,
+)
 
 __all__ = [
     "AccelerationSensor",
+    "Backlash",
+    "Brake",
+    "Coupling",
     "Damper",
+    "EddyCurrentBrake",
+    "ElastoGap",
     "Fixed",
     "Force",
     "ForceSensor",
+    "FrictionPair",
+    "InverseForce",
+    "LinearForce",
     "Mass",
+    "MassWithStopAndFriction",
+    "MassWithStops",
+    "PickUp",
     "Position",
     "PositionSensor",
     "PowerSensor",
+    "QuadraticForce",
     "RelativePositionSensor",
     "RelativeSpeedSensor",
+    "SignForce",
     "Speed",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "Stop",
+    "SupportFriction",
 ]
 
 
@@ -101,6 +138,10 @@ class Damper(Component):
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
 
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.v_rel**2
+
 
 class SpringDamper(Component):
     """Spring and damper in parallel: ``f = c (s_rel - s_rel0) + d v_rel``."""
@@ -120,6 +161,10 @@ class SpringDamper(Component):
         yield self.f == self.c * (self.s_rel - self.s_rel0) + self.d * self.v_rel
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.d * self.v_rel**2
 
 
 class Fixed(Component):

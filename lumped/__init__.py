@@ -11,8 +11,9 @@ from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.expression import Equation, Expr, der, time
-from lumped.port import Flange, LinearFlange, Pin, Port, lossless
+from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
+from lumped.switch import hold, when
 from lumped.system import System
 
 __version__ = "0.1.0"
@@ -24,6 +25,7 @@ __all__ = [
     "Event",
     "Expr",
     "Flange",
+    "HeatPort",
     "Input",
     "LinearFlange",
     "Linearisation",
@@ -43,6 +45,7 @@ __all__ = [
     "connect",
     "der",
     "equilibrium",
+    "hold",
     "linearise",
     "lossless",
     "modes",
@@ -52,4 +55,5 @@ __all__ = [
     "start_point",
     "time",
     "var",
+    "when",
 ]

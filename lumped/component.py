@@ -10,6 +10,7 @@ from lumped.errors import DeclarationError, UnknownNameError, nearest
 from lumped.expression import Equation, Expr
 from lumped.port import Port
 from lumped.quantity import Output, Quantity
+from lumped.switch import Item
 
 if TYPE_CHECKING:
     from lumped.connection import Connection
@@ -44,7 +45,9 @@ class Component:
 
     A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class
     attributes, yields its equations from `equations` and its connections from `connections`.
-    Plain annotated class attributes are structural choices, fixed at flattening.
+    What shall hold at the start only, such as ``der(self.w) == 0``, it yields from
+    `initial_equations`. Plain annotated class attributes are structural choices, fixed at
+    flattening.
 
     Parameters
     ----------
@@ -108,8 +111,12 @@ class Component:
     _place: tuple[Component, str] | None
     _bound: dict[str, Any]
 
-    def equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
-        """Equations of the component; yielded one by one."""
+    def equations(self) -> Iterable[Item]:
+        """Equations of the component, and what changes them; yielded one by one."""
+        return ()
+
+    def initial_equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
+        """Equations that hold at the start of a run only; yielded one by one."""
         return ()
 
     def connections(self) -> Iterable[Connection]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from lumped.component import Component, is_part, path_of
 from lumped.errors import ConnectError, DeclarationError
-from lumped.expression import Expr, Ref
+from lumped.expression import Equation, Expr, Ref
 from lumped.port import Port
 from lumped.quantity import Input, Output, Quantity
 
@@ -108,6 +108,7 @@ def _end(part: Component | Port, side: str) -> Port:
 def compose(
     *,
     connections: Iterable[Connection] | Callable[[Any], Iterable[Connection]] = (),
+    initial_equations: Callable[[Any], Iterable[Equation]] | None = None,
     name: str = "Model",
     **members: Any,
 ) -> Component:
@@ -117,6 +118,8 @@ def compose(
     ----------
     connections : iterable of Connection, or callable
         Connections between the given parts; a callable gets the finished model.
+    initial_equations : callable, optional
+        Gets the finished model and gives equations that hold at the start only.
     name : str
         Name of the model in texts.
     **members
@@ -138,6 +141,9 @@ def compose(
                 f"compose({key}={value!r}): a component, a list or dictionary of components, "
                 "a port or a parameter is needed."
             )
-    cls = type(name, (Component,), {"__doc__": name, **members, "connections": joined})
+    body = {"__doc__": name, **members, "connections": joined}
+    if initial_equations is not None:
+        body["initial_equations"] = initial_equations
+    cls = type(name, (Component,), body)
     model: Component = cls()
     return model

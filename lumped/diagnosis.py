@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import lsqr
 
 from lumped.incidence import Entries, Incidence
 
-__all__ = ["class_names", "combined", "equation_text", "listed", "misfit"]
+__all__ = [
+    "class_names",
+    "combined",
+    "equation_text",
+    "factors",
+    "listed",
+    "lock",
+    "misfit",
+    "some",
+]
 
 Origin = tuple[str, int]
 """Kind and number of an equation, as in `Aliases.used`."""
@@ -55,7 +65,8 @@ def _lines(incidence: Incidence, origins: list[Origin], most: int = 10) -> str:
     return "\n".join(lines)
 
 
-def _some(names: Iterable[str], most: int = 6) -> str:
+def some(names: Iterable[str], most: int = 6) -> str:
+    """Names in a row, each once, the first few."""
     found = list(dict.fromkeys(names))
     more = f" and {len(found) - most} more" if len(found) > most else ""
     return ", ".join(found[:most]) + more
@@ -76,12 +87,15 @@ class _Fault:
         The unknowns that they determine too often.
     repeated : bool
         They only repeat each other: what is left of one of them says ``0 = 0``, or a number.
+    locking : list of int
+        Those that determine all the unknowns as zero, if there are as many.
     """
 
     incidence: Incidence
     origins: list[Origin]
     unknowns: set[int]
     repeated: bool
+    locking: list[int] = field(default_factory=list)
 
     @property
     def what(self) -> str:
@@ -101,7 +115,7 @@ class _Fault:
     def parts(self) -> str:
         """Paths of the parts that have the unknowns."""
         tree = self.incidence.flat.tree
-        return _some(
+        return some(
             tree.node_of_unknown(u).path or tree.nodes[0].label for u in sorted(self.unknowns)
         )
 
@@ -142,6 +156,8 @@ class _Fault:
                     f"Likely a closed rigid loop runs through {self.parts}, and nothing tells how "
                     "its branches share the load. Remove one of them, or make it elastic."
                 )
+            if self.locking:
+                return lock(self.incidence, self.locking)
             count = "two" if len(self.places) < 2 else "too many"
             where = " and ".join(self.places[:3]) or self.parts
             return (
@@ -210,7 +226,11 @@ def _faults(incidence: Incidence, match: np.ndarray, over: list[np.ndarray]) -> 
         ordered = sorted(members)
         determined = np.isin(incidence.aliases.classes, match[ordered][match[ordered] >= 0])
         origins = [incidence.origin(r) for r in ordered]
-        yield _Fault(incidence, origins, set(np.flatnonzero(determined).tolist()), repeated=False)
+        locking = [r for r in ordered if incidence.proportional(r)]
+        if len(locking) < len(np.unique(incidence.aliases.classes[determined])):
+            locking = []
+        unknowns = set(np.flatnonzero(determined).tolist())
+        yield _Fault(incidence, origins, unknowns, repeated=False, locking=locking)
 
 
 def _open(incidence: Incidence, faults: list[_Fault], under: list[np.ndarray]) -> list[int]:
@@ -269,6 +289,41 @@ def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
             locals_ = np.unique(group.template.residual(e).locals)
             return [int(u) for u in group.unknowns[instance, locals_]]
     raise IndexError(number)
+
+
+# -- rigid loops ---------------------------------------------------------------------------------
+
+
+def factors(incidence: Incidence, row: int, order: int = 0) -> list[int]:
+    """Numbers of the parameters that are factors of unknowns in an equation."""
+    if row >= incidence.first_sum:
+        return []
+    origin, place = incidence.place(row)
+    group, e, instances, _ = incidence.blocks[origin]
+    symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+    present = ca.which_depends(group.template.residual(e, order).partials, symbols)
+    numbers: list[int] = group.parameters[instances[place]][np.array(present, dtype=bool)].tolist()
+    return numbers
+
+
+def lock(incidence: Incidence, rows: Iterable[int]) -> str:
+    """What rigid parts that lock each other are, why they do, and what to do."""
+    rows = list(rows)
+    flat = incidence.flat
+    owners = [flat.origin(incidence.origin(r)[1])[0] for r in rows]
+    parts = some(owner.path or owner.label for owner in owners)
+    numbers = dict.fromkeys(n for r in rows for n in factors(incidence, r))
+    parameters = flat.parameters
+    values = [
+        f"{parameters.names[n]} = {parameters.numbers[n]:g} {parameters.declared[n].unit}"
+        for n in numbers
+    ]
+    ratios = f": {some(v.removesuffix(' 1') for v in values)}" if values else ""
+    return (
+        f"Likely a closed rigid loop runs through {parts}{ratios}. Rigid paths side by side can "
+        "turn only if their ratios agree, and then nothing tells how they share the load. Remove "
+        "one of them, or let the ratios agree and make one path elastic."
+    )
 
 
 # -- redundant constraints -----------------------------------------------------------------------

@@ -85,13 +85,13 @@ class Expr:
         raise EquationError(f"{self} != {other} is not an equation; write ==.")
 
     def __lt__(self, other: Number) -> Compare:
-        return Compare(as_expr(other), self)
+        return Compare(as_expr(other), self, strict=True)
 
     def __le__(self, other: Number) -> Compare:
         return Compare(as_expr(other), self)
 
     def __gt__(self, other: Number) -> Compare:
-        return Compare(self, as_expr(other))
+        return Compare(self, as_expr(other), strict=True)
 
     def __ge__(self, other: Number) -> Compare:
         return Compare(self, as_expr(other))
@@ -213,13 +213,14 @@ class Partial(Expr):
 
 
 class Compare:
-    """The relation ``greater >= less``; only meaningful inside `lumped.ops.where`."""
+    """The relation ``greater >= less``, or ``greater > less`` if strict."""
 
-    __slots__ = ("greater", "less")
+    __slots__ = ("greater", "less", "strict")
 
-    def __init__(self, greater: Expr, less: Expr) -> None:
+    def __init__(self, greater: Expr, less: Expr, strict: bool = False) -> None:
         self.greater = greater
         self.less = less
+        self.strict = strict
 
     def __bool__(self) -> NoReturn:
         raise EquationError(
@@ -228,7 +229,7 @@ class Compare:
         )
 
     def __repr__(self) -> str:
-        return f"{text(self.greater)} >= {text(self.less)}"
+        return f"{text(self.greater)} {'>' if self.strict else '>='} {text(self.less)}"
 
 
 class Where(Expr):
@@ -360,7 +361,8 @@ def _text_of(
     if isinstance(node, Partial):
         return f"d({inner[0]})/d({inner[1]})", 5
     if isinstance(node, Where):
-        return f"where({inner[0]} >= {inner[1]}, {inner[2]}, {inner[3]})", 5
+        sign = ">" if node.condition.strict else ">="
+        return f"where({inner[0]} {sign} {inner[1]}, {inner[2]}, {inner[3]})", 5
     if isinstance(node, Call):
         return f"{node.op}({', '.join(inner)})", 5
     return getattr(node, "name", "?"), 5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,9 +13,11 @@ from lumped.component import Component
 from lumped.errors import EquationError, SingularModelError
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
+from lumped.kept import template_of
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
-from lumped.template import Template, template_key, template_of
+from lumped.switch import Hold, Item, Single, When
+from lumped.template import Template, template_key
 from lumped.tree import Node, Tree
 
 __all__ = ["FlatModel", "Group", "flatten"]
@@ -75,6 +77,8 @@ class FlatModel:
         Start values given to instances, by unknown; they hold exactly.
     starts : dict of int to SX
         Start values declared by classes, where not zero; they are defaults.
+    initial : list of Group
+        Equations that hold at the start only, by template.
     """
 
     tree: Tree
@@ -85,6 +89,7 @@ class FlatModel:
     parameters: Parameters
     given: dict[int, ca.SX]
     starts: dict[int, ca.SX]
+    initial: list[Group]
 
     @property
     def name(self) -> str:
@@ -104,22 +109,25 @@ class FlatModel:
 
     @cached_property
     def thresholds(self) -> tuple[ca.Function, np.ndarray]:
-        """Instants at which modes change as a function of p, and their directions."""
-        instants = ca.SX.zeros(self.mode_count)
+        """Instants at which modes change as a function of p, and their directions.
+
+        Modes that do not depend on the time alone have no instant: it is infinite.
+        """
+        instants = ca.inf * ca.SX.ones(self.mode_count)
         directions = np.ones(self.mode_count)
         for group in self.groups:
             template = group.template
-            n = len(template.modes)
-            if not n:
+            places = np.array(list(template.thresholds))
+            if not len(places):
                 continue
             symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
-            thresholds = ca.vertcat(*(t for t, _ in template.thresholds))
+            thresholds = ca.vertcat(*(t for t, _ in template.thresholds.values()))
             function = ca.Function("thresholds", [symbols], [thresholds])
             for i in range(len(group.nodes)):
-                place = group.first_mode + i * n
+                own = (group.first_mode + i * len(template.modes) + places).tolist()
                 values = self.parameters.values[group.parameters[i].tolist()]
-                instants[place : place + n] = function(values)
-                directions[place : place + n] = [d for _, d in template.thresholds]
+                instants[own] = function(values)
+                directions[own] = [d for _, d in template.thresholds.values()]
         return ca.Function("instants", [self.parameters.theta], [instants]), directions
 
     def origin(self, equation: int) -> tuple[Node, str]:
@@ -132,6 +140,11 @@ class FlatModel:
                 node = self.tree.nodes[group.nodes[instance]]
                 return node, self._text(group, number, node)
         raise IndexError(equation)
+
+    def initial_text(self, group: Group, instance: int, number: int) -> str:
+        """An initial equation with full names, and where it stands."""
+        node = self.tree.nodes[group.nodes[instance]]
+        return f"{self._text(group, number, node)} in {node.label}"
 
     def _text(self, group: Group, number: int, node: Node) -> str:
         scope = self.tree.nodes[group.nodes[0]]
@@ -167,7 +180,17 @@ def flatten(model: Component) -> FlatModel:
     joints = join(tree)
     groups, equation_count, mode_count = _groups(tree, joints)
     given, starts = start_values(tree, parameters)
-    return FlatModel(tree, joints, groups, equation_count, mode_count, parameters, given, starts)
+    return FlatModel(
+        tree,
+        joints,
+        groups,
+        equation_count,
+        mode_count,
+        parameters,
+        given,
+        starts,
+        _initial_groups(tree),
+    )
 
 
 def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
@@ -185,40 +208,76 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
-    equations = modes = 0
+    count = modes = 0
     for group in groups.values():
-        template = group.template
-        group.first_equation, group.first_mode = equations, modes
-        equations += template.count * len(group.nodes)
-        modes += len(template.modes) * len(group.nodes)
-        group.unknowns = _numbers(tree, group, template.unknowns, "first_unknown")
-        group.parameters = _numbers(tree, group, template.parameters, "first_parameter")
-    return list(groups.values()), equations, modes
+        group.first_equation, group.first_mode = count, modes
+        count += group.template.count * len(group.nodes)
+        modes += len(group.template.modes) * len(group.nodes)
+        _number(tree, group)
+    return list(groups.values()), count, modes
+
+
+def _initial_groups(tree: Tree) -> list[Group]:
+    """Equations that hold at the start only."""
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
+    for number, node in enumerate(tree.nodes):
+        if type(node.component).initial_equations is Component.initial_equations:
+            continue
+        key = template_key(node.component)
+        if key not in alike:
+            equations = node.component.initial_equations()
+            alike[key] = _group(tree, groups, node, equations, "initial_equations()")
+            if alike[key].template.modes:
+                raise EquationError(
+                    f"{node.label}: an initial equation cannot hold a condition. It holds at the "
+                    "time zero only; write the side that holds there."
+                )
+        alike[key].nodes.append(number)
+    for group in groups.values():
+        _number(tree, group)
+    return list(groups.values())
+
+
+def _number(tree: Tree, group: Group) -> None:
+    """Find the unknowns and parameters of all instances of a group."""
+    group.unknowns = _numbers(tree, group, group.template.unknowns, "first_unknown")
+    group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
 
 
 def _group(
     tree: Tree,
     groups: dict[Template, Group],
     scope: Node,
-    found: Iterable[Equation | tuple[Equation, ...]] | None,
+    found: Iterable[Item] | None,
+    method: str = "equations()",
 ) -> Group:
     """Group of all instances with equations like those found, made if there is none."""
     if found is None:
         raise EquationError(
-            f"{scope.label}: equations() gave nothing back. Yield each equation: yield a == b."
+            f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
         )
     try:
-        equations = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
-        for equation in equations:
-            if not isinstance(equation, Equation):
+        items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+        for item in items:
+            if not isinstance(item, Equation | Hold | When):
                 raise EquationError(
-                    f"{type(scope.component).__name__}.equations yielded {equation!r}; "
+                    f"{type(scope.component).__name__} yielded {item!r} as an equation; "
                     "each item must be an equation: left == right."
                 )
-        template = template_of(scope.component, lambda c: tree.below(c, scope), equations)
+        template = template_of(scope.component, lambda c: tree.below(c, scope), items)
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
-    return groups.setdefault(template, Group(template, equations))
+    return groups.setdefault(template, Group(template, list(_written(items))))
+
+
+def _written(items: Iterable[Single]) -> Iterator[Equation]:
+    """Equations as the user wrote them, in the order of those of the template."""
+    for item in items:
+        if isinstance(item, Hold):
+            yield from item.equations()
+        elif isinstance(item, Equation):
+            yield item
 
 
 def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:

@@ -99,6 +99,23 @@ class Incidence:
         block = bisect_right(self._firsts, row) - 1
         return block, row - self._firsts[block]
 
+    def reactions(self) -> dict[int, int]:
+        """The equations of constraints that hold or slide, and the unknown reaction of each."""
+        found: dict[int, int] = {}
+        for group, e, instances, first in self.blocks:
+            for stick in group.template.sticks:
+                if stick.equation == e:
+                    unknowns = group.unknowns[instances, stick.reaction[0]].tolist()
+                    found.update(enumerate(unknowns, first))
+        return found
+
+    def proportional(self, row: int, order: int = 0) -> bool:
+        """Whether a component equation, differentiated, is one that `Residual.proportional` is."""
+        if row >= self.first_sum:
+            return False
+        group, e, _, _ = self.blocks[self.place(row)[0]]
+        return group.template.residual(e, order).proportional
+
     def occurrence(self, block: int, order: int, picked: np.ndarray) -> Occurrence:
         """Symbols of the equations `picked` (positions in the block), differentiated."""
         group, e, instances, _ = self.blocks[block]

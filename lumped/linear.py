@@ -5,11 +5,17 @@ kind of its coefficient and its value at a generic point, so that a pivot is a n
 is a function of parameters, and never zero at that point. What is left couples a few unknowns by
 coefficients that vary during a run, any of which may pass zero; it is solved by orthogonal
 factorisation, which needs no pivot.
+
+Constraints that hold or slide (`lumped.switch`) come last, each with the coefficient of its own
+reaction as pivot: whatever holds, their matrix is a principal part of the inverse inertias, padded
+with ones, so that every such pivot is positive (a P-matrix; Cottle, Pang and Stone, The Linear
+Complementarity Problem, 1992, ch. 3).
 """
 
 from __future__ import annotations
 
 import heapq
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -38,7 +44,10 @@ class SingularBlockError(Exception):
 
 
 def solve(
-    rows: list[dict[int, Entry]], right: list[tuple[Term, float]], tape: Tape
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    tape: Tape,
+    last: Mapping[int, int] | None = None,
 ) -> list[tuple[Term, float]]:
     """Solve ``sum_j rows[i][j] z_j == right[i]`` for z.
 
@@ -50,6 +59,8 @@ def solve(
         Right sides and their values at the generic point; used up.
     tape : Tape
         Where the terms stand.
+    last : mapping of int to int, optional
+        Rows to be eliminated after all others, and the column of the pivot of each.
 
     Returns
     -------
@@ -66,21 +77,23 @@ def solve(
     for i, row in enumerate(rows):
         for j in row:
             holders[j].add(i)
-    open_rows = set(range(n))
+    pivots = dict(last or {})
+    barred = frozenset(pivots.values())
+    open_rows = set(range(n)) - set(pivots)
     order: list[tuple[list[int], list[int]]] = []
-    heap = [(*_cheapest(rows[i], holders), i) for i in range(n)]
+    heap = [(*_cheapest(rows[i], holders, barred), i) for i in open_rows]
     heapq.heapify(heap)
     while heap:
         *cost, j, i = heapq.heappop(heap)
         if i not in open_rows:
             continue
-        now = _cheapest(rows[i], holders)
+        now = _cheapest(rows[i], holders, barred)
         if now[0] == _NO_PIVOT:
             continue
         if now > (*cost, j):
             heapq.heappush(heap, (*now, i))
             continue
-        if now[0] == _VARIES:
+        if now[0] == _VARIES and not pivots:
             rest, columns = _coupled(rows, holders, i)
             if len(rest) == len(columns) <= _MOST_DENSE:
                 order.append((rest, columns))
@@ -93,11 +106,44 @@ def solve(
             holders[c].discard(i)
         for k in sorted(holders[j]):
             _subtract(rows, right, holders, k, i, j)
-            heapq.heappush(heap, (*_cheapest(rows[k], holders), k))
+            if k in open_rows:
+                heapq.heappush(heap, (*_cheapest(rows[k], holders, barred), k))
         holders[j].clear()
     if open_rows:
         raise SingularBlockError(sorted(open_rows))
+    order += _diagonal(rows, right, holders, pivots)
     return _substituted(rows, right, order, tape)
+
+
+def _diagonal(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    holders: dict[int, set[int]],
+    pivots: dict[int, int],
+) -> list[tuple[list[int], list[int]]]:
+    """Eliminate rows with given pivots, those with the least fill-in first."""
+    order: list[tuple[list[int], list[int]]] = []
+    heap = [((len(rows[i]) - 1) * (len(holders[j]) - 1), i) for i, j in pivots.items()]
+    heapq.heapify(heap)
+    while heap:
+        cost, i = heapq.heappop(heap)
+        if i not in pivots:
+            continue
+        j = pivots[i]
+        now = (len(rows[i]) - 1) * (len(holders[j]) - 1)
+        if now > cost:
+            heapq.heappush(heap, (now, i))
+            continue
+        if j not in rows[i]:
+            raise SingularBlockError([i])
+        del pivots[i]
+        order.append(([i], [j]))
+        for c in rows[i]:
+            holders[c].discard(i)
+        for k in sorted(holders[j]):
+            _subtract(rows, right, holders, k, i, j)
+        holders[j].clear()
+    return order
 
 
 def _coupled(
@@ -166,13 +212,13 @@ _STEADY, _VARIES, _NO_PIVOT = 0, 1, 2
 
 
 def _cheapest(
-    row: dict[int, Entry], holders: dict[int, set[int]]
+    row: dict[int, Entry], holders: dict[int, set[int]], barred: frozenset[int]
 ) -> tuple[int, bool, int, int, float, int]:
     """Class, smallness, kind, fill-in, relative size (negative), column of a row's best pivot."""
-    largest = max((abs(e.value) for e in row.values()), default=0.0)
+    largest = max((abs(e.value) for j, e in row.items() if j not in barred), default=0.0)
     best = (_NO_PIVOT, False, 0, 0, 0.0, -1)
     for j, entry in row.items():
-        if abs(entry.value) > 1e-9 * largest:
+        if j not in barred and abs(entry.value) > 1e-9 * largest:
             fill = (len(row) - 1) * (len(holders[j]) - 1)
             size = abs(entry.value) / largest
             steady = _VARIES if entry.kind == VARYING else _STEADY

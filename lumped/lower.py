@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import casadi as ca
 
+from lumped.derive import partials
 from lumped.errors import EquationError
-from lumped.expression import Call, Constant, Der, Expr, Partial, Time, Where, walk
+from lumped.expression import Call, Compare, Constant, Der, Expr, Partial, Time, Where, walk
 
 __all__ = ["lower"]
 
@@ -40,7 +41,7 @@ def lower(
     *,
     time: ca.SX | None = None,
     derivative: Callable[[ca.SX], ca.SX] | None = None,
-    relation: Callable[[ca.SX], ca.SX] | None = None,
+    relation: Callable[[Compare, ca.SX, ca.SX], ca.SX] | None = None,
 ) -> ca.SX:
     """The CasADi form of an expression.
 
@@ -55,7 +56,7 @@ def lower(
     derivative : callable, optional
         Time derivative of an SX expression; without it ``der`` is refused.
     relation : callable, optional
-        Mode (0 or 1) of the relation ``g >= 0``; without it ``where`` is refused.
+        Mode (0 or 1) of a relation, from its lowered sides; without it ``where`` is refused.
 
     Raises
     ------
@@ -83,11 +84,11 @@ def lower(
                 raise refuse("a time derivative")
             value = derivative(args[0])
         elif isinstance(node, Partial):
-            value = ca.jacobian(args[0], args[1])
+            value = partials(args[0], args[1])
         elif isinstance(node, Where):
             if relation is None:
-                raise refuse("a condition on the time")
-            value = ca.if_else(relation(args[0] - args[1]), args[2], args[3])
+                raise refuse("a condition")
+            value = ca.if_else(relation(node.condition, args[0], args[1]), args[2], args[3])
         else:
             value = leaf(node)
         done[id(node)] = value

@@ -16,6 +16,7 @@ __all__ = [
     "cos",
     "cosh",
     "exp",
+    "interpolate",
     "log",
     "maximum",
     "minimum",
@@ -117,8 +118,8 @@ def maximum(x: Number, y: Number) -> Expr:
 def where(condition: Compare, yes: Number, no: Number) -> Expr:
     """`yes` while the condition holds, else `no`.
 
-    The condition compares the time with an expression of parameters, for example
-    ``time >= t_start``; a run stops and restarts exactly at that instant.
+    A run stops exactly where the condition changes, and starts anew with the other branch. Where
+    both branches meet without a jump, `minimum`, `maximum` and `interpolate` do without a stop.
 
     Raises
     ------
@@ -130,6 +131,40 @@ def where(condition: Compare, yes: Number, no: Number) -> Expr:
             f"where({condition!r}, ...): the condition must be a relation such as time >= 0.5."
         )
     return Where(condition, as_expr(yes), as_expr(no))
+
+
+def interpolate(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
+    """Straight lines through points, the first and last extended; one point is a constant.
+
+    Parameters
+    ----------
+    x : expression
+        Where.
+    xs, ys : sequence of float, shape (n,)
+        Points; `xs` increasing.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there is no point, or `xs` does not increase.
+    """
+    places, heights = [float(v) for v in xs], [float(v) for v in ys]
+    if len(places) != len(heights) or not places:
+        raise EquationError(
+            f"interpolate: {len(places)} places and {len(heights)} values; as many of each, at "
+            "least one."
+        )
+    for left, right in itertools.pairwise(places):
+        if not right > left:
+            raise EquationError(f"interpolate: the places must increase, but {left} -> {right}.")
+    argument, total = as_expr(x), as_expr(heights[0])
+    before = 0.0
+    for i, (left, right) in enumerate(itertools.pairwise(places)):
+        slope = (heights[i + 1] - heights[i]) / (right - left)
+        run = argument - left
+        total = total + (slope - before) * (maximum(0.0, run) if i else run)
+        before = slope
+    return total
 
 
 def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:

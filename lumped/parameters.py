@@ -46,7 +46,7 @@ class Parameters:
 
     @cached_property
     def numbers(self) -> np.ndarray:
-        """Every parameter, at the values in the model."""
+        """Value of every parameter in the model, shape (all,)."""
         evaluate = ca.Function("p", [self.theta], [self.values])
         return np.asarray(evaluate(self.defaults)).ravel()
 

@@ -8,7 +8,7 @@ from lumped.errors import EquationError, UnknownNameError
 from lumped.expression import Equation, Expr, Partial, Ref, walk
 from lumped.quantity import Quantity
 
-__all__ = ["Flange", "LinearFlange", "Pin", "Port", "lossless"]
+__all__ = ["Flange", "HeatPort", "LinearFlange", "Pin", "Port", "lossless"]
 
 
 class _PortQuantity(Quantity):
@@ -132,6 +132,26 @@ class Pin(Port):
     @property
     def i(self) -> Ref:
         """Current into the component, A."""
+        return self.through()
+
+
+class HeatPort(Port):
+    """Thermal port: absolute temperature `T` in K, heat flow `Q` in W into the component."""
+
+    kind = "thermal port"
+    potential = _PortQuantity("K", "temperature of the port", "potential")
+    potential_name = "T"
+    flow = _PortQuantity("W", "heat flow into the component", "flow")
+    flow_name = "Q"
+
+    @property
+    def T(self) -> Ref:  # noqa: N802 - the letter of the formulas
+        """Temperature, K."""
+        return self.across()
+
+    @property
+    def Q(self) -> Ref:  # noqa: N802
+        """Heat flow into the component, W."""
         return self.through()
 
 

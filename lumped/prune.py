@@ -74,8 +74,9 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
     rows, entries, largest = samples(expression, values)
     # a row that is rounding as a whole is measured against the others
     scale = np.full(expression.numel(), 1e-3 * largest.min(initial=1.0, where=largest > 1e-9))
-    np.maximum.at(scale, rows, largest)
-    alive = set(entries[~(largest <= 1e-13 * scale[rows])].tolist())
+    finite = np.isfinite(largest)
+    np.maximum.at(scale, rows[finite], largest[finite])
+    alive = set(entries[~finite | (largest > 1e-13 * scale[rows])].tolist())
     return np.array([column not in alive for column in columns], dtype=bool)
 
 

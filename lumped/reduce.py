@@ -33,11 +33,14 @@ class Block(NamedTuple):
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
         Blocks whose unknowns stand in its equations.
+    led : bool
+        A state stands in its equations.
     """
 
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
+    led: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +235,9 @@ def _blocks(
     row_of[match] = np.arange(n)
     users, needed = rows[~known], row_of[column[nodes[~known]]]
     count, label = connected_components(links(users, needed, (n, n)), connection="strong")
-    return _ordered(labels, unknown[match], label, count, label[users], label[needed], first[-1])
+    led = np.zeros(count, dtype=bool)
+    led[label[rows[known]]] = True
+    return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])
 
 
 def _all_entries(
@@ -255,15 +260,17 @@ def _ordered(
     labels: list[tuple[int, int]],
     solved: np.ndarray,
     label: np.ndarray,
-    count: int,
+    led: np.ndarray,
     users: np.ndarray,
     needed: np.ndarray,
     node_count: int,
 ) -> tuple[list[Block], np.ndarray]:
     """Blocks from the equations' labels, the nodes matched to them and their block's label.
 
-    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times.
+    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times. States stand
+    in the equations of block k if ``led[k]``.
     """
+    count = len(led)
     other = users != needed
     pairs = np.unique(users[other].astype(np.int64) * count + needed[other])
     users, needed = np.divmod(pairs, count)
@@ -283,8 +290,8 @@ def _ordered(
     block_of[solved] = place[label]
     own, nodes = _lists(place[label], np.arange(len(labels)), count), solved.tolist()
     return [
-        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before))
-        for rows, before in zip(own, needs, strict=True)
+        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before), state)
+        for rows, before, state in zip(own, needs, led[order].tolist(), strict=True)
     ], block_of
 
 

@@ -1,17 +1,15 @@
-"""The text that says why a block of equations cannot be solved."""
+"""Texts that say why a block of equations cannot be solved."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-import casadi as ca
-import numpy as np
-
-from lumped.diagnosis import class_names, equation_text
+from lumped.diagnosis import class_names, equation_text, factors
 from lumped.errors import SingularModelError
+from lumped.incidence import Incidence
 from lumped.reduce import Reduced
 
-__all__ = ["singular_block"]
+__all__ = ["singular_block", "unheld"]
 
 
 def singular_block(reduced: Reduced, rows: list[int], nodes: list[int]) -> SingularModelError:
@@ -32,6 +30,19 @@ def singular_block(reduced: Reduced, rows: list[int], nodes: list[int]) -> Singu
     )
 
 
+def unheld(incidence: Incidence, row: int) -> SingularModelError:
+    """The error for a constraint whose reaction is known and whose speed is not."""
+    block, place = incidence.place(row)
+    group, _, instances, _ = incidence.blocks[block]
+    model = incidence.flat.name
+    name = group.names[int(instances[place])] or model
+    return SingularModelError(
+        f"{model}: {name} holds and slides, but one of its sides has no inertia, so that its "
+        "reaction is known and its speed is not while it slides. Put an Inertia or Mass on each "
+        f"side of {name}."
+    )
+
+
 def _names(reduced: Reduced, nodes: Iterable[int]) -> str:
     found = []
     for node in nodes:
@@ -43,18 +54,10 @@ def _names(reduced: Reduced, nodes: Iterable[int]) -> str:
 
 def _zero_parameters(reduced: Reduced, nodes: list[int]) -> list[str]:
     """Parameters that are zero in the equations of the block that determines the nodes."""
-    incidence, found = reduced.incidence, []
-    parameters = incidence.flat.parameters
-    for row, order in reduced.blocks[reduced.block_of[nodes[0]]].equations:
-        if row >= incidence.first_sum:
-            continue
-        origin, place = incidence.place(row)
-        group, e, instances, _ = incidence.blocks[origin]
-        residual = group.template.residual(e, order)
-        present = ca.which_depends(
-            residual.partials, ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
-        )
-        for number in group.parameters[instances[place]][np.array(present, dtype=bool)]:
-            if parameters.numbers[number] == 0:
-                found.append(parameters.names[number])
-    return found
+    parameters = reduced.incidence.flat.parameters
+    return [
+        parameters.names[number]
+        for row, order in reduced.blocks[reduced.block_of[nodes[0]]].equations
+        for number in factors(reduced.incidence, row, order)
+        if parameters.numbers[number] == 0
+    ]

@@ -14,11 +14,13 @@ from scipy.sparse import csc_array
 from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
+from lumped.locked import locked_loops
 from lumped.prune import independent_of, needed_states, samples, used, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.report import LeftOut, Report
 from lumped.select import RANK
+from lumped.switching import Switching
 from lumped.values import Values
 
 __all__ = ["Changes", "Name", "System"]
@@ -36,6 +38,8 @@ class System:
         What was assembled.
     state_names : list of str
         Names of the states, in their order in x.
+    switching : Switching
+        What decides modes that depend on more than the time.
     left_out : list of LeftOut
         What is not computed, and why.
     made : dict
@@ -57,8 +61,10 @@ class System:
         self._ranks = dict(ranks or {})
         begin = clock.perf_counter()
         self._reduced = reduce(flat, ranks)
+        self._locked = locked_loops(self._reduced)
         middle = clock.perf_counter()
         self._values = Values(self._reduced)
+        self.switching = Switching(self._values)
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
@@ -115,7 +121,8 @@ class System:
                     if number in place:
                         positions.add(place[number])
         outputs = None if self._outputs is None else self._raw(self._outputs)
-        always = ca.vertcat(self._raw(kept), self._values.of(self._values.implicit))
+        implicit = self._values.of(self._values.implicit)
+        always = ca.vertcat(self._raw(kept), implicit, self.switching.needed())
         self._positions = positions
         return needed_states(self._values, positions, outputs, always)
 
@@ -164,7 +171,7 @@ class System:
         for node in self._reduced.states:
             if node not in in_use:
                 found.append(LeftOut(self._node_name(node), why))
-        return found
+        return found + self._locked
 
     def report(self) -> Report:
         """What the reduction did: counts, states and why they are, blocks, times."""
@@ -223,8 +230,45 @@ class System:
     @cached_property
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
+        rates = ca.SX(self._rates)
+        place = {node: i for i, node in enumerate(self.states)}
+        holds = self.switching
+        for h, node in enumerate(holds.speeds):
+            if node in place:
+                # a speed that is held stays exactly what it is
+                first = int(holds.first_modes[h])
+                stuck, demand = self._values.modes[first], self._values.modes[first + 4]
+                i = place[node]
+                rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
         lost = np.setdiff1d(self._rate_uses, self._in_use)
-        return ca.cse(self._without(self._rates, lost))
+        return ca.cse(self._without(rates, lost))
+
+    def _in_states(self, expression: ca.SX) -> ca.SX:
+        """An expression of the states in use."""
+        lost = np.setdiff1d(used(expression, self._values), self._in_use)
+        return ca.cse(self._without(expression, lost))
+
+    @cached_property
+    def margins(self) -> ca.Function:
+        """Distances to the next change of modes, and their tolerances: (x, p, t, m)."""
+        found, tolerances = self.switching.margins
+        k = found.numel()
+        both = self._in_states(ca.vertcat(found, tolerances))
+        return ca.Function("margins", self._inputs, ca.vertsplit(both, [0, k, 2 * k]))
+
+    @cached_property
+    def margin_rates(self) -> ca.Function:
+        """Time derivatives of the margins: (x, p, t, m)."""
+        found = self._in_states(self.switching.margins[0])
+        x, _, t, _ = self._inputs
+        along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(self.rates, 1))
+        return ca.Function("margin_rates", self._inputs, [ca.densify(ca.cse(along))])
+
+    @cached_property
+    def look(self) -> ca.Function:
+        """All that decides modes, then the derivatives of the states: (x, p, t, m) -> (k,)."""
+        parts = self._in_states(self.switching.needed())
+        return ca.Function("look", self._inputs, [ca.densify(ca.vertcat(parts, self.rates))])
 
     @cached_property
     def rhs(self) -> ca.Function:

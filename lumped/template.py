@@ -7,32 +7,33 @@ derivative, with which coefficient) is read off here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
 
 from lumped.component import Component
 from lumped.connection import label
+from lumped.derive import along, partials
 from lumped.errors import EquationError
-from lumped.expression import Call, Constant, Equation, Expr, Ref, text, walk
+from lumped.expression import Compare, Expr, Ref, text
 from lumped.lower import lower
 from lumped.quantity import Param
+from lumped.switch import Hold, Single, When
 
 __all__ = [
     "CONSTANT",
     "PARAMETRIC",
     "VARYING",
+    "Jump",
+    "Relation",
     "Residual",
+    "Stick",
     "Template",
     "template_key",
-    "template_of",
 ]
-
-_MOST_KNOWN = 1000
-"""Templates that are kept for later models."""
 
 CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 """Kinds of a coefficient: a number, a function of parameters, anything else."""
@@ -67,8 +68,6 @@ class Residual:
         The partial derivative where it is a number, else nan.
     affine : ndarray of bool, shape (n, n)
         ``affine[i, j]``: the partial derivative by symbol i does not depend on symbol j.
-    homogeneous : bool
-        The equation is a sum of numbers times symbols and nothing else.
     """
 
     template: Template
@@ -80,7 +79,6 @@ class Residual:
     kinds: np.ndarray
     values: np.ndarray
     affine: np.ndarray
-    homogeneous: bool
     _solved: dict[int, ca.Function] = field(default_factory=dict)
 
     @cached_property
@@ -93,6 +91,22 @@ class Residual:
         """The residual: (symbols, parameters, time, modes) -> (1,)."""
         return ca.Function("value", self._inputs(), [self.expression])
 
+    @cached_property
+    def homogeneous(self) -> bool:
+        """The equation is a sum of numbers times symbols and nothing else."""
+        return bool((self.kinds == CONSTANT).all()) and self.proportional
+
+    @cached_property
+    def proportional(self) -> bool:
+        """The equation is a sum of numbers or parameters times symbols and nothing else."""
+        if (self.kinds == VARYING).any():
+            return False
+        n = len(self.kinds)
+        rest = (
+            ca.substitute(self.expression, self.symbols, ca.SX.zeros(n)) if n else self.expression
+        )
+        return bool(ca.simplify(rest).is_zero())
+
     def solved_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
         if i not in self._solved:
@@ -101,48 +115,69 @@ class Residual:
         return self._solved[i]
 
     def _inputs(self) -> list[ca.SX]:
-        t = self.template
-        return [
-            self.symbols,
-            ca.vertcat(ca.SX(0, 1), *t.parameter_symbols),
-            t.time,
-            ca.vertcat(ca.SX(0, 1), *t.modes),
-        ]
+        return self.template.inputs(list(zip(self.locals, self.orders, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """A condition on states: its mode is 1 while ``greater >= less``; sides are both in words."""
+
+    mode: int
+    greater: ca.SX
+    less: ca.SX
+    strict: bool
+    sides: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Stick:
+    """A lowered `Hold`.
+
+    Attributes
+    ----------
+    equation : int
+        Number of the equation that determines the reaction.
+    first : int
+        First of its five modes: stuck, forward, backward (0 or 1); compliance, by which the
+        reactions of redundant constraints are shared; demanded acceleration, for impulses.
+    engaged : int or None
+        Mode of the condition under which it acts.
+    speed, acceleration, reaction : (int, int)
+        Local unknown and order of derivative.
+    upper, lower, gap, restitution : SX
+        Infinite limits, and gaps that do not exist, are nan.
+    given : tuple of bool
+        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`.
+    """
+
+    equation: int
+    first: int
+    engaged: int | None
+    speed: tuple[int, int]
+    acceleration: tuple[int, int]
+    reaction: tuple[int, int]
+    upper: ca.SX
+    lower: ca.SX
+    gap: ca.SX
+    restitution: ca.SX
+    given: tuple[bool, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """A lowered `When`: mode of its condition, local unknowns, new values, condition in words."""
+
+    mode: int
+    targets: list[int]
+    values: list[ca.SX]
+    condition: str
 
 
 Place = Callable[[Component], str | None]
 """Path of a component below the one that has the equations; None if it is no part of it."""
 
-_known: dict[Hashable, Template] = {}
-
-
-def template_of(component: Component, place: Place, equations: list[Equation]) -> Template:
-    """The template of some equations, made once for all models with equal ones."""
-    key = tuple(_content(place, side) for e in equations for side in (e.left, e.right))
-    found = _known.get(key)
-    if found is None:
-        found = Template(component, place, equations)
-        if len(_known) >= _MOST_KNOWN:
-            del _known[next(iter(_known))]
-        _known[key] = found
-    return found
-
-
-def _content(place: Place, side: Expr) -> Hashable:
-    """One side of an equation, with names relative to the component."""
-    numbers: dict[int, int] = {}
-    found: list[Hashable] = []
-    for node in walk(side):
-        what: Hashable = getattr(node, "name", None)
-        if isinstance(node, Constant):
-            what = repr(node.value)
-        elif isinstance(node, Call):
-            what = node.op
-        elif isinstance(node, Ref):
-            what = (place(node.owner), node.name, isinstance(node.quantity, Param))
-        numbers[id(node)] = len(numbers)
-        found.append((type(node), what, *(numbers[id(child)] for child in node.children())))
-    return tuple(found)
+Lowered = Callable[[Expr], ca.SX]
+"""CasADi form of an expression."""
 
 
 class Template:
@@ -158,26 +193,48 @@ class Template:
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
         The same for the parameters.
-    thresholds : list of (SX, int)
-        Instant at which each mode changes, and +1 if it becomes 1 there, -1 if it becomes 0.
+    thresholds : dict of int to (SX, int)
+        Modes that depend on the time alone: instant of change, and +1 if the mode becomes 1
+        there, -1 if it becomes 0.
+    relations, sticks, jumps : list
+        What changes modes or states at instants that are not known beforehand.
     """
 
-    def __init__(self, component: Component, place: Place, equations: list[Equation]) -> None:
-        self.count = len(equations)
+    def __init__(self, component: Component, place: Place, items: Iterable[Single]) -> None:
+        self.count = 0
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
         self.modes: list[ca.SX] = []
-        self.thresholds: list[tuple[ca.SX, int]] = []
+        self.thresholds: dict[int, tuple[ca.SX, int]] = {}
+        self.relations: list[Relation] = []
+        self.sticks: list[Stick] = []
+        self.jumps: list[Jump] = []
         self.time = ca.SX.sym("time")
         self._unknown_index: dict[tuple[str, str], int] = {}
         self._parameter_index: dict[tuple[str, str], int] = {}
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
-        for number, equation in enumerate(equations):
-            lowered = self._lowered(equation, component, place)
-            self._residuals[number, 0] = self._analyse(lowered)
+        lowered = partial(self._lowered, component, place)
+        for item in items:
+            if isinstance(item, Hold):
+                self._stick(item, lowered)
+            elif isinstance(item, When):
+                self._jump(item, lowered)
+            else:
+                self._add(lowered(item.left - item.right))
+
+    def _add(self, residual: ca.SX) -> None:
+        self._residuals[self.count, 0] = self._analyse(residual)
+        self.count += 1
+
+    def inputs(self, keys: list[tuple[int, int]]) -> list[ca.SX]:
+        """Inputs of functions of this template: symbols of keys, parameters, time, modes."""
+        none = ca.SX(0, 1)
+        symbols = ca.vertcat(none, *(self._symbols[k] for k in keys))
+        parameters = ca.vertcat(none, *self.parameter_symbols)
+        return [symbols, parameters, self.time, ca.vertcat(none, *self.modes)]
 
     def residual(self, number: int, order: int = 0) -> Residual:
         """Equation `number`, differentiated `order` times by the time."""
@@ -188,18 +245,67 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, equation: Equation, component: Component, place: Place) -> ca.SX:
-        sides = [
-            lower(
-                side,
-                lambda node: self._leaf(node, component, place),
-                time=self.time,
-                derivative=self._time_derivative,
-                relation=lambda g: self._mode(g, equation, component),
+    def _lowered(self, component: Component, place: Place, expression: Expr) -> ca.SX:
+        return lower(
+            expression,
+            lambda node: self._leaf(node, component, place),
+            time=self.time,
+            derivative=self._time_derivative,
+            relation=self._mode,
+        )
+
+    def _stick(self, item: Hold, lowered: Lowered) -> None:
+        """The row ``stuck (demand - a + compliance r) + (1 - stuck) (r - law) == 0``."""
+        first = len(self.modes)
+        names = ("stuck", "forward", "backward", "compliance", "demand")
+        self.modes += [ca.SX.sym(name) for name in names]
+        stuck, forward, backward, compliance, demand = self.modes[first:]
+        speed, reaction = lowered(item.speed), lowered(item.reaction)
+        acceleration = self._time_derivative(speed)
+        law = ca.SX(0)
+        for sliding, given in ((forward, item.forward), (backward, item.backward)):
+            if given is not None:
+                law += sliding * lowered(given)
+        engaged = None
+        if item.engaged is not None:
+            engaged = self._condition(item.engaged, lowered)
+        number = self.count
+        held = demand - acceleration + compliance * reaction
+        self._add(stuck * held + (1 - stuck) * (reaction - law))
+        if item.mode is not None:
+            code = 1 - stuck if item.gap is not None else forward - backward
+            free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
+            self._add(lowered(item.mode) - code - free)
+
+        def given_or_none(given: Expr | None) -> ca.SX:
+            return ca.SX.nan() if given is None else lowered(given)
+
+        limits = (item.upper, item.lower, item.forward, item.backward, item.gap)
+        self.sticks.append(
+            Stick(
+                number,
+                first,
+                engaged,
+                self._key_of[speed.element_hash()],
+                self._key_of[acceleration.element_hash()],
+                self._key_of[reaction.element_hash()],
+                given_or_none(item.upper),
+                given_or_none(item.lower),
+                given_or_none(item.gap),
+                lowered(item.restitution),
+                tuple(limit is not None for limit in limits),
             )
-            for side in (equation.left, equation.right)
-        ]
-        return sides[0] - sides[1]
+        )
+
+    def _jump(self, item: When, lowered: Lowered) -> None:
+        mode = self._condition(item.condition, lowered)
+        targets = [self._key_of[lowered(ref).element_hash()][0] for ref, _ in item.changes]
+        values = [lowered(value) for _, value in item.changes]
+        self.jumps.append(Jump(mode, targets, values, repr(item.condition)))
+
+    def _condition(self, condition: Compare, lowered: Lowered) -> int:
+        mode = self._mode(condition, lowered(condition.greater), lowered(condition.less))
+        return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
         if isinstance(node, Param):
@@ -209,7 +315,7 @@ class Template:
         below = place(node.owner)
         if below is None:
             raise EquationError(
-                f"equations() uses {label(node)} of a component {type(node.owner).__name__} that "
+                f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
                 "is not one of its parts."
             )
         key = (below, node.name)
@@ -222,9 +328,10 @@ class Template:
         if key not in self._unknown_index:
             self._unknown_index[key] = len(self.unknowns)
             self.unknowns.append(key)
-        return self._symbol(self._unknown_index[key], 0)
+        return self.symbol(self._unknown_index[key], 0)
 
-    def _symbol(self, unknown: int, order: int) -> ca.SX:
+    def symbol(self, unknown: int, order: int) -> ca.SX:
+        """Symbol of a local unknown at an order of derivative."""
         key = (unknown, order)
         if key not in self._symbols:
             symbol = ca.SX.sym(self.unknowns[unknown][1] + "'" * order)
@@ -232,59 +339,61 @@ class Template:
             self._key_of[symbol.element_hash()] = key
         return self._symbols[key]
 
-    def _present(self, expression: ca.SX) -> list[tuple[int, int]]:
+    def present(self, expression: ca.SX) -> list[tuple[int, int]]:
+        """Local unknowns and orders of derivative that stand in an expression."""
         hashes = [s.element_hash() for s in ca.symvar(expression)]
         return sorted(self._key_of[h] for h in hashes if h in self._key_of)
 
     def _time_derivative(self, expression: ca.SX) -> ca.SX:
-        keys = self._present(expression)
+        keys = self.present(expression)
         symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
-        rates = ca.vertcat(1, *(self._symbol(u, order + 1) for u, order in keys))
-        return ca.jtimes(expression, symbols, rates)
+        rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
+        return along(expression, symbols, rates)
 
-    def _mode(self, g: ca.SX, equation: Equation, component: Component) -> ca.SX:
+    def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        g = greater - less
         slope = ca.jacobian(g, self.time)
-        if self._present(g) or not slope.is_constant():
-            raise EquationError(
-                f"{type(component).__name__}: a condition in '{text(equation.left)} == "
-                f"{text(equation.right)}' must compare the time with parameters."
-            )
-        rate = float(slope)
-        at_zero = ca.substitute(g, self.time, 0)
-        threshold = ca.if_else(at_zero >= 0, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
-        self.thresholds.append((threshold, -1 if rate < 0 else 1))
+        number = len(self.modes)
+        if self.present(g) or not slope.is_constant():
+            for known in self.relations:
+                same = known.strict == condition.strict
+                if same and ca.is_equal(known.greater - known.less, g, 100):
+                    return self.modes[known.mode]
+            sides = text(condition.greater), text(condition.less)
+            self.relations.append(Relation(number, greater, less, condition.strict, sides))
+        else:
+            rate = float(slope)
+            at_zero = ca.substitute(g, self.time, 0)
+            holds = at_zero > 0 if condition.strict else at_zero >= 0
+            threshold = ca.if_else(holds, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
+            self.thresholds[number] = (threshold, -1 if rate < 0 else 1)
         self.modes.append(ca.SX.sym("mode"))
-        return self.modes[-1]
+        return self.modes[number]
 
     def _analyse(self, expression: ca.SX) -> Residual:
-        keys = self._present(expression)
+        keys = self.present(expression)
         symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
-        partials = ca.densify(ca.jacobian(expression, symbols)).T
+        gradient = partials(expression, symbols)
         n = len(keys)
         kinds, values = np.full(n, VARYING), np.full(n, np.nan)
         affine = np.ones((n, n), dtype=bool)
         varying = ca.vertcat(symbols, self.time, *self.modes)
         for i in range(n):
-            entry = partials[i]
+            entry = gradient[i]
             if entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):
                 kinds[i] = PARAMETRIC
             else:
                 affine[i] = ~np.array(ca.which_depends(entry, symbols), dtype=bool)
-        homogeneous = bool((kinds == CONSTANT).all())
-        if homogeneous:
-            rest = ca.substitute(expression, symbols, ca.SX.zeros(n)) if n else expression
-            homogeneous = ca.simplify(rest).is_zero()
         return Residual(
             template=self,
             expression=expression,
             locals=np.array([k[0] for k in keys], dtype=int),
             orders=np.array([k[1] for k in keys], dtype=int),
             symbols=symbols,
-            partials=partials,
+            partials=gradient,
             kinds=kinds,
             values=values,
             affine=affine,
-            homogeneous=homogeneous,
         )

@@ -17,7 +17,7 @@ import numpy as np
 from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
 from lumped.reduce import Block, Reduced
-from lumped.singular import singular_block
+from lumped.singular import singular_block, unheld
 from lumped.tape import Tape, Term
 from lumped.template import CONSTANT
 
@@ -62,6 +62,8 @@ class Values:
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
         self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
+        reactions = reduced.incidence.reactions()
+        self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
         self._joint, self._loops = self._solved_blocks()
         self._wave: list[int] = []
         for block in reduced.blocks:
@@ -89,6 +91,12 @@ class Values:
         wanted = list(nodes)
         self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
         return self._sx[wanted] if wanted else ca.SX(0, 1)
+
+    def arguments(self, seen: Occurrence) -> list[ca.SX]:
+        """Arguments of a template's functions, one column per instance but for the time."""
+        nodes = self._nodes(seen)
+        self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
+        return self._arguments(seen, nodes)
 
     def corrections(self) -> ca.SX:
         """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
@@ -122,7 +130,9 @@ class Values:
         joint = {b for b, block in enumerate(blocks) if len(block.nodes) > 1}
         loops: set[int] = set()
         block_of = np.append(self.reduced.block_of, -1)
-        for places, seen in incidence.alike(*_columns(blocks)):
+        rows, orders = _columns(blocks)
+        joint.update(owner[np.isin(rows, list(self._reactions))].tolist())
+        for places, seen in incidence.alike(rows, orders):
             inside = block_of[self._nodes(seen)] == owner[places][:, None]
             several = np.flatnonzero(inside.sum(axis=1) > 1)
             joint.update(owner[places[several]].tolist())
@@ -141,7 +151,7 @@ class Values:
         return nodes
 
     def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
-        """Arguments of a template's functions, one column per instance but for the time."""
+        """The same, if the nodes are computed."""
         m, n = nodes.shape
         symbols = _picked(self._sx, nodes.ravel())
         negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
@@ -327,7 +337,7 @@ class Values:
         for block in blocks:
             own = slice(len(found), len(found) + len(block.nodes))
             try:
-                found += solve(rows[own], right[own], tape)
+                found += solve(rows[own], right[own], tape, self._last(block))
             except SingularBlockError as error:
                 lost = [block.equations[i][0] for i in error.args[0]]
                 raise singular_block(self.reduced, lost, block.nodes) from None
@@ -335,6 +345,20 @@ class Values:
             tape.expressions([term for term, _ in found]),
             self._finite(np.array([number for _, number in found])),
         )
+
+    def _last(self, block: Block) -> dict[int, int]:
+        """Equations of constraints that hold or slide, and the place of the reaction of each."""
+        if not self._reactions:
+            return {}
+        place = {node: j for j, node in enumerate(block.nodes)}
+        found: dict[int, int] = {}
+        for i, (row, _) in enumerate(block.equations):
+            reaction = self._reactions.get(row)
+            if reaction is not None:
+                if reaction not in place:
+                    raise unheld(self.reduced.incidence, row)
+                found[i] = place[reaction]
+        return found
 
     def _sum_equations(
         self,

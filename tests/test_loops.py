@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import StartError
 from lumped.ops import cos, sin, sqrt
 
@@ -117,7 +117,7 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
     run = lp.simulate(
         lp.assemble(double_rocker(w=3.0)), until=20.0, rtol=1e-9, method=method, grid=4000
     )
-    changes = [event.what for event in run.events]
+    changes = [f"{event.after} leads instead of {event.before}" for event in run.events]
     print(f"{len(changes)} changes, first {changes[:2]}; {run.statistics}")
     assert changes[0].endswith(" leads instead of crank.phi")
     a, b, q = run["crank.phi"], run["rocker.phi"], run["linkage.q"]
@@ -302,7 +302,7 @@ def test_an_implicit_quantity_is_solved_again_where_a_torque_jumps():
         connections=lambda m: lp.chain(m.wall, m.one, m.two, m.pull),
     )
     run = lp.simulate(lp.assemble(model), until=1.0, grid=4)
-    assert run.events[0].what == "pull.tau"
+    assert run.events[0].component == "pull.tau"
     for name, k in (("one", 50.0), ("two", 400.0)):
         twist = run[f"{name}.flange_b.phi"] - run[f"{name}.flange_a.phi"]
         torque = np.where(np.arange(len(run.t)) < 3, -2.0, 30.0)
@@ -333,3 +333,64 @@ def test_a_driven_linkage_comes_to_rest_and_has_modes():
     g = float(rocker_angle(0.55 + h) - rocker_angle(0.55 - h)) / (2 * h)
     expected = np.sqrt(40.0 / (2.0 + 3.0 * g * g)) / (2 * np.pi)
     assert lp.modes(system, at=point).hertz == pytest.approx([expected], rel=1e-8)
+
+
+def test_initial_equations_hold_for_what_a_linkage_moves():
+    # the crank stands where the rocker is at 1.75 rad, and turns so that the rocker has 2 rad/s
+    model = lp.compose(
+        crank=Inertia(J=2.0),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),
+        connections=lambda m: lp.chain(m.crank, m.linkage, m.rocker),
+        initial_equations=lambda m: [m.rocker.phi == 1.75, lp.der(m.rocker.phi) == 2.0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    angle, h = point["crank.phi"], 1e-5
+    slope = (rocker_angle(angle + h) - rocker_angle(angle - h)) / (2 * h)
+    assert rocker_angle(angle) == pytest.approx(1.75, rel=1e-9)
+    assert point["crank.w"] == pytest.approx(2.0 / slope, rel=1e-8)
+
+
+def test_an_initial_equation_for_the_jerk_behind_a_linkage_sets_the_speed_of_its_crank():
+    model = lp.compose(
+        motor=Speed(w=1.0),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),
+        connections=lambda m: lp.chain(m.motor, m.linkage, m.rocker),
+        initial_equations=lambda m: [lp.der(m.rocker.a) == 5.0],
+    )
+    point = lp.start_point(lp.assemble(model), free=["motor.w"])
+    # at constant speed the jerk is w^3 times the third derivative of the rocker's angle
+    angle, h = point["motor.flange.phi"], 2e-3
+    assert np.cos(rocker_angle(angle) - 1.9) == pytest.approx(1.0, abs=1e-12)
+    near = [rocker_angle(angle + k * h) for k in (-3, -2, -1, 1, 2, 3)]
+    third = np.dot([1 / 8, -1, 13 / 8, -13 / 8, 1, -1 / 8], near) / h**3
+    assert point.parameters["motor.w"] == pytest.approx(np.cbrt(5.0 / third), rel=1e-6)
+
+
+class Slack(lp.Component):
+    """Spring to ground without stiffness in the middle: tau = c (phi - b tanh(phi / b))."""
+
+    flange = lp.Flange()
+
+    def equations(self):
+        phi = self.flange.phi
+        yield self.flange.tau == 300.0 * (phi - 0.02 * lp.ops.tanh(phi / 0.02))
+
+
+def test_a_linkage_settles_where_a_slack_spring_holds_it():
+    model = lp.compose(
+        drive=Torque(tau=-200.0),
+        crank=Inertia(J=2.0),
+        spring=Slack(),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),
+        connections=lambda m: [
+            *lp.chain(m.drive, m.crank, m.linkage, m.rocker),
+            lp.connect(m.crank.flange_b, m.spring.flange),
+        ],
+    )
+    point = lp.equilibrium(lp.assemble(model))
+    expected = brentq(lambda p: 300.0 * (p - 0.02 * np.tanh(p / 0.02)) + 200.0, -2, 0, xtol=1e-15)
+    assert point["crank.phi"] == pytest.approx(expected, rel=1e-9)
+    assert np.cos(point["rocker.phi"] - rocker_angle(expected)) == pytest.approx(1.0, abs=1e-12)

@@ -312,27 +312,32 @@ def rest_space(matrix):
 
 
 def usable(graph):
-    """Whether no part is loose, no loop of gears locks, and every elastic part can be strained.
+    """Whether no part is loose and every elastic part can be strained.
 
     Ends of an elastic part may stand still, but not move and only together.
     """
     ports, coupled = graph.ports(), np.ravel(graph.couplings).tolist()
     light = np.flatnonzero(graph.mass == 0)
     loose = any(not ports[i] or len(ports[i]) + coupled.count(i) < 2 for i in light)
-    gears = null_space(graph.rigid[(graph.rigid != 0).sum(axis=1) > 1])
     free = null_space(graph.rigid)
     rows = np.array([row for _, row, *_ in graph.links]).reshape(-1, graph.n)
     moving = np.any(abs(rows) @ abs(free) > 1e-9, axis=1)
     strained = np.any(abs(rows @ free) > 1e-9, axis=1)
-    locked = np.all(abs(gears) < 1e-9, axis=1)
-    return graph.body and not loose and not locked.any() and not (moving & ~strained).any()
+    return graph.body and not loose and not (moving & ~strained).any()
 
 
-def random_drive(rng):
-    """A random drive that is well posed."""
+def locked(gears):
+    """Nodes that stand still because of the constraints of gears alone."""
+    return np.all(abs(null_space(gears)) < 1e-9, axis=1)
+
+
+def random_drive(rng, lock=False):
+    """A random drive that is well posed; one in which a loop of gears locks itself, or none."""
     while True:
         graph = Graph(rng)
-        reduced = Reduced.of(graph) if usable(graph) else None
+        gears = graph.rigid[(graph.rigid != 0).sum(axis=1) > 1]
+        fits = locked(gears).any() == lock and usable(graph)
+        reduced = Reduced.of(graph) if fits else None
         if reduced is not None:
             return graph, reduced
 

@@ -65,6 +65,8 @@ def test_the_further_examples_run(tmp_path, monkeypatch):
     names = executed(*BLOCKS[1:])
     # steady: 40 N.m through 12:1 against 12 N.m.s/rad
     assert names["steady"]["load.w"] == pytest.approx(40.0 * 12 / 12, rel=1e-9)
+    # 60 rad/s are 5 at the load
+    assert names["rated"].parameters["brake.d"] == pytest.approx(40.0 * 12 / 5, rel=1e-9)
     assert names["quicker"]["load.w"][-1] > names["run"]["load.w"][-1]
     lp = names["lp"]
     from lumped.components import Inertia

@@ -5,6 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Position, Spring, SpringDamper, Torque
+from lumped.components.translation import Mass
 from lumped.ops import atan2, cos, sin
 
 
@@ -279,6 +280,33 @@ def test_an_absolute_angle_that_cancels_is_left_out():
     free = lp.modes(system)
     assert relative(free.hertz, expected) < 1e-11
     assert free.rigid == 1
+
+
+class Cam(lp.Component):
+    """Follower on a cam, defined for positive angles only: s = r phi^1.5."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.LinearFlange()
+    r: lp.Param = lp.param("m", "rise at one radian", 0.1, above=0)
+
+    def equations(self):
+        a, b = self.flange_a, self.flange_b
+        yield lp.lossless(b.s == self.r * a.phi**1.5, a, b)
+
+
+def test_an_angle_stays_that_enters_by_a_law_without_value_at_some_angles():
+    model = lp.compose(
+        shaft=Inertia(J=1.0),
+        cam=Cam(),
+        follower=Mass(m=2.0),
+        connections=lambda m: lp.chain(m.shaft, m.cam, m.follower),
+    )
+    system = lp.assemble(model)
+    assert system.state_names == ["shaft.phi", "shaft.w"]
+    point = lp.start_point(system, start={"shaft.phi": 0.7, "shaft.w": 3.0})
+    slope, bend = 0.15 * 0.7**0.5, 0.075 / 0.7**0.5
+    expected = -2 * slope * bend * 9 / (1 + 2 * slope**2)
+    assert relative(point["shaft.a"], expected) < 1e-13
 
 
 def test_long_tables_as_structural_choices_are_told_apart():

@@ -15,19 +15,30 @@ import pytest
 import lumped as lp
 from lumped.components import (
     AngleSensor,
+    Backlash,
+    BearingFriction,
+    Clutch,
     Constant,
     Damper,
+    EddyCurrentBrake,
+    EfficientGear,
+    ElastoBacklash,
     Fixed,
     IdealGear,
     Inertia,
+    LossyGear,
+    Planetary,
     Position,
+    QuadraticTorque,
     RackAndPinion,
     RelativeAngleSensor,
     Speed,
     SpeedSensor,
     Spring,
+    Stribeck,
     Torque,
     TorqueSensor,
+    friction,
     translation,
 )
 from lumped.errors import (
@@ -77,19 +88,6 @@ def build(connections=(), **parts):
 
 
 # -- parts that the library does not have ------------------------------------------------------
-
-
-class Planetary(lp.Component):
-    """Sun, ring and planet carrier: (1 + z) phi_carrier = phi_sun + z phi_ring."""
-
-    sun = lp.Flange()
-    ring = lp.Flange()
-    carrier = lp.Flange()
-    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", 2.0, above=0)
-
-    def equations(self):
-        s, r, c = self.sun, self.ring, self.carrier
-        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
 
 
 class Resistor(lp.Component):
@@ -280,7 +278,7 @@ def planetary_held_three_times():
             lp.connect(m.hold_ring.flange, m.set.ring),
             lp.connect(m.hold_carrier.flange, m.set.carrier),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         hold_sun=Fixed(),
         hold_ring=Fixed(),
         hold_carrier=Fixed(),
@@ -296,7 +294,7 @@ def planetary_driven_three_times():
             lp.connect(m.generator.flange, m.set.sun),
             lp.connect(m.axle.flange, m.set.ring),
         ],
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         engine=Speed(w=100.0),
         generator=Speed(w=200.0),
         axle=Speed(w=50.0),
@@ -320,6 +318,90 @@ def gears_in_parallel():
         gear_1=IdealGear(ratio=3.0),
         gear_2=IdealGear(ratio=3.0),
         load=Inertia(J=1.0),
+    )
+
+
+@wrong(
+    LOOPS,
+    SingularModelError,
+    "leave no motion of motor.phi, load.phi",
+    "runs through gear_1, gear_2: gear_1.ratio = 2, gear_2.ratio = 3.",
+    "ratios agree",
+)
+def gears_of_unequal_ratio():
+    """Two rigid gears of unequal ratio join the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through gear_1, gear_2: gear_1.ratio = 2", "ratios agree")
+def gears_of_unequal_ratio_at_a_speed():
+    """A prescribed speed drives two gears of unequal ratio between the same two shafts."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange, m.gear_1.flange_a, m.gear_2.flange_a),
+            lp.connect(m.gear_1.flange_b, m.gear_2.flange_b, m.load.flange_a),
+        ],
+        motor=Speed(w=100.0),
+        gear_1=IdealGear(ratio=2.0),
+        gear_2=IdealGear(ratio=3.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(
+    LOOPS, SingularModelError, "leave no motion of motor.phi", "runs through gear: gear.ratio = 4."
+)
+def gear_beside_a_rigid_shaft():
+    """A gear joins two rotors that are also joined directly."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.gear, m.load),
+            lp.connect(m.motor.flange_a, m.load.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "in set (Planetary)", "set.ratio = 2", "lower.ratio = 2.5")
+def planetary_set_tied_by_two_gears():
+    """Two gears tie all three shafts of a planetary set to each other."""
+    build(
+        lambda m: [
+            lp.connect(m.set.sun, m.motor.flange_b, m.upper.flange_a),
+            lp.connect(m.set.ring, m.upper.flange_b, m.lower.flange_a),
+            lp.connect(m.set.carrier, m.load.flange_a, m.lower.flange_b),
+        ],
+        motor=Inertia(J=1.0),
+        set=Planetary(ratio=2.0),
+        upper=IdealGear(ratio=-1.5),
+        lower=IdealGear(ratio=2.5),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(LOOPS, SingularModelError, "runs through pinion_1, pinion_2: pinion_1.radius = 0.1 m")
+def rack_with_two_pinions_on_a_shaft():
+    """Two pinions of unequal radius on one shaft mesh with one rack."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_b, m.pinion_1.flange_a, m.pinion_2.flange_a),
+            lp.connect(m.pinion_1.flange_b, m.pinion_2.flange_b, m.table.flange_a),
+        ],
+        motor=Inertia(J=1.0),
+        pinion_1=RackAndPinion(radius=0.1),
+        pinion_2=RackAndPinion(radius=0.12),
+        table=translation.Mass(m=1.0),
     )
 
 
@@ -650,6 +732,120 @@ def bound_parameter_set_in_a_run():
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.left.J": 1.0})
 
 
+# -- gears with loss, and heat -----------------------------------------------------------------
+
+LOSSES = "Gears with loss, and heat"
+
+
+def hoist(**given):
+    """Two bodies joined by a lossy gear."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=LossyGear(ratio=5.0, **given),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "10 rad/s", "1.2", "at most 1")
+def efficiency_above_one():
+    """An efficiency of a loss table is greater than one."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0.0, 0.0), (10.0, 0.95, 1.2, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "while b drives", "is 0;", "greater than 0")
+def efficiency_zero():
+    """A gear that locks itself is given the efficiency zero."""
+    hoist(losses=[(0.0, 0.4, 0.0, 0.0, 0.0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "bearing friction", "-0.5 N.m", "zero or greater")
+def bearing_torque_negative():
+    """A bearing torque is given with the sign of a load."""
+    hoist(losses=[(0.0, 0.9, 0.9, -0.5, 0.5)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "increase", "20 -> 10 rad/s")
+def loss_table_not_increasing():
+    """The speeds of a loss table do not increase."""
+    hoist(losses=[(0.0, 0.9, 0.9, 0, 0), (20.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "first speed", "-10 rad/s", "zero")
+def loss_table_from_negative_speed():
+    """A loss table begins at a negative speed."""
+    hoist(losses=[(-10.0, 0.9, 0.9, 0, 0), (10.0, 0.9, 0.9, 0, 0)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "five numbers", "bearing friction")
+def loss_table_with_short_rows():
+    """A row of a loss table holds an efficiency only."""
+    hoist(losses=[(0.0, 0.9)])
+
+
+@wrong(LOSSES, EquationError, "gear (LossyGear)", "'losses.csv'", "five numbers")
+def loss_table_from_a_file():
+    """The name of a file stands for a loss table."""
+    hoist(losses="losses.csv")
+
+
+@wrong(LOSSES, ParameterError, "gear.eta = 1.1 1", "efficiency", "at most 1")
+def efficient_gear_above_one():
+    """The efficiency of a gear is greater than one."""
+    build(
+        lambda m: lp.chain(m.motor, m.gear, m.drum),
+        motor=Inertia(J=0.1),
+        gear=EfficientGear(ratio=5.0, eta=1.1),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, SingularModelError, "gear", "no inertia", "Put an Inertia")
+def lossy_gear_between_springs():
+    """A lossy gear without inertia stands between elastic shafts."""
+    build(
+        lambda m: lp.chain(m.motor, m.left, m.gear, m.right, m.drum),
+        motor=Inertia(J=0.1),
+        left=Spring(c=100.0),
+        gear=EfficientGear(ratio=5.0, eta=0.9),
+        right=Spring(c=1000.0),
+        drum=Inertia(J=2.0),
+    )
+
+
+@wrong(LOSSES, ParameterError, "fan.w_nominal = 0 rad/s", "nominal speed", "greater than 0")
+def load_with_nominal_speed_zero():
+    """A load has no nominal speed."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.fan.flange)],
+        shaft=Inertia(J=0.1),
+        fan=QuadraticTorque(tau_nominal=-5.0, w_nominal=0.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "not connected")
+def eddy_current_brake_without_temperature():
+    """An eddy-current brake is given no temperature."""
+    build(
+        lambda m: [lp.connect(m.shaft.flange_b, m.brake.flange)],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
+@wrong(LOSSES, ConnectError, "brake.heat", "shaft.flange_b", "thermal port", "rotational flange")
+def heat_led_into_a_shaft():
+    """A thermal port is connected to a flange."""
+    build(
+        lambda m: [
+            lp.connect(m.shaft.flange_b, m.brake.flange),
+            lp.connect(m.brake.heat, m.shaft.flange_b),
+        ],
+        shaft=Inertia(J=0.1),
+        brake=EddyCurrentBrake(tau_max=5.0, w_nominal=10.0, e=1.0),
+    )
+
+
 # -- names -------------------------------------------------------------------------------------
 
 NAMES = "Misspelt names"
@@ -882,13 +1078,13 @@ def variable_instead_of_port():
     )
 
 
-@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, ring, carrier")
+@wrong(CONNECTIONS, ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
 def planetary_in_a_chain():
     """A chain runs through a planetary gear, which has no flange_a."""
     build(
         lambda m: lp.chain(m.motor, m.set, m.load),
         motor=Inertia(J=1.0),
-        set=Planetary(),
+        set=Planetary(ratio=2.0),
         load=Inertia(J=1.0),
     )
 
@@ -1085,6 +1281,101 @@ def signals_in_a_circle():
     )
 
 
+# -- friction ----------------------------------------------------------------------------------
+
+FRICTION = "Friction"
+
+
+def rubbing(characteristic=((0, 1),), **values):
+    """Assemble a shaft in a bearing of this friction."""
+    build(
+        lambda m: lp.chain(m.motor, m.bearing),
+        motor=Inertia(J=1.0),
+        bearing=BearingFriction(characteristic=characteristic, **values),
+    )
+
+
+@wrong(FRICTION, EquationError, "bearing (BearingFriction)", "characteristic", "rows")
+def bearing_without_friction():
+    """A bearing friction is given no characteristic."""
+    rubbing(())
+
+
+@wrong(FRICTION, EquationError, "bearing", "-5", "first row", "speed 0")
+def characteristic_of_negative_speeds():
+    """A characteristic is measured in both directions."""
+    rubbing(((-5, -1.2), (0, 1.0), (5, 1.2)))
+
+
+@wrong(FRICTION, EquationError, "bearing", "must increase", "10 -> 10")
+def characteristic_with_a_jump():
+    """A characteristic jumps at a sliding speed."""
+    rubbing(((0, 1.0), (10, 0.8), (10, 0.5)))
+
+
+@wrong(FRICTION, EquationError, "bearing", "-0.2", "speed 20", "against the motion")
+def characteristic_that_drives():
+    """A characteristic falls below zero."""
+    rubbing(((0, 1.0), (20, -0.2)))
+
+
+@wrong(FRICTION, EquationError, "bearing", "rows of two numbers")
+def characteristic_in_columns():
+    """A characteristic is given as columns instead of rows."""
+    rubbing(((0, 10, 50), (1.0, 0.8, 0.7)))
+
+
+@wrong(FRICTION, EquationError, "bearing", "-3", "standstill", "against the motion")
+def characteristic_of_the_wrong_sign():
+    """A characteristic is a function with the wrong sign."""
+    rubbing(lambda w: -3 - 0.1 * w)
+
+
+@wrong(FRICTION, EquationError, "bearing", "static = 2", "at least coulomb")
+def stribeck_curve_upside_down():
+    """The friction of a Stribeck curve is smaller at standstill."""
+    rubbing(Stribeck(coulomb=3.0, static=2.0, decay=1.0))
+
+
+@wrong(FRICTION, ParameterError, "bearing.peak = 0.8", "at least 1")
+def peak_below_one():
+    """Static friction is said to be smaller than kinetic friction."""
+    rubbing(peak=0.8)
+
+
+@wrong(FRICTION, ParameterError, "clutch.f_max = -500 N", "at least 0", "clutch.c_geo = -0.1 m")
+def clutch_pulled_apart():
+    """The normal force and the geometry of a clutch are negative."""
+    build(
+        lambda m: lp.chain(m.motor, m.clutch, m.load),
+        motor=Inertia(J=1.0),
+        clutch=Clutch(f_max=-500.0, c_geo=-0.1, u=1.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(FRICTION, SingularModelError, "clutch", "no inertia", "Inertia or Mass on each side")
+def clutch_without_a_body_on_one_side():
+    """A clutch drives a shaft without inertia."""
+    build(
+        lambda m: lp.chain(m.motor, m.clutch, m.shaft, m.load),
+        motor=Inertia(J=1.0),
+        clutch=Clutch(f_max=10.0, u=1.0),
+        shaft=Spring(c=100.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(FRICTION, ConnectError, "brake.u", "normal force")
+def brake_that_nobody_presses():
+    """The normal force of a brake is not given."""
+    build(
+        lambda m: lp.chain(m.motor, m.brake),
+        motor=Inertia(J=1.0),
+        brake=friction.Brake(f_max=10.0),
+    )
+
+
 # -- own components ----------------------------------------------------------------------------
 
 OWN = "Equations of own components"
@@ -1194,15 +1485,15 @@ def chained_equations():
     braked(law)
 
 
-@wrong(OWN, EquationError, "brake", "w", "time")
-def condition_on_a_state():
-    """A condition compares a variable, not the time."""
+@wrong(OWN, SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+def friction_by_the_sign_of_a_speed():
+    """Dry friction is written with a condition on the speed, so that it cannot stick."""
 
     def law(self):
         yield self.w == lp.der(self.flange.phi)
         yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
 
-    braked(law)
+    lp.simulate(braked(law), until=5.0)
 
 
 @wrong(OWN, StartError, "no values of brake.w meet", "t = 0 s", "start values")
@@ -1428,6 +1719,140 @@ def start_value_text():
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
 
 
+def turning(law, **changes):
+    """Motor, shaft and load with initial equations."""
+    return build(
+        lambda m: lp.chain(m.motor, m.shaft, m.load),
+        motor=Inertia(J=1.0, w=10.0),
+        shaft=Spring(c=100.0),
+        load=Inertia(J=2.0),
+        initial_equations=law,
+        **changes,
+    )
+
+
+@wrong(START, StartError, "Too much", "der(motor.w) = 0 in Model", "shaft.c * shaft.phi_rel = 5")
+def initial_equations_too_many():
+    """Two initial equations ask for the same twist."""
+    lp.start_point(
+        turning(
+            lambda m: [lp.der(m.motor.w) == 0, m.shaft.c * m.shaft.phi_rel == 5],
+        )
+    )
+
+
+@wrong(START, StartError, "load.w = 2 * motor.w in Model", "motor.w = 10", "load.w = 5")
+def initial_equation_against_start_values():
+    """An initial equation does not fit the start values."""
+    lp.start_point(turning(lambda m: [m.load.w == 2 * m.motor.w]), start={"load.w": 5.0})
+
+
+@wrong(START, StartError, "der(rotor.w) = 0 in rotor (Steady)", "no state", "differ by 3")
+def initial_equation_that_nothing_meets():
+    """A body shall start without acceleration, but a torque acts on it and nothing else."""
+
+    class Steady(Inertia):
+        """Inertia that starts steadily."""
+
+        def initial_equations(self):
+            yield lp.der(self.w) == 0
+
+    lp.start_point(
+        build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+    )
+
+
+@wrong(START, StartError, "No start state", "load.w**2 = -1 in Model")
+def initial_equation_without_solution():
+    """An initial equation has no solution."""
+    lp.start_point(turning(lambda m: [m.load.w**2 == -1]))
+
+
+@wrong(START, StartError, "shaft.c", "not determined", "initial equation")
+def free_parameter_undetermined():
+    """A free parameter has no start value that depends on it."""
+    lp.start_point(turning(lambda m: [m.load.w == 5]), free=["shaft.c"])
+
+
+@wrong(START, EquationError, "Steady", "initial_equations() gave nothing back")
+def initial_equations_returned_nothing():
+    """Initial equations are written without yield."""
+
+    class Steady(Inertia):
+        """Inertia without a word."""
+
+        def initial_equations(self):
+            lp.der(self.w) == 0  # noqa: B015
+
+    build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
+
+
+@wrong(START, EquationError, "Model", "condition", "time zero")
+def initial_equation_with_condition():
+    """An initial equation holds a condition."""
+    turning(lambda m: [m.load.w == lp.ops.where(lp.time >= 1.0, 5.0, 0.0)])
+
+
+@wrong(START, EquationError, "w of a component Inertia", "not one of its parts")
+def initial_equation_of_a_stranger():
+    """An initial equation names a part of no model."""
+    stranger = Inertia(J=1.0)
+    turning(lambda m: [m.load.w == stranger.w])
+
+
+# -- equilibria --------------------------------------------------------------------------------
+
+STEADY = "Equilibria"
+
+
+def braked_drive():
+    """A motor against a damper."""
+    return build(
+        lambda m: lp.chain(m.drive, m.rotor, m.brake, m.wall),
+        drive=Torque(tau=6.0),
+        rotor=Inertia(J=2.0),
+        brake=Damper(d=0.5),
+        wall=Fixed(),
+    )
+
+
+@wrong(STEADY, SolverError, "no rest", "der(rotor.w) stays at 3", "springs or supports")
+def rest_of_a_driven_shaft():
+    """A driven shaft that only a damper holds shall rest."""
+    lp.equilibrium(braked_drive(), rest=True)
+
+
+@wrong(STEADY, SolverError, "no rest", "rotor.w = 10 rad/s", "sources of motion")
+def rest_on_a_speed_source():
+    """A body on a speed source shall rest."""
+    lp.equilibrium(
+        build(
+            lambda m: lp.chain(m.motor, m.rotor),
+            motor=Speed(w=10.0),
+            rotor=Inertia(J=1.0),
+        ),
+        rest=True,
+    )
+
+
+@wrong(STEADY, StartError, "rotor.w = 4 rad/s", "rest")
+def rest_with_a_speed():
+    """Rest is asked for, and a speed."""
+    lp.equilibrium(braked_drive(), rest=True, start={"rotor.w": 4.0})
+
+
+@wrong(STEADY, StartError, "drive.tau, brake.d", "speed")
+def equilibrium_with_too_many_free_parameters():
+    """The torque and the load are both free."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["drive.tau", "brake.d"])
+
+
+@wrong(STEADY, SolverError, "no equilibrium", "der(rotor.w)", "free")
+def equilibrium_with_a_useless_free_parameter():
+    """The free parameter does not change the balance of torques."""
+    lp.equilibrium(braked_drive(), start={"rotor.w": 4.0}, free=["rotor.J"])
+
+
 # -- runs --------------------------------------------------------------------------------------
 
 RUNS = "Runs"
@@ -1501,6 +1926,89 @@ def no_equilibrium():
 def until_as_text():
     """The end of a run is given as text."""
     lp.simulate(lp.assemble(Hoist()), until="1 s")
+
+
+# -- contact -----------------------------------------------------------------------------------
+
+CONTACT = "Contact"
+
+
+def resting(stop, **start):
+    """Assemble a weight above a stop and start it."""
+    system = build(
+        lambda m: [lp.connect(m.stop.flange_b, m.mass.flange_a, m.weight.flange)],
+        stop=stop,
+        mass=translation.Mass(m=2.0, **start),
+        weight=translation.Force(f=-20.0),
+    )
+    return lp.simulate(system, until=1.0)
+
+
+@wrong(CONTACT, ParameterError, "mesh.b = -0.001 rad", "whole play", "at least 0")
+def negative_play():
+    """The play of an elastic mesh is negative."""
+    build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0),
+        mesh=ElastoBacklash(c=1e5, b=-1e-3),
+        wheel=Inertia(J=1.0),
+    )
+
+
+@wrong(CONTACT, ParameterError, "mesh.b = 0 rad", "greater than 0")
+def rigid_play_of_nothing():
+    """Rigid flanks without play between them: that is a rigid joint."""
+    build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0),
+        mesh=Backlash(b=0.0),
+        wheel=Inertia(J=1.0),
+    )
+
+
+@wrong(CONTACT, ParameterError, "stop.restitution = 1.2", "at most 1")
+def impact_that_gives_energy():
+    """The coefficient of restitution is greater than one."""
+    resting(translation.Stop(restitution=1.2), s=1.0, v=0.0)
+
+
+@wrong(CONTACT, StartError, "stop starts 0.2 m inside", "a gap, or none")
+def start_inside_a_stop():
+    """A body starts beyond its stop."""
+    resting(translation.Stop(s_min=0.5), s=0.3, v=0.0)
+
+
+@wrong(CONTACT, StartError, "mesh starts 0.03 rad inside", "a gap, or none")
+def start_beyond_a_flank():
+    """Two gears start with their teeth inside each other."""
+    system = build(
+        lambda m: lp.chain(m.pinion, m.mesh, m.wheel),
+        pinion=Inertia(J=1.0, phi=0.0, w=0.0),
+        mesh=Backlash(b=0.04),
+        wheel=Inertia(J=1.0, phi=0.05),
+    )
+    lp.start_point(system)
+
+
+@wrong(CONTACT, StartError, "cylinder starts 0.1 m inside")
+def stops_in_the_wrong_order():
+    """The lower stop of a body stands above its upper one."""
+    lp.start_point(build(cylinder=translation.MassWithStops(m=1.0, s_min=0.1, s_max=0.0)))
+
+
+@wrong(CONTACT, SolverError, "relay", "t = 0.5", "changes of mode")
+def relay_without_hysteresis():
+    """A relay drives its own input back to the point where it switches."""
+
+    class Relay(lp.Component):
+        """Drives x towards zero from both sides: der(x) = -sign(x)."""
+
+        x: lp.Var = lp.var("1", "state", 0.5, state="always")
+
+        def equations(self):
+            yield lp.der(self.x) == lp.ops.where(self.x > 0, -1, 1)
+
+    lp.simulate(build(relay=Relay()), until=1.0)
 
 
 # -- tests and catalogue -----------------------------------------------------------------------

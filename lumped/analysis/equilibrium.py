@@ -1,19 +1,34 @@
-"""States at which nothing changes."""
+"""States at which nothing changes: steady state, steady rotation and rest."""
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.linalg import lstsq
+from collections.abc import Iterable
 
+import casadi as ca
+import numpy as np
+from scipy.linalg import lstsq, null_space
+from scipy.sparse import csc_array, eye_array
+
+from lumped.analysis.initial import initial_residuals
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.start import given_states, settings_at, start_point
-from lumped.errors import SolverError
-from lumped.system import Changes, System
+from lumped.analysis.settings import settings_at
+from lumped.analysis.settle import settled
+from lumped.analysis.start import start_point
+from lumped.analysis.steady import unsteady_part
+from lumped.errors import SolverError, StartError
+from lumped.prune import uses
+from lumped.system import Changes, Name, System
 
 __all__ = ["equilibrium"]
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
+_FARTHEST = 1e9
+"""A free parameter so many times larger than it was runs away."""
+_REST = (
+    "Nothing may move at rest: stop sources of motion, and let springs or supports take the "
+    "torques that do not balance."
+)
 
 
 def equilibrium(
@@ -21,14 +36,20 @@ def equilibrium(
     *,
     parameters: Changes | None = None,
     start: Changes | None = None,
+    free: Iterable[Name] = (),
+    rest: bool = False,
     time: float = 0.0,
     tolerance: float = 1e-10,
 ) -> OperatingPoint:
     """Find states whose derivatives all vanish, nearest to the start values.
 
-    Newton iteration with minimum-norm steps (Deuflhard, Newton Methods for Nonlinear Problems,
-    ch. 4). States with given start values keep them if an equilibrium allows it, so a free drive
-    turns at the speed that was given.
+    Given start values are kept and initial equations go on to hold if an equilibrium allows it, so
+    a free drive turns at the speed that was given. Absolute angles or positions may go on at a
+    constant rate if nothing depends on how far they turned together (steady rotation).
+
+    The search starts from `start_point`. It is a Newton iteration with minimum-norm steps
+    (Deuflhard, Newton Methods for Nonlinear Problems, ch. 4). Where that fails, the way on which
+    the system settles is followed in pseudo-time.
 
     Parameters
     ----------
@@ -36,6 +57,11 @@ def equilibrium(
         From `assemble`.
     parameters, start : mapping of name to float, optional
         Parameters to change, start values to set.
+    free : iterable of names
+        Parameters that the equilibrium determines, for example the torque of a motor that turns
+        its load at the given speed. Given start values must then hold.
+    rest : bool
+        Nothing moves: all speeds are zero, whatever start values instances give them.
     time : float
         Instant at which functions of time are taken, s.
     tolerance : float
@@ -45,77 +71,246 @@ def equilibrium(
     ------
     SolverError
         If there is no equilibrium near the start; the text names the worst equation.
+    StartError
+        If free parameters are not determined, or speeds are given to a system at rest.
     """
+    places = system.places(free)
     begin = start_point(system, parameters, start)
-    count = len(system._values.implicit)
-    settings = settings_at(
-        system, begin.x, begin.theta, time + 1e-300, begin.modes[len(begin.modes) - count :]
-    )
-    held = given_states(system, start)
-    for movable in (~held, np.ones_like(held)):
-        x, closed = begin.x, settings
+    unknowns = {*system._flat.given, *(system._tree.unknown(name) for name in start or {})}
+    held, others = _kept(system, unknowns)
+    still = np.zeros(len(begin.x), dtype=bool)
+    if rest:
+        _refuse_speeds(system, start)
+        still = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+    change = csc_array(eye_array(len(still))) if rest else unsteady_part(begin)
+    x = np.where(still, 0.0, begin.x)
+    implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
+    settings = settings_at(system, x, begin.theta, time + 1e-300, implicit, begin.modes)
+    attempts = [(held | still, others)] + [(still, ca.SX(0, 1))] * (not places)
+    for fixed, kept in attempts:
+        search = _Search(begin, places, time, tolerance, change, kept)
+        found = search.near(x, settings, ~fixed, still)
+        if found is not None:
+            if rest:
+                search.check_rest(found)
+            system.check_parameters(found.theta)
+            return found
+    raise SolverError(search.fault("rest" if rest else "equilibrium"))
+
+
+def _order(system: System, node: int) -> int:
+    return system._reduced.class_and_order(node)[1]
+
+
+def _kept(system: System, unknowns: set[int]) -> tuple[np.ndarray, ca.SX]:
+    """States that are given, and what else is given or stands in initial equations."""
+    nodes = {system._reduced.node(u) for u in unknowns} - {None, *system._values.implicit}
+    held = np.array([node in nodes for node in system.states], dtype=bool)
+    others = sorted(n for n in nodes if n is not None and n not in system._reduced.states)
+    expression = ca.vertcat(system._values.of(others), initial_residuals(system)[0])
+    used = uses(expression, system._values).tocoo()
+    lost = used.row[~np.isin(used.col, system._in_use)]
+    kept = np.setdiff1d(np.arange(expression.numel()), lost).tolist()
+    return held, expression[kept] if kept else ca.SX(0, 1)
+
+
+def _refuse_speeds(system: System, start: Changes | None) -> None:
+    for name, value in (start or {}).items():
+        node = system._reduced.node(system._tree.unknown(name))
+        if node is not None and _order(system, node) > 0 and value:
+            raise StartError(
+                f"{system.key(name)} = {value:g} {system.quantity(name).unit}: nothing moves at "
+                "rest. Leave out this start value, or rest=True."
+            )
+
+
+class _Search:
+    """Newton's method on the states and free parameters of a system.
+
+    Parameters
+    ----------
+    begin : OperatingPoint
+        Whose parameters and values of `kept` hold.
+    places : list of int
+        Places of the free parameters.
+    change : csc_array, shape (states, states)
+        What of the derivatives must vanish: a projection on what is no steady motion.
+    kept : SX
+        Expressions that must keep the values that they have at the begin.
+    """
+
+    def __init__(
+        self,
+        begin: OperatingPoint,
+        places: list[int],
+        time: float,
+        tolerance: float,
+        change: csc_array,
+        kept: ca.SX,
+    ) -> None:
+        self.system, self.theta, self.places = begin.system, begin.theta, places
+        self.time, self.tolerance, self.change = time, tolerance, change
+        x, theta = self.system._inputs[:2]
+        free = theta[places] if places else ca.SX(0, 1)
+        by_parameters = ca.SX(len(begin.x), 0)
+        if places:
+            by_parameters = ca.jacobian(self.system.rates, free)
+        self.effects = ca.Function(
+            "effects",
+            self.system._inputs,
+            [
+                by_parameters,
+                kept,
+                ca.jacobian(kept, ca.vertcat(x, free)),
+            ],
+        )
+        self.wanted = np.asarray(
+            self.effects(begin.x, begin.theta, begin.time, begin.modes)[1]
+        ).ravel()
+        self.residual = np.zeros(len(begin.x) + len(self.wanted))
+
+    def near(
+        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray, still: np.ndarray
+    ) -> OperatingPoint | None:
+        """An equilibrium near a point, if one is found; only movable states change.
+
+        On its way to rest also what shall stand still in the end may move.
+        """
+        found = self._closed(begin, settings, movable)
+        if found is None and not self.places:
+            point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
+            end = settled(point, movable | still, self.change)
+            if end is not None:
+                found = self._closed(np.where(still, 0.0, end[0]), end[1], movable)
+        return found
+
+    def _closed(
+        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray
+    ) -> OperatingPoint | None:
+        """Newton's method, repeated until linkages are closed where it ends."""
+        z = np.concatenate([begin, self.theta[self.places]])
         for _ in range(_MOST_CLOSING):
-            x, residual, found = _newton(system, x, begin.theta, time, closed, movable, tolerance)
+            z, found = self._newton(z, settings, movable)
             if not found:
+                return None
+            before, (x, theta) = settings, self._parted(z)
+            guesses = before[len(before) - len(self.system._values.implicit) :]
+            settings = settings_at(self.system, x, theta, self.time + 1e-300, guesses, settings)
+            if np.allclose(settings, before, rtol=1e-9, atol=1e-12):
+                self._check_determined(z, settings, movable)
+                return OperatingPoint(self.system, self.time, x, theta, settings)
+        return None
+
+    def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and parameters."""
+        theta = self.theta.copy()
+        count = len(self.system.states)
+        theta[self.places] = z[count:]
+        return z[:count], theta
+
+    def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
+        """Derivatives that must vanish, then changes of what is kept."""
+        point = (*self._parted(z), self.time, settings)
+        rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
+        return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
+
+    def _jacobian(self, z: np.ndarray, settings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of these by states and free parameters, and their own scale."""
+        point = (*self._parted(z), self.time, settings)
+        by_parameters, _, kept = (part.full() for part in self.effects(*point))
+        rates = np.hstack([self.system.jacobian(*point)[0].full(), by_parameters])
+        matrix = np.vstack([self.change @ rates, kept])
+        return matrix, np.abs(matrix) @ (np.abs(z) + 1e-3) + 1e-9
+
+    def _newton(
+        self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Where the iteration ends, and whether the derivatives vanish there."""
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        first = self.residual = self._missed(z, settings)
+        far = _FARTHEST * (np.abs(z[len(movable) :]) + 1.0)
+        for _ in range(100):
+            if not np.isfinite(self.residual).all():
                 break
-            before = closed
-            guesses = before[len(before) - count :]
-            closed = settings_at(system, x, begin.theta, time + 1e-300, guesses)
-            if np.allclose(closed, before, rtol=1e-9, atol=1e-12):
-                return OperatingPoint(system, time, x, begin.theta, closed)
-    worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
-    name = system.state_names[worst]
-    raise SolverError(
-        f"{system.name}: no equilibrium near the start values: der({name}) stays at "
-        f"{residual[worst]:.4g}. A free drive with a net torque accelerates for ever: add a load "
-        "or damper, or set torques that balance."
-    )
+            matrix, scale = self._jacobian(z, settings)
+            if (np.abs(self.residual) <= self.tolerance * scale).all():
+                return z, True
+            if not (columns.any() and np.isfinite(matrix).all()):
+                break
+            step = np.zeros(len(z))
+            scaled = matrix[:, columns] / scale[:, None]
+            step[columns] = lstsq(scaled, -self.residual / scale, lapack_driver="gelsy")[0]
+            z, moved = self._line_search(z, step, scale, settings)
+            if not moved:
+                break
+            if (np.abs(z[len(movable) :]) > far).any():  # as if a body were infinitely heavy
+                self.residual = first
+                break
+        return z, False
 
+    def _line_search(
+        self, z: np.ndarray, step: np.ndarray, scale: np.ndarray, settings: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Shorten the step until it helps."""
+        before = float(np.linalg.norm(self.residual / scale))
+        for power in range(12):
+            trial = z + 0.5**power * step
+            found = self._missed(trial, settings)
+            if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
+                self.residual = found
+                return trial, True
+        return z, False
 
-def _newton(
-    system: System,
-    begin: np.ndarray,
-    theta: np.ndarray,
-    time: float,
-    settings: np.ndarray,
-    movable: np.ndarray,
-    tolerance: float,
-) -> tuple[np.ndarray, np.ndarray, bool]:
-    """States, derivatives there, and whether they vanish; only movable states change."""
-    x = begin.copy()
-    args = (theta, time, settings)
-    residual = np.asarray(system.rhs(x, *args)).ravel()
-    for _ in range(100):
-        if not np.isfinite(residual).all():
-            break
-        jacobian = system.jacobian(x, *args)[0].full()
-        scale = np.abs(jacobian) @ (np.abs(x) + 1e-3) + 1e-9
-        if (np.abs(residual) <= tolerance * scale).all():
-            return x, residual, True
-        if not movable.any():
-            break
-        step = np.zeros(len(x))
-        matrix = jacobian[:, movable] / scale[:, None]
-        step[movable] = lstsq(matrix, -residual / scale, lapack_driver="gelsy")[0]
-        x, residual, moved = _line_search(system, x, step, residual, scale, args)
-        if not moved:
-            break
-    return x, residual, False
+    def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
+        """Refuse free parameters that could be others."""
+        if not self.places:
+            return
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        matrix, scale = self._jacobian(z, settings)
+        scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
+        open_ = np.abs(null_space(scaled[:, columns])).max(axis=1, initial=0.0)
+        p = self.system._flat.parameters
+        lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
+        if len(lost):
+            names = ", ".join(p.names[p.free[place]] for place in lost)
+            raise StartError(
+                f"{self.system.name}: the equilibrium does not determine the free parameters "
+                f"{names}. Give more start values, for example a speed, or free fewer."
+            )
 
+    def check_rest(self, point: OperatingPoint) -> None:
+        """Refuse an equilibrium in which something moves."""
+        system = self.system
+        nodes = [system._reduced.states[i] + 1 for i in sorted(system._positions)]
+        lost = np.setdiff1d(np.arange(len(system._reduced.states)), system._in_use)
+        speeds = ca.Function(
+            "speeds", system._inputs, [system._without(system._values.of(nodes), lost)]
+        )
+        found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
+        for node, speed in zip(nodes, found, strict=True):
+            if not abs(speed) <= 1e-9:
+                name = system._node_name(node)
+                unit = "" if "(" in name else f" {system.quantity(name).unit}"
+                raise SolverError(f"{system.name}: no rest: {name} = {speed:.4g}{unit}. {_REST}")
 
-def _line_search(
-    system: System,
-    x: np.ndarray,
-    step: np.ndarray,
-    residual: np.ndarray,
-    scale: np.ndarray,
-    args: tuple[np.ndarray, float, np.ndarray],
-) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Shorten the step until it helps."""
-    before = float(np.linalg.norm(residual / scale))
-    for power in range(12):
-        trial = x + 0.5**power * step
-        found = np.asarray(system.rhs(trial, *args)).ravel()
-        if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
-            return trial, found, True
-    return x, residual, False
+    def fault(self, what: str) -> str:
+        """Why the last search found nothing."""
+        system, residual = self.system, self.residual[: len(self.system.states)]
+        worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
+        hint = (
+            "A free drive with a net torque accelerates for ever: add a load or damper, or set "
+            "torques that balance."
+        )
+        if self.places:
+            hint = (
+                "The given start values must hold beside free parameters: give fewer of them, or "
+                "free a parameter that has an effect there."
+            )
+        elif what == "rest":
+            hint = _REST
+        elif system._in_use[worst] in system._positions:
+            hint = "It moves while something depends on where it is, which is no equilibrium."
+        return (
+            f"{system.name}: no {what} near the start values: der({system.state_names[worst]}) "
+            f"stays at {residual[worst]:.4g}. {hint}"
+        )

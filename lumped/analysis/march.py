@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
+from scipy.optimize import brentq
 
 from lumped.analysis.stepper import CLOSED
 from lumped.system import System
 
-__all__ = ["marched"]
+__all__ = ["first_change", "marched"]
 
 _SUBSTEPS = 16
 """Newton solutions from one output time to the next."""
+
+_LOOKS = 4000
+"""Instants of a segment at which margins are looked at."""
 
 
 def marched(
@@ -46,3 +50,44 @@ def marched(
         return None
     followed: np.ndarray = guesses.T[_SUBSTEPS - 1 :: _SUBSTEPS]
     return followed
+
+
+def first_change(
+    system: System,
+    theta: np.ndarray,
+    span: tuple[float, float],
+    modes: np.ndarray,
+    guess: np.ndarray,
+) -> tuple[float, list[tuple[str, int]]] | None:
+    """The first instant at which a margin is used up, and which; None if there is none.
+
+    What is used up for less than 1/4000 of the span is not noticed.
+    """
+    t = np.linspace(*span, _LOOKS + 1)
+    followed = marched(system, theta, span[0], t[1:], modes, guess)
+    if followed is None:
+        return None
+    guesses = np.vstack([guess[None, :], followed])
+    settings = np.hstack([np.repeat(modes[None, :], len(t), axis=0), guesses])
+    none = np.zeros((0, len(t)))
+    margins, slack = (np.asarray(v) for v in system.margins(none, theta, t[None, :], settings.T))
+    used_up = margins + slack < 0
+    used_up[:, 0] = False
+    if not used_up.any():
+        return None
+    k = int(np.argmax(used_up.any(axis=0)))
+
+    def at(time: float) -> np.ndarray:
+        closed, _ = system.closure(none[:, 0], theta, time, settings[k - 1])
+        now = np.concatenate([modes, np.asarray(closed).ravel()])
+        return np.asarray(system.margins(none[:, 0], theta, time, now)[0]).ravel()
+
+    roots = {}
+    for i in np.flatnonzero(used_up[:, k]).tolist():
+        before = at(t[k - 1])[i] > 0
+        roots[i] = (
+            brentq(lambda s, i=i: at(s)[i], t[k - 1], t[k], xtol=1e-15) if before else t[k - 1]
+        )
+    first = min(roots.values())
+    near = 1e-13 * span[1]
+    return first, [system.switching.rows[i] for i, root in roots.items() if root <= first + near]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lumped.analysis.changeover import Change
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -26,12 +27,20 @@ class Event:
     ----------
     time : float
         When, s.
-    what : str
-        Components in which a function of time changes its piece, or the change of a state.
+    component : str
+        Where: a component that changed its mode, or those in which a function of time changes
+        its piece.
+    before, after : str
+        The mode in words; empty for functions of time.
+    loss : float
+        Mechanical energy lost in an impact, J.
     """
 
     time: float
-    what: str
+    component: str
+    before: str = ""
+    after: str = ""
+    loss: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,8 @@ class OperatingPoint:
         States in the order of ``system.state_names``.
     theta, modes : ndarray
         Parameters; modes and values of implicit quantities.
+    collisions : tuple of Change
+        Impacts at this very instant; the states are those after them.
     """
 
     system: System
@@ -80,6 +91,7 @@ class OperatingPoint:
     x: np.ndarray
     theta: np.ndarray
     modes: np.ndarray
+    collisions: tuple[Change, ...] = ()
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -139,7 +151,7 @@ class Trajectory:
     theta : ndarray
         Parameters.
     events : tuple of Event
-        Jumps of functions of time, and changes of states.
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
     statistics : Statistics
         Cost of the run.
     """
@@ -172,7 +184,8 @@ class Trajectory:
         if key == "time":
             return self.t
         if key not in self._known:
-            functions = {id(p.system): p.system.function([key]) for p in self.pieces}
+            systems = {id(p.system): p.system for p in self.pieces}
+            functions = {place: system.function([key]) for place, system in systems.items()}
             parts = [
                 functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
                 for p in self.pieces

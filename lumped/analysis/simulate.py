@@ -10,16 +10,22 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.march import marched
+from lumped.analysis.calls import called
+from lumped.analysis.changeover import Settler
+from lumped.analysis.crossing import Crossing, Step, first_crossing
+from lumped.analysis.dense import Method
+from lumped.analysis.march import first_change, marched
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.start import closed_with, modes_at, start_point
+from lumped.analysis.settings import closed_with, modes_at
+from lumped.analysis.start import start_point
 from lumped.analysis.stepper import (
     ACCEPTED,
+    CROSSED,
+    GIVEN_UP,
     HEAD,
     REJECTED,
     STIFF_AFTER,
-    Method,
     Stepper,
     first_step,
 )
@@ -45,7 +51,8 @@ def simulate(
 ) -> Trajectory:
     """Simulate from the time zero.
 
-    Where a function of time jumps or has a kink, the method stops exactly there and starts anew.
+    Where a function of time jumps or has a kink, and where a condition, contact or friction element
+    changes its mode, the method stops exactly there and starts anew.
 
     Parameters
     ----------
@@ -115,6 +122,14 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
         raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
 
 
+_STORM = 200
+"""Changes of mode that may follow each other at practically the same instant."""
+
+
+_Stop = Crossing | tuple[int, int, int]
+"""Why a run stops for a moment: a change of modes, or of the leading states."""
+
+
 class _Run:
     """One simulation: segments between instants of change, chunks of steps in them."""
 
@@ -130,7 +145,7 @@ class _Run:
         method: str,
         max_steps: int,
     ) -> None:
-        self.system, self.point, self.until, self.rtol = system, point, until, rtol
+        self.point, self.until, self.rtol = point, until, rtol
         self.relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
         self.output = Recorder(until, times, both_sides)
         self.auto = method == "auto"
@@ -139,7 +154,9 @@ class _Run:
         self.max_steps = max_steps
         self._take(system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
-        self.events: list[Event] = []
+        self.crossings: list[float] = []
+        hits = point.collisions
+        self.events = [Event(0.0, c.component, c.before, c.after, c.loss) for c in hits]
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 
@@ -147,62 +164,111 @@ class _Run:
         """Integrate the states of this system from now on."""
         self.system = system
         self.implicit = len(system._values.implicit)
+        self.settler = Settler(system, self.point.theta, self.until)
         nominal = [_nominal(system, name) for name in system.state_names]
         # not below the rounding of what a state is integrated from
         self.atol = self.relative_atol * np.array(nominal)
 
     def go(self) -> None:
         edges = [0.0, *self._instants(), self.until]
-        x, modes = self.point.x, np.zeros(0)
+        x, modes = self.point.x, self.point.modes[: len(self.point.modes) - self.implicit]
+        timed = np.isfinite(self._thresholds())
         for number, (begin, end) in enumerate(itertools.pairwise(edges)):
-            before = modes
-            modes = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
+            before, modes = modes, modes.copy()
+            now = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
+            modes[timed] = now[timed]
             if number:
                 sides = (np.concatenate([m, self.guess]) for m in (before, modes))
                 self._refuse(jump_fault(self.system, self.point.theta, begin, x, *sides))
+            x, modes = self._settled(begin, x, modes, before)
             self.guess = self._closed(begin, x, modes)
             self.output.open(self.system)
             self.output.edge(begin, x, self._settings(modes))
-            x = self._through(begin, end, x, modes)
+            x, modes = self._through(begin, end, x, modes)
             if self.output.on_grid and end > begin:
                 self.output.edge(end, x, self._settings(modes))
         self.output.finish(x, self._settings(modes))
 
+    def _settled(
+        self,
+        t: float,
+        x: np.ndarray,
+        modes: np.ndarray,
+        before: np.ndarray,
+        fired: Sequence[tuple[str, int]] = (),
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """States and modes just after an instant, with what changed noted as events."""
+        if not self.system.switching:
+            return x, modes
+        try:
+            x, modes, changes = self.settler.settle(t, x, modes, self.guess, before, fired)
+        except SolverError as error:
+            raise SolverError(str(error), self.trajectory()) from None
+        self.events += [Event(t, c.component, c.before, c.after, c.loss) for c in changes]
+        return x, modes
+
     def _settings(self, modes: np.ndarray) -> np.ndarray:
         return np.concatenate([modes, self.guess])
 
-    def _through(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
-        """Advance to the end of a segment, changing states where others must lead."""
+    def _through(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Advance to the end of a segment, from one change of modes or states to the next."""
         t, changed_at = begin, -1.0
         point = (np.array([t]), x[None, :], self._settings(modes)[None, :])
-        unfit = unfit_states(self.system, self.point.theta, *point)
+        stop: _Stop | None = unfit_states(self.system, self.point.theta, *point)
         while True:
-            if unfit is not None:
+            if isinstance(stop, Crossing):
+                x, modes = self._cross(t, x, modes, stop)
+            elif stop is not None:
                 if t == changed_at:
                     self._refuse(
                         f"at t = {t:.9g} s no choice of states determines the position: "
-                        f"{self._leading(unfit)}. The linkage is singular there; check its lengths."
+                        f"{' leads instead of '.join(self._leading(stop))}. The linkage is "
+                        "singular there; check its lengths."
                     )
-                x, changed_at = self._change(t, x, modes, unfit), t
+                x, changed_at = self._change(t, x, modes, stop), t
             if t >= end:
-                return x
-            t, x, unfit = self._advance(t, end, x, modes)
+                return x, modes
+            t, x, stop = self._advance(t, end, x, modes)
 
-    def _leading(self, unfit: tuple[int, int, int]) -> str:
-        """Text of a change of states."""
+    def _cross(
+        self, t: float, x: np.ndarray, modes: np.ndarray, crossing: Crossing
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Change modes where margins are used up."""
+        self.output.edge(t, x, self._settings(modes))
+        self.guess = self._closed(t, x, modes)
+        x, modes = self._settled(t, x, modes, modes, crossing.fired)
+        self.guess = self._closed(t, x, modes)
+        self.output.open(self.system)
+        self.output.edge(t, x, self._settings(modes))
+        self.crossings.append(t)
+        if len(self.crossings) > _STORM and t - self.crossings[-_STORM] <= 1e-9 * self.until:
+            recent = sorted({event.component for event in self.events[-_STORM:]})
+            self._refuse(
+                f"{_STORM} changes of mode within {t - self.crossings[-_STORM]:.2g} s before "
+                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
+                "dry friction and contacts that can rest need lumped.hold, which finds a "
+                "standstill; a condition on a speed cannot."
+            )
+        return x, modes
+
+    def _leading(self, unfit: tuple[int, int, int]) -> tuple[str, str]:
+        """Names of the states that lead after and before a change."""
         reduced = self.system._reduced
         names = []
         for node in unfit[1:]:
             number, _ = reduced.class_and_order(node)
             names.append(self.system._node_name(int(reduced.first[number])))
-        return f"{names[0]} leads instead of {names[1]}"
+        return names[0], names[1]
 
     def _change(
         self, t: float, x: np.ndarray, modes: np.ndarray, unfit: tuple[int, int, int]
     ) -> np.ndarray:
         """Let another motion lead, and give back the new states."""
         old, settings = self.system, self._settings(modes)
-        self.events.append(Event(t, self._leading(unfit)))
+        after, before = self._leading(unfit)
+        self.events.append(Event(t, after.rpartition(".")[0], before, after))
         new = old.led_by(*unfit[1:])
         wanted = [*new.states, *new._values.implicit]
         function = ca.Function("change", old._inputs, [old._values.of(wanted)])
@@ -248,11 +314,13 @@ class _Run:
         names = self.system.state_names
         return tuple(name for name, s in zip(names, np.atleast_1d(small), strict=False) if s)
 
+    def _thresholds(self) -> np.ndarray:
+        """Instants at which modes change with the time alone; infinite for others."""
+        function, _ = self.system._flat.thresholds
+        return np.asarray(function(self.point.theta)).ravel()
+
     def _instants(self) -> list[float]:
-        function, directions = self.system._flat.thresholds
-        if not len(directions):
-            return []
-        found = np.asarray(function(self.point.theta)).ravel()
+        found = self._thresholds()
         inside = (found > 0) & (found <= self.until)
         edges: list[float] = []
         for t in np.unique(found[inside]).tolist():
@@ -271,22 +339,21 @@ class _Run:
 
     def _advance(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
-    ) -> tuple[float, np.ndarray, tuple[int, int, int] | None]:
-        """Time and state reached, and why before the end: a state that should not lead."""
+    ) -> tuple[float, np.ndarray, _Stop | None]:
+        """Time and state reached, and why before the end."""
         system, theta = self.system, self.point.theta
         if end <= begin:
             return end, x, None
         if not len(x):
-            self._static(begin, end, modes)
-            return end, x, None
+            return self._static(begin, end, x, modes)
         settings = self._settings(modes)
-        f = np.asarray(system.rhs(x, theta, begin, settings)).ravel()
+        (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
         scale = self.atol + self.rtol * np.abs(x)
         first = first_step(system, theta, (begin, end), x, f, settings, scale)
         head = np.concatenate([[begin, first, 0, 0, 0, 0], self.guess])
         while head[0] < end:
-            stepper = _stepper(system, self.method, self.output.on_grid)
+            stepper = _stepper(system, self.method, self.output.on_grid or bool(system.switching))
             started = clock.perf_counter()
             try:
                 found = stepper.many(head, x, f, theta, modes, end, self.rtol, self.atol)
@@ -297,15 +364,33 @@ class _Run:
                     self.trajectory(),
                 ) from None
             self.seconds += clock.perf_counter() - started
-            log, xs = np.asarray(found[3]), np.asarray(found[4]).T
+            n, width = len(x), len(x) + len(self.guess)
+            log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, width)
+            dense = found[5].reshape(stepper.chunk, -1, n)
+            crossing = None
+            if found[0][5] == CROSSED:
+                row = int(np.flatnonzero(log[2] == ACCEPTED)[-1])
+                before = x if row == 0 else xs[row - 1, :n]
+                settings = np.concatenate([modes, xs[row, n:]])
+                t = float(log[0, row])
+                span = (t, float(log[1, row]) - t)
+                step = Step(before, xs[row, :n], dense[row], *span, theta, settings)
+                crossing = first_crossing(system, stepper.method, row, step)
             unfit, row = self._unfit(log, xs, modes)
-            self._collect(stepper, x, log[:, :row], xs[:row], found[5], modes)
+            if crossing is not None and crossing.row < row:
+                row, t = crossing.row, crossing.time
+                self._collect(stepper, x, log[:, : row + 1], xs[: row + 1], dense, modes, t)
+                self.guess = xs[row, len(x) :]
+                return t, crossing.x, crossing
+            self._collect(stepper, x, log[:, :row], xs[:row], dense, modes)
             if unfit is not None:
                 self.guess = xs[row - 1, len(x) :]
                 return float(log[1, row - 1]), xs[row - 1, : len(x)], unfit
-            head, x, f = (np.asarray(found[i]).ravel() for i in range(3))
+            head, x, f = found[:3]
+            if head[5] == CROSSED:
+                head[5] = 0.0
             self.guess = head[HEAD:]
-            if head[5]:
+            if head[5] == GIVEN_UP:
                 self._give_up(head[0], x, f, self._settings(modes))
             if self.steps + self.rejected > self.max_steps:
                 raise SolverError(
@@ -335,10 +420,11 @@ class _Run:
         x: np.ndarray,
         log: np.ndarray,
         xs: np.ndarray,
-        dense: ca.DM,
+        dense: np.ndarray,
         modes: np.ndarray,
+        until: float | None = None,
     ) -> None:
-        """Count and record the attempts of one chunk that started at x."""
+        """Count and record the attempts of one chunk that started at x, up to a time."""
         accepted = np.flatnonzero(log[2] == ACCEPTED)
         rejected = int((log[2] == REJECTED).sum())
         self.steps += len(accepted)
@@ -348,24 +434,31 @@ class _Run:
             return
         ends, n = log[1][accepted], len(x)
         if not self.output.on_grid:
-            self.output.add(ends, xs[accepted, :n], self._rows(modes, xs[accepted, n:]))
+            whole = accepted if until is None else accepted[ends < until]
+            self.output.add(log[1][whole], xs[whole, :n], self._rows(modes, xs[whole, n:]))
             return
-        wanted = self.output.due(ends[-1])
+        wanted = self.output.due(ends[-1] if until is None else until)
         if not len(wanted):
             return
         step = accepted[np.searchsorted(ends, wanted, "right").clip(max=len(ends) - 1)]
         before, after = np.vstack([x, xs[:-1, :n]])[step], xs[step, :n]
-        coefficients = np.asarray(dense).T.reshape(stepper.chunk, -1, n)[step]
         fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
-        values = stepper.interpolate(fraction, before, after, coefficients)
+        values = stepper.interpolate(fraction, before, after, dense[step])
         self.output.add(wanted, values, self._rows(modes, xs[step, n:]))
 
     def _rows(self, modes: np.ndarray, guesses: np.ndarray) -> np.ndarray:
         """Settings of several points."""
         return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
-    def _static(self, begin: float, end: float, modes: np.ndarray) -> None:
-        """A system without states: only its functions of time remain."""
+    def _static(
+        self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
+    ) -> tuple[float, np.ndarray, _Stop | None]:
+        """A system without states: its functions of time and what they switch remain."""
+        stop, span = None, (begin, end)
+        if self.system.switching:
+            change = first_change(self.system, self.point.theta, span, modes, self.guess)
+            if change is not None:
+                stop, end = Crossing(0, change[0], x, change[1]), change[0]
         wanted = self.output.due(end) if self.output.on_grid else np.array([end])
         times = np.append(wanted, end)
         guesses = marched(self.system, self.point.theta, begin, times, modes, self.guess)
@@ -374,9 +467,10 @@ class _Run:
                 f"a linkage or implicit equation could not be followed up to t = {end:g} s. Ask "
                 "for more output points, or check its range."
             )
-            return
+            return end, x, None
         self.output.add(wanted, np.zeros((len(wanted), 0)), self._rows(modes, guesses[:-1]))
         self.guess = guesses[-1]
+        return end, x, stop
 
     def _refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""

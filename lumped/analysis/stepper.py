@@ -9,28 +9,30 @@ Jacobian. Both have dense output.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
+from lumped.analysis import rodas5p
+from lumped.analysis.calls import Call, called
+from lumped.analysis.dense import INSIDE, Method, doubtful, interpolated
 from lumped.system import System
 
 __all__ = [
     "ACCEPTED",
     "CLOSED",
+    "CROSSED",
+    "GIVEN_UP",
     "HEAD",
     "REJECTED",
     "STIFF_AFTER",
-    "Method",
     "Stepper",
     "first_step",
 ]
 
-Method = Literal["explicit", "implicit"]
-
 ACCEPTED, REJECTED, IDLE = 1, 0, -1
+GIVEN_UP, CROSSED = 1, 2
 
 HEAD = 6
 """Entries of `head` before the implicit quantities."""
@@ -52,8 +54,10 @@ class Stepper:
     Attributes
     ----------
     many : Function
-        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense); `head` is
-        (t, h, just rejected, stiff count, calm count, given up, implicit quantities).
+        (head, x, f, p, m, end, rtol, atol) -> (head, x, f, log, xs, dense), called with numbers;
+        `head` is
+        (t, h, just rejected, stiff count, calm count, stopped, implicit quantities), where stopped
+        is GIVEN_UP or CROSSED.
         Columns of `log` are (t before, t after, outcome) for each attempt, with the outcome
         ACCEPTED, REJECTED or IDLE (the end was reached before); `xs` is the state after it, with
         the implicit quantities, `dense` its interpolation coefficients (empty without dense
@@ -64,7 +68,7 @@ class Stepper:
         Evaluations of the right-hand side per attempt.
     """
 
-    many: ca.Function
+    many: Call
     chunk: int
     evaluations: int
     method: Method
@@ -78,7 +82,7 @@ class Stepper:
         if n <= _EXPAND_BELOW and method == "explicit":
             attempt = attempt.expand()
         width = attempt.size1_out(5) * attempt.size2_out(5) + 2 * n + 12
-        chunk = int(np.clip(1_000_000 // width, 8, 256))
+        chunk = int(np.clip(1_000_000 // width, 8, 32 if system.switching else 256))
         skip = _skip(attempt)
         step = ca.Function.if_else("step", attempt, skip)
         args = [ca.MX.sym(f"a{i}", attempt.sparsity_in(i)) for i in range(attempt.n_in())]
@@ -95,7 +99,7 @@ class Stepper:
             args,
             [head, x, f, ca.horzcat(*logs), ca.horzcat(*xs), ca.horzcat(*denses)],
         )
-        return cls(many, chunk, evaluations, method, dense)
+        return cls(Call(many), chunk, evaluations, method, dense)
 
     def interpolate(
         self, theta: np.ndarray, before: np.ndarray, after: np.ndarray, dense: np.ndarray
@@ -111,16 +115,9 @@ class Stepper:
         dense : ndarray, shape (k, c, n)
             Interpolation coefficients.
         """
-        x = theta[:, None]
-        if self.method == "implicit":
-            inner = dense[:, 0] + x * (dense[:, 1] + x * dense[:, 2])
-            y: np.ndarray = (1 - x) * before + x * (after + (1 - x) * inner)
-            return y
-        y = np.zeros_like(before)
-        for i in range(7):
-            y = (y + dense[:, 6 - i]) * (x if i % 2 == 0 else 1 - x)
-        y += before
-        return y
+        columns = [dense[:, i] for i in range(dense.shape[1])]
+        inside: np.ndarray = interpolated(self.method, theta[:, None], before, after, columns)
+        return inside
 
 
 def first_step(
@@ -149,7 +146,7 @@ def first_step(
     d0, d1 = _rms(x / scale), _rms(rates / scale)
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h0 = min(h0, end - begin)
-    later = np.asarray(system.rhs(x + h0 * rates, theta, begin + h0, settings)).ravel()
+    (later,) = called(system, "rhs")(x + h0 * rates, theta, begin + h0, settings)
     steepest = max(d1, _rms((later - rates) / scale) / h0)
     h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
     first = min(100 * h0, h1, end - begin)
@@ -189,6 +186,9 @@ class _Frame:
         self.p, self.m = ca.MX.sym("p", np_), ca.MX.sym("m", nm)
         self.settings = ca.vertcat(self.m, self.head[HEAD:])
         self.closure = system.closure if implicit else None
+        watched = bool(system.switching) and bool(system.margins.size1_out(0))
+        self.margins = system.margins if watched else None
+        self.margin_rates = system.margin_rates if watched else None
         self.end, self.rtol = ca.MX.sym("end"), ca.MX.sym("rtol")
         self.atol = ca.MX.sym("atol", n)
         self.t = self.head[0]
@@ -205,7 +205,7 @@ class _Frame:
 
     def finish(
         self,
-        name: str,
+        name: Method,
         new: ca.MX,
         f_new: ca.MX,
         error: ca.MX,
@@ -222,6 +222,19 @@ class _Frame:
             open_loop = ca.norm_inf(correction / (1 + ca.fabs(found))) > CLOSED
             error = ca.if_else(open_loop, 100, error)
             guesses = ca.if_else(error <= 1, found, guesses)
+        stop = ca.MX(0)
+        if self.margins is not None and self.margin_rates is not None:
+            settings = ca.vertcat(self.m, guesses)
+            columns = ca.horzsplit(dense)
+            samples = []
+            for part in INSIDE:
+                x = interpolated(name, part, self.x, new, columns) if 0 < part < 1 else new
+                t = self.t + part * (t_new - self.t)
+                margins, tolerances = self.margins(x if part else self.x, self.p, t, settings)
+                samples.append(margins + tolerances)
+            ends = ((self.x, self.t), (new, t_new))
+            slopes = [(t_new - self.t) * self.margin_rates(x, self.p, t, settings) for x, t in ends]
+            stop = CROSSED * (ca.mmax(doubtful(samples, slopes)) > 0)
         finite = ca.logic_and(ca.norm_inf(new) < 1e300, ca.norm_inf(f_new) < 1e300)
         accept = ca.logic_and(error <= 1, finite)
         growth = 0.9 * ca.fmax(error, 1e-12) ** -power
@@ -237,7 +250,8 @@ class _Frame:
             stiff = ca.if_else(accept, ca.if_else(at_limit, stiff + 1, stiff), stiff)
             stiff = ca.if_else(calm >= 6, 0, stiff)
         t_out = ca.if_else(accept, t_new, self.t)
-        flags = (ca.logic_not(accept), stiff, calm, given_up)
+        stop = ca.if_else(accept, stop, GIVEN_UP * given_up)
+        flags = (ca.logic_not(accept), stiff, calm, stop)
         head = ca.vertcat(t_out, h_new, *flags, guesses)
         x_out = ca.if_else(accept, new, self.x)
         f_out = ca.if_else(accept, f_new, self.f)
@@ -284,116 +298,28 @@ def _combined(stages: list[ca.MX], weights: np.ndarray) -> ca.MX:
     return total
 
 
-_GAMMA = 0.21193756319429014
-_A = (
-    (),
-    (3.0,),
-    (2.849394379747939, 0.45842242204463923),
-    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
-    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
-    (
-        -7.502846399306121,
-        2.561846144803919,
-        -11.627539656261098,
-        -0.18268767659942256,
-        0.030198172008377946,
-    ),
-)
-_C = (
-    (),
-    (-14.155112264123755,),
-    (-17.97296035885952, -2.859693295451294),
-    (147.12150275711716, -1.41221402718213, 71.68940251302358),
-    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
-    (
-        24.854864614690072,
-        -3.0009227002832186,
-        47.4931110020768,
-        5.5814197821558125,
-        -0.6610691825249471,
-    ),
-    (
-        30.91273214028599,
-        -3.1208243349937974,
-        77.79954646070892,
-        34.28646028294783,
-        -19.097331116725623,
-        -28.087943162872662,
-    ),
-    (
-        37.80277123390563,
-        -3.2571969029072276,
-        112.26918849496327,
-        66.9347231244047,
-        -40.06618937091002,
-        -54.66780262877968,
-        -9.48861652309627,
-    ),
-)
-_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664)
-_D = (
-    0.21193756319429014,
-    -0.42387512638858027,
-    -0.3384627126235924,
-    1.8046452872882734,
-    2.325825639765069,
-)
-_H = (
-    (
-        25.948786856663858,
-        -2.5579724845846235,
-        10.433815404888879,
-        -2.3679251022685204,
-        0.524948541321073,
-        1.1241088310450404,
-        0.4272876194431874,
-        -0.17202221070155493,
-    ),
-    (
-        -9.91568850695171,
-        -0.9689944594115154,
-        3.0438037242978453,
-        -24.495224566215796,
-        20.176138334709044,
-        15.98066361424651,
-        -6.789040303419874,
-        -6.710236069923372,
-    ),
-    (
-        11.419903575922262,
-        2.8879645146136994,
-        72.92137995996029,
-        80.12511834622643,
-        -52.072871366152654,
-        -59.78993625266729,
-        -0.15582684282751913,
-        4.883087185713722,
-    ),
-)
-
-
 def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
     jacobian, drift = system.jacobian(s.x, s.p, s.t, s.settings)
-    matrix = ca.MX.eye(s.n) - s.h * _GAMMA * jacobian
+    matrix = ca.MX.eye(s.n) - s.h * rodas5p.GAMMA * jacobian
     increments: list[ca.MX] = []
     new = s.x
     for i in range(8):
         if i < 6:
-            new = s.x + _combined(increments, np.array(_A[i])) if i else s.x
+            new = s.x + _combined(increments, np.array(rodas5p.A[i])) if i else s.x
         else:
             new = new + increments[-1]
-        rate = s.f if i == 0 else s.rate(new, s.t + (_NODES[i] if i < 5 else 1.0) * s.h)
+        rate = s.f if i == 0 else s.rate(new, s.t + (rodas5p.NODES[i] if i < 5 else 1.0) * s.h)
         if i < 5:
-            rate = rate + s.h * _D[i] * drift
+            rate = rate + s.h * rodas5p.D[i] * drift
         if i:
-            rate = rate + _combined(increments, np.array(_C[i])) / s.h
-        increments.append(ca.solve(matrix, s.h * _GAMMA * rate, "qr"))
+            rate = rate + _combined(increments, np.array(rodas5p.C[i])) / s.h
+        increments.append(ca.solve(matrix, s.h * rodas5p.GAMMA * rate, "qr"))
     new = new + increments[-1]
     f_new = s.rate(new, s.t + s.h)
     error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)
     interpolation = ca.MX(s.n, 0)
     if dense:
-        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in _H))
+        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in rodas5p.H))
     return s.finish("implicit", new, f_new, error, 1 / 5, None, interpolation), 8

@@ -248,7 +248,8 @@ def test_a_speed_that_a_dead_centre_forbids_is_refused():
 def test_a_rod_as_short_as_its_crank_ends_in_an_error_with_the_run_so_far():
     start = {"crank.w": 1.0}
     with pytest.raises(SolverError, match=r"crank\.w") as caught:
-        lp.simulate(crank_drive(1.0), until=10.0, start=start, rtol=1e-9, method="explicit")
+        # at 1e-9 about half of such runs step over the kink
+        lp.simulate(crank_drive(1.0), until=10.0, start=start, rtol=1e-11, method="explicit")
     run = caught.value.partial
     before = run.t < run.t[-1] - 1e-3
     energy = (run["crank.w"] ** 2 + 3 * run["piston.v"] ** 2) / 2

@@ -44,7 +44,7 @@ def test_a_rest_length_follows_from_the_position_in_which_it_holds_a_body():
     assert point.parameters["spring.s_rel0"] == pytest.approx(0.5 + 19.62 / 1e3, rel=1e-12)
     run = lp.simulate(system, until=1.0, free=["spring.s_rel0"], grid=10)
     assert run["body.s"] == pytest.approx(np.full(11, 0.5), rel=1e-6)
-    with pytest.raises(StartError, match=r"spring\.c is not determined"):
+    with pytest.raises(StartError, match=r"spring\.s_rel0 is not determined"):
         lp.start_point(system, free=["spring.s_rel0", "spring.c"])
     with pytest.raises(StartError, match=r"No start state was found.*body\.a = 50"):
         lp.start_point(system, start={"body.a": 50.0}, free=["body.m"])  # a negative mass

@@ -65,7 +65,7 @@ def test_a_torque_that_jumps_is_integrated_exactly():
     )
     run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=1.0, grid=20)
     assert [e.time for e in run.events] == [0.3]
-    assert run.events[0].what == "drive.tau"
+    assert run.events[0].component == "drive.tau"
     expected = np.where(run.t < 0.3, 0.5 * run.t, 0.15 + 2.5 * (run.t - 0.3))
     assert worst(run["body.w"], expected) < 1e-14
     both = run["drive.tau"][run.t == 0.3]

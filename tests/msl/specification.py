@@ -1,18 +1,22 @@
 """Reference cases: a neutral specification beside a table, and the model built from them."""
 
-import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import specification_friction as friction
+import specification_gear as gear
 import yaml
 
 import lumped as lp
 from lumped.components import (
     Damper,
+    ElastoBacklash,
     Fixed,
     IdealGear,
     Inertia,
+    Planetary,
     Spring,
     SpringDamper,
     Torque,
@@ -20,19 +24,6 @@ from lumped.components import (
 )
 
 DATA = Path(__file__).parents[1] / "data" / "msl"
-
-
-class Planetary(lp.Component):
-    """Planetary gear: ``(1 + ratio) phi_carrier = phi_sun + ratio phi_ring``."""
-
-    sun = lp.Flange()
-    carrier = lp.Flange()
-    ring = lp.Flange(free=True)
-    ratio: lp.Param = lp.param("1", "ring teeth over sun teeth")
-
-    def equations(self):
-        s, c, r, k = self.sun, self.carrier, self.ring, self.ratio
-        yield lp.lossless(c.phi == (s.phi + k * r.phi) / (1 + k), s, c, r)
 
 
 class Body(lp.Component):
@@ -50,6 +41,28 @@ class Body(lp.Component):
         yield self.flange_b.s == self.s + self.length / 2
         yield self.v == lp.der(self.s)
         yield self.m * lp.der(self.v) == self.flange_a.f + self.flange_b.f
+
+
+class Rod(lp.Component):
+    """Massless rigid rod: ``s_b = s_a + length``."""
+
+    flange_a = lp.LinearFlange()
+    flange_b = lp.LinearFlange()
+    length: lp.Param = lp.param("m", "length", 0.0)
+
+    def equations(self):
+        a, b = self.flange_a, self.flange_b
+        yield lp.lossless(b.s == a.s + self.length, a, b)
+
+
+class MeasuredSpring(translation.Spring):
+    """Spring that also tells its relative velocity: ``v_rel = der(s_rel)``."""
+
+    v_rel: lp.Var = lp.var("m/s", "relative velocity")
+
+    def equations(self):
+        yield from super().equations()
+        yield self.v_rel == lp.der(self.s_rel)
 
 
 class Acceleration(lp.Component):
@@ -116,8 +129,27 @@ class FilteredSlideSource(SlideSource):
         yield lp.der(self.v) == 2 * lp.ops.pi * self.f_crit * (self.ref - self.v)
 
 
+class FilteredPlaceSource(lp.Component):
+    """Position after a Bessel filter of second order with the corner frequency `f_crit`."""
+
+    flange = lp.LinearFlange()
+    ref = lp.Input("m", "wanted position")
+    f_crit: lp.Param = lp.param("Hz", "corner frequency", 50.0)
+    s: lp.Var = lp.var("m", "position")
+    v: lp.Var = lp.var("m/s", "velocity")
+
+    def equations(self):
+        corner = 2 * lp.ops.pi * self.f_crit
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        push = (self.ref - self.s) * corner - 1.3617 * self.v
+        yield lp.der(self.v) == push * corner / 0.6180
+
+
 ROTATION = {
     "damper": Damper,
+    "elastic_backlash": ElastoBacklash,
+    "elastic_backlash_jump": partial(ElastoBacklash, limited=False),
     "fixed": Fixed,
     "ideal_gear": IdealGear,
     "inertia": Inertia,
@@ -127,19 +159,26 @@ ROTATION = {
     "speed_source": TurnSource,
     "filtered speed_source": FilteredTurnSource,
     "torque_source": Torque,
+    **friction.ROTATION,
 }
 TRANSLATION = {
     "acceleration_source": Acceleration,
+    "contact_gap": translation.ElastoGap,
     "damper": translation.Damper,
     "fixed": translation.Fixed,
     "force_source": translation.Force,
+    "filtered angle_source": FilteredPlaceSource,
     "mass": Body,
-    "spring": translation.Spring,
+    "rod": Rod,
+    "spring": MeasuredSpring,
     "spring_damper": translation.SpringDamper,
     "speed_source": SlideSource,
     "filtered speed_source": FilteredSlideSource,
+    **friction.TRANSLATION,
 }
-PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange"}
+PORTS = {"a": "flange_a", "b": "flange_b", "port": "flange", **gear.PORTS}
+"""Names of ports, in general or of one type: (type, port)."""
+
 QUANTITIES = {
     "angle": "phi",
     "angular_velocity": "w",
@@ -150,10 +189,15 @@ QUANTITIES = {
     "relative_angular_velocity": "w_rel",
     "relative_distance": "s_rel",
     "relative_velocity": "v_rel",
+    **gear.QUANTITIES,
 }
 PARAMETERS = {
     ("fixed", False): {"at": "phi0"},
     ("fixed", True): {"at": "s0"},
+    ("contact_gap", True): {"rest": "s_rel0"},
+    ("elastic_backlash", False): {"rest": "phi_rel0"},
+    ("elastic_backlash_jump", False): {"rest": "phi_rel0"},
+    ("rod", True): {"L": "length"},
     ("spring", False): {"rest": "phi_rel0"},
     ("spring", True): {"rest": "s_rel0"},
     ("spring_damper", False): {"rest": "phi_rel0"},
@@ -164,6 +208,7 @@ PARAMETERS = {
     ("acceleration_source", True): {"ref": "a"},
     ("speed_source", False): {"x0": "phi"},
     ("speed_source", True): {"x0": "s"},
+    **friction.PARAMETERS,
 }
 
 
@@ -183,13 +228,33 @@ def ramp(height, duration, begin=0.0, offset=0.0):
     return offset + lp.ops.table([begin, begin + duration], [0.0, height])
 
 
-SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp}
+def pulse(height, width_percent, period, begin, offset=0.0, until=10.0):
+    """Pulses from `begin` on, each for a share of the period."""
+    starts = np.arange(begin, until, period).tolist()
+    width = width_percent / 100 * period
+    return sum((step(height, t) - step(height, t + width) for t in starts), start=offset)
 
 
-def signal(text):
-    """An expression of the time from a text such as ``sine(10, 5)``."""
-    name, arguments = re.fullmatch(r"(\w+)\((.*)\)", text).groups()
-    return SIGNALS[name](*map(float, arguments.split(",")))
+SIGNALS = {"const": const, "sine": sine, "step": step, "ramp": ramp, "pulse": pulse}
+SIGNALS |= gear.SIGNALS
+
+
+def signal(text, names):
+    """An expression of the time from a text such as ``sine(10, 5) * step(1, 0.2)``."""
+    known = {"__builtins__": {}, "pi": np.pi, **SIGNALS}
+    return eval(text.replace("^", "**"), known, names)
+
+
+class Named(dict):
+    """Signals with a name, read when another one uses them."""
+
+    def __init__(self, texts):
+        super().__init__()
+        self.texts = texts
+
+    def __missing__(self, name):
+        self[name] = signal(self.texts[name], self)
+        return self[name]
 
 
 def quantity(name):
@@ -238,41 +303,49 @@ def read(name):
 
 def build(case):
     """The model of a case from its components and connections."""
-    joints = [[end.split(".") for end in ends] for ends in case.facts["connections"]]
+    facts_of = {facts["name"]: facts for facts in case.facts["components"]}
+    listed = [*case.facts["connections"], *case.facts.get("thermal_connections", [])]
+    joints = [[end.split(".") for end in ends] for ends in listed]
     joined = {part for ends in joints for part, _ in ends}
-    sliding = _sliding(case.facts["components"], joints)
+    sliding = _sliding(facts_of, joints)
+    names = Named(case.facts.get("signals_and_tables", {}))
     parts = {
-        facts["name"]: _part(facts, facts["name"] in sliding)
-        for facts in case.facts["components"]
-        if facts["name"] in joined or facts["type"] in ("inertia", "mass")
+        name: _part(facts, name in sliding, lambda text: signal(text, names))
+        for name, facts in facts_of.items()
+        if name in joined or facts["type"] in ("inertia", "mass")
     }
-    connections = [
-        lp.connect(*(getattr(parts[part], PORTS.get(port, port)) for part, port in ends))
-        for ends in joints
-    ]
+
+    def port(part, name):
+        own = PORTS.get((facts_of[part]["type"], name), PORTS.get(name, name))
+        return getattr(parts[part], own)
+
+    connections = [lp.connect(*(port(*end) for end in ends)) for ends in joints]
     return lp.compose(**parts, connections=connections)
 
 
-def _sliding(components, joints):
+def _sliding(facts_of, joints):
     """Names of the components that belong to straight-line motion."""
     found = {
-        facts["name"]
-        for facts in components
-        if facts["type"] in ("mass", "force_source") or facts.get("domain") == "translational"
+        name
+        for name, facts in facts_of.items()
+        if facts["type"].startswith(("mass", "force")) or facts.get("domain") == "translational"
     }
     for _ in joints:
         for ends in joints:
-            names = {part for part, _ in ends}
-            if names & found:
+            mixed = [end for end in ends if facts_of[end[0]]["type"] in gear.MIXED]
+            names = {part for part, _ in ends} - {part for part, _ in mixed}
+            if names & found or any(port == "T" for _, port in mixed):
                 found |= names
     return found
 
 
-def _part(facts, slides):
-    kind = facts["type"]
+def _part(facts, slides, read_signal):
+    kind, facts = facts["type"], friction.plain(facts)
+    if kind in gear.MAKERS:
+        return gear.MAKERS[kind](facts, slides, read_signal)
     names = PARAMETERS.get((kind, slides), {})
     given = {
-        names.get(key, key): signal(value) if isinstance(value, str) else value
+        names.get(key, key): read_signal(value) if isinstance(value, str) else value
         for key, value in facts.items()
         if key not in ("name", "type", "domain", "exact")
     }

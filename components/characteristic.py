@@ -1,0 +1,172 @@
+"""Friction over sliding speed, and the law that sticks and slides by it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from casadi import SX
+
+from lumped.errors import EquationError
+from lumped.expression import Call, Compare, Constant, Expr, Number, as_expr, walk
+from lumped.lower import lower
+from lumped.ops import exp, interpolate, maximum
+from lumped.switch import Hold, hold
+
+__all__ = ["Characteristic", "Stribeck", "dry_friction", "friction_at"]
+
+Characteristic = Sequence[Sequence[float]] | Callable[[Expr], Number]
+"""Friction at a sliding speed that is not negative.
+
+Rows of speed and friction, joined by straight lines and continued by the last one, but not below
+zero; or a function of the speed, written with `lumped.ops`.
+"""
+
+
+@dataclass(frozen=True)
+class Stribeck:
+    """Stribeck curve: ``coulomb + (static - coulomb) exp(-decay v) + viscous v``.
+
+    Coulomb friction that is higher near standstill, and viscous friction (Armstrong-Helouvry,
+    Dupont, Canudas de Wit, Automatica 30 (1994) 1083). As all of it is at least `static` at
+    standstill, that is also the greatest static friction, if `peak` is 1.
+
+    Parameters
+    ----------
+    coulomb, static : float
+        Kinetic friction without the other terms, and friction at standstill; N.m, N, or 1 for a
+        friction coefficient.
+    decay : float
+        Decay of their difference with the speed, s/rad or s/m.
+    viscous : float
+        Rise with the speed, in the unit of `coulomb` times s/rad or s/m.
+    """
+
+    coulomb: float
+    static: float
+    decay: float
+    viscous: float = 0.0
+
+    def __call__(self, speed: Number) -> Expr:
+        """Friction at a speed that is not negative.
+
+        Raises
+        ------
+        EquationError
+            If a number is out of its range.
+        """
+        for name, least in (
+            ("coulomb", 0.0),
+            ("static", self.coulomb),
+            ("decay", 0.0),
+            ("viscous", 0.0),
+        ):
+            value = getattr(self, name)
+            if not least <= value < float("inf"):
+                bound = "coulomb" if name == "static" else "0"
+                raise EquationError(
+                    f"{self}: {name} = {value:g} must be at least {bound} and finite."
+                )
+        drop = (self.static - self.coulomb) * exp(-self.decay * as_expr(speed))
+        return self.coulomb + drop + self.viscous * as_expr(speed)
+
+
+def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
+    """Friction at a sliding speed that is not negative.
+
+    Raises
+    ------
+    EquationError
+        If rows are missing, do not begin at standstill, do not increase in speed or hold a
+        negative friction.
+    """
+    if callable(characteristic):
+        found = as_expr(characteristic(as_expr(speed)))
+        _refuse_negative(as_expr(characteristic(as_expr(0.0))))
+        return found
+    speeds, values = _columns(characteristic)
+    found = interpolate(speed, speeds, values)
+    falling = len(values) > 1 and values[-1] < values[-2]
+    return maximum(found, 0.0) if falling else found
+
+
+def _refuse_negative(standstill: Expr) -> None:
+    """Refuse a friction at standstill that is a negative number."""
+    if not all(isinstance(node, Constant | Call) for node in walk(standstill)):
+        return  # it depends on parameters or conditions
+    value = float(lower(standstill, lambda leaf: SX.nan()))
+    if not 0 <= value < float("inf"):
+        raise EquationError(
+            f"characteristic: friction {value:g} at standstill must be a finite number that is not "
+            "negative; it counts against the motion by itself."
+        )
+
+
+def _columns(rows: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+    """Speeds and frictions of rows that make sense."""
+    hint = "Give rows of sliding speed and friction such as ((0, 12), (50, 9)), or a function."
+    try:
+        speeds, values = zip(*((float(v), float(f)) for v, f in rows), strict=True)
+    except (TypeError, ValueError):
+        raise EquationError(
+            f"characteristic = {rows!r} has no rows of two numbers. {hint}"
+        ) from None
+    if speeds[0] != 0:
+        raise EquationError(
+            f"characteristic begins at the sliding speed {speeds[0]:g}; its first row must be that "
+            "of standstill, speed 0. It counts for both directions."
+        )
+    for before, after in itertools.pairwise(speeds):
+        if not before < after < float("inf"):
+            raise EquationError(
+                f"characteristic: the sliding speeds must increase, but {before:g} -> {after:g}."
+            )
+    for v, f in zip(speeds, values, strict=True):
+        if not 0 <= f < float("inf"):
+            raise EquationError(
+                f"characteristic: friction {f:g} at the sliding speed {v:g} must be a finite "
+                "number that is not negative; it counts against the motion by itself."
+            )
+    return list(speeds), list(values)
+
+
+def dry_friction(
+    reaction: Expr,
+    speed: Expr,
+    characteristic: Characteristic,
+    *,
+    peak: Expr,
+    mode: Expr,
+    grip: Number = 1.0,
+    engaged: Compare | None = None,
+) -> Hold:
+    """Friction against a sliding speed, in both directions the same.
+
+    Sliding: ``reaction = grip F(speed)`` against the motion; at standstill up to
+    ``peak grip F(0)``.
+
+    Parameters
+    ----------
+    reaction, speed, mode : quantity
+        See `lumped.hold`.
+    characteristic : rows or function
+        F, friction over speed.
+    peak : expression
+        Greatest static over kinetic friction at standstill.
+    grip : expression
+        Factor of the friction, such as a normal force.
+    engaged : relation, optional
+        While it is false there is no friction at all.
+    """
+    most = peak * grip * friction_at(characteristic, 0.0)
+    return hold(
+        reaction,
+        speed,
+        forward=grip * friction_at(characteristic, speed),
+        backward=-grip * friction_at(characteristic, -speed),
+        upper=most,
+        lower=-most,
+        engaged=engaged,
+        mode=mode,
+    )

@@ -1,0 +1,189 @@
+"""Gears that lose power in the mesh and in the bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+from lumped import Component, Expr, Flange, Param, Var, der, hold, param, var
+from lumped.errors import EquationError
+from lumped.expression import Compare
+from lumped.ops import interpolate, maximum, minimum, where
+from lumped.switch import Hold, Item
+
+__all__ = ["EfficientGear", "LossyGear"]
+
+Rows = Sequence[Sequence[float]]
+Losses = tuple[Expr | float, Expr | float, Expr | float, Expr | float]
+"""Efficiencies while a and while b drives, bearing friction in both cases."""
+
+
+class LossyGear(Component):
+    """Gear with mesh efficiency and bearing friction: ``tau_b = -ratio (tau_a - tau_loss)``.
+
+    While side a drives, ``tau_loss = (1 - eta_a) tau_a + tau_bearing_a``; while side b drives,
+    ``tau_loss = (1 - 1/eta_b) tau_a + tau_bearing_b`` (forward motion; bearing friction changes
+    its sign with the motion). The side that drives is the one with the greater loss, so the law
+    has no jump. At standstill `tau_loss` is whatever keeps the gear still, up to the same law
+    (Pelchen, Schweiger and Otter, Modeling and Simulating the Efficiency of Gearboxes and of
+    Planetary Gearboxes, Modelica conference 2002).
+
+    `losses` are rows of speed of flange a relative to the support in rad/s (from zero up),
+    efficiency while a drives, efficiency while b drives, and bearing friction at side a in N.m
+    in both cases; joined by straight lines and continued by the last one. Where that would leave
+    the range of an efficiency, end the table with two equal rows.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    support = Flange(grounded=True)
+    ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
+    losses: Rows = ((0.0, 1.0, 1.0, 0.0, 0.0),)
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
+    w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
+    tau_loss: Var = var("N.m", "loss torque, referred to flange a")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
+
+    def equations(self) -> Iterator[Item]:
+        rows = checked(self.losses)
+        yield from _kinematics(self)
+        if all(tuple(row[1:]) == (1.0, 1.0, 0.0, 0.0) for row in rows):
+            yield self.tau_loss == 0
+            yield self.mode == 2
+            return
+        speeds, *columns = zip(*rows, strict=True)
+        borders = [_border(*row) for row in rows]
+        border = borders[0] if len(rows) == 1 or not any(borders) else None
+
+        def losses(speed: Expr | float) -> Losses:
+            eta_a, eta_b, tau_a, tau_b = (interpolate(speed, speeds, y) for y in columns)
+            return eta_a, eta_b, tau_a, tau_b
+
+        yield _hold(self, losses, border)
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.tau_loss * self.w
+
+
+class EfficientGear(Component):
+    """Gear of one efficiency: ``tau_b = -ratio tau_a eta`` while a drives, ``/ eta`` while b does.
+
+    A `LossyGear` whose mesh loses the same share in both directions at all speeds, and whose
+    efficiency may change without assembling anew.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    support = Flange(grounded=True)
+    ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
+    eta: Param = param("1", "efficiency, power out over power in", above=0, max=1)
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
+    w: Var = var("rad/s", "speed of flange a relative to the support", state="prefer")
+    tau_loss: Var = var("N.m", "loss torque, referred to flange a")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 without loss")
+
+    def equations(self) -> Iterator[Item]:
+        yield from _kinematics(self)
+        yield _hold(self, lambda speed: (self.eta, self.eta, 0.0, 0.0), 0.0, self.eta < 1)
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.tau_loss * self.w
+
+
+def _kinematics(gear: LossyGear | EfficientGear) -> Iterator[Item]:
+    a, b, housing = gear.flange_a, gear.flange_b, gear.support
+    yield gear.phi == a.phi - housing.phi
+    yield gear.phi == gear.ratio * (b.phi - housing.phi)
+    yield gear.w == der(gear.phi)
+    yield b.tau == -gear.ratio * (a.tau - gear.tau_loss)
+    yield housing.tau == -a.tau - b.tau
+
+
+def _hold(
+    gear: LossyGear | EfficientGear,
+    losses: Callable[[Expr | float], Losses],
+    border: float | None,
+    engaged: Compare | None = None,
+) -> Hold:
+    """Loss torque while the gear turns, and its limits at standstill.
+
+    Side a drives forward where its torque is above the border, if that is one for all speeds.
+    """
+    tau = gear.flange_a.tau
+
+    def forward(speed: Expr | float) -> tuple[Expr, Expr]:
+        eta_a, eta_b, tau_a, tau_b = losses(speed)
+        return (1 - eta_a) * tau + tau_a, (1 - 1 / eta_b) * tau + tau_b
+
+    def backward(speed: Expr | float) -> tuple[Expr, Expr]:
+        eta_a, eta_b, tau_a, tau_b = losses(speed)
+        return (1 - eta_a) * tau - tau_a, (1 - 1 / eta_b) * tau - tau_b
+
+    a_ahead, b_ahead = forward(gear.w)
+    a_back, b_back = backward(-gear.w)
+    a_drives = a_ahead >= b_ahead if border is None else tau >= border
+    b_drives = a_back >= b_back if border is None else tau >= (-border or 0.0)
+    return hold(
+        gear.tau_loss,
+        gear.w,
+        forward=where(a_drives, a_ahead, b_ahead),
+        backward=where(b_drives, b_back, a_back),
+        upper=maximum(*forward(0.0)),
+        lower=minimum(*backward(0.0)),
+        engaged=engaged,
+        mode=gear.mode,
+    )
+
+
+def _border(speed: float, eta_a: float, eta_b: float, tau_a: float, tau_b: float) -> float:
+    """Torque at side a where the losses are the same whichever side drives."""
+    if tau_a == tau_b:
+        return 0.0
+    return tau_a / 2 if eta_a * eta_b == 1 else (tau_a - tau_b) / (eta_a - 1 / eta_b)
+
+
+def checked(rows: Rows) -> list[tuple[float, ...]]:
+    """The loss table of a gear.
+
+    Raises
+    ------
+    EquationError
+        If a row does not hold five numbers, speeds do not increase from zero, an efficiency is
+        outside of (0, 1], or a bearing torque is negative.
+    """
+    try:
+        found = [tuple(float(value) for value in row) for row in rows]
+    except (TypeError, ValueError):
+        found = []
+    if not found or any(len(row) != 5 for row in found):
+        raise EquationError(
+            f"losses = {rows!r}: at least one row is needed, and each has five numbers: speed in "
+            "rad/s, efficiency while a drives, efficiency while b drives, and bearing friction in "
+            "N.m in both cases."
+        )
+    if found[0][0] != 0:
+        raise EquationError(f"losses: the first speed is {found[0][0]:g} rad/s; it must be zero.")
+    for (left, *_), (right, *_) in pairwise(found):
+        if not right > left:
+            raise EquationError(
+                f"losses: the speeds must increase from row to row, but {left:g} -> {right:g} "
+                "rad/s. The table counts the magnitude of the speed."
+            )
+    for speed, eta_a, eta_b, tau_a, tau_b in found:
+        for side, eta in (("a", eta_a), ("b", eta_b)):
+            if not 0 < eta <= 1:
+                raise EquationError(
+                    f"losses: the efficiency while {side} drives at {speed:g} rad/s is {eta:g}; it "
+                    "must be greater than 0 and at most 1. For a gear that locks itself give a "
+                    "small efficiency."
+                )
+        for side, tau in (("a", tau_a), ("b", tau_b)):
+            if not 0 <= tau < float("inf"):
+                raise EquationError(
+                    f"losses: the bearing friction while {side} drives at {speed:g} rad/s is "
+                    f"{tau:g} N.m; it must be a finite number, zero or greater. It acts against "
+                    "the motion by itself."
+                )
+    return found

@@ -1,0 +1,167 @@
+"""Dry friction of straight-line motion: guides, brakes, friction pairs, a slide with stops.
+
+The laws are those of `lumped.components.friction`; import from `lumped.components.translation`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Input, LinearFlange, Param, Var, der, param, var
+from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.switch import Item, hold
+
+__all__ = ["Brake", "FrictionPair", "MassWithStopAndFriction", "SupportFriction"]
+
+
+class _OnRod(Component):
+    """Between a rod and its support: ``s = s_a - s_support``, ``f_a + f_b = f``."""
+
+    flange_a = LinearFlange(free=True)
+    flange_b = LinearFlange(free=True)
+    support = LinearFlange(grounded=True)
+    peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
+    s: Var = var("m", "position relative to the support", state="avoid")
+    v: Var = var("m/s", "sliding speed", state="prefer")
+    f: Var = var("N", "friction force")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+
+    def equations(self) -> Iterator[Item]:
+        yield self.flange_a.s == self.support.s + self.s
+        yield self.flange_b.s == self.support.s + self.s
+        yield self.v == der(self.s)
+        yield self.flange_a.f + self.flange_b.f == self.f
+        yield self.support.f == -self.f
+
+
+class SupportFriction(_OnRod):
+    """Friction of a rod in its guide: ``f = f_k(v)``, against the motion.
+
+    The rod goes through from flange a to flange b. `characteristic` gives the friction force in N
+    over the sliding speed in m/s: rows of both, or a function such as
+    `lumped.components.Stribeck`.
+    """
+
+    characteristic: Characteristic = ()
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        yield dry_friction(self.f, self.v, self.characteristic, peak=self.peak, mode=self.mode)
+
+
+class Brake(_OnRod):
+    """Brake on a rod: ``f = mu(v) c_geo f_n`` against the motion, ``f_n = f_max u``.
+
+    The rod goes through from flange a to flange b. `characteristic` gives the friction
+    coefficient over the sliding speed in m/s: rows of both, or a function such as
+    `lumped.components.Stribeck`. Without normal force the rod is free.
+    """
+
+    characteristic: Characteristic = ((0.0, 0.5),)
+    c_geo: Param = param("1", "sum of the friction forces over that of one face", 1.0, min=0)
+    f_max: Param = param("N", "normal force at u = 1", min=0)
+    u = Input("1", "normal force over its greatest value")
+    f_n: Var = var("N", "normal force")
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        yield self.f_n == self.f_max * self.u
+        yield dry_friction(
+            self.f,
+            self.v,
+            self.characteristic,
+            grip=self.c_geo * self.f_n,
+            engaged=self.f_n > 0,
+            peak=self.peak,
+            mode=self.mode,
+        )
+
+
+class FrictionPair(Component):
+    """Two bodies pressed together and sliding: ``f = mu(v_rel) f_n``, ``f_n = f_max u``.
+
+    `f` acts on the pair at flange b and, reversed, at flange a; `v_rel` is the velocity of b
+    relative to a. `characteristic` gives the friction coefficient over the sliding speed in m/s:
+    rows of both, or a function such as `lumped.components.Stribeck`. Without normal force the
+    bodies are free.
+    """
+
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    characteristic: Characteristic = ((0.0, 0.5),)
+    peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
+    f_max: Param = param("N", "normal force at u = 1", min=0)
+    u = Input("1", "normal force over its greatest value")
+    s_rel: Var = var("m", "distance of the flanges", state="avoid")
+    v_rel: Var = var("m/s", "sliding speed", state="prefer")
+    f: Var = var("N", "friction force on flange b")
+    f_n: Var = var("N", "normal force")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
+
+    def equations(self) -> Iterator[Item]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.v_rel == der(self.s_rel)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+        yield self.f_n == self.f_max * self.u
+        yield dry_friction(
+            self.f,
+            self.v_rel,
+            self.characteristic,
+            grip=self.f_n,
+            engaged=self.f_n > 0,
+            peak=self.peak,
+            mode=self.mode,
+        )
+
+
+class MassWithStopAndFriction(Component):
+    """Sliding mass with friction between two hard stops: ``m der(v) = f_a + f_b - f - f_stop``.
+
+    `characteristic` gives the friction force `f` in N over the sliding speed in m/s: rows of both,
+    or a function such as `lumped.components.Stribeck`. At a stop the mass comes to rest at once,
+    and `f_stop` is all that holds it there; it leaves when it is pulled away by more than `peak`
+    times the friction at standstill.
+    """
+
+    flange_a = LinearFlange(free=True)
+    flange_b = LinearFlange(free=True)
+    characteristic: Characteristic = ()
+    m: Param = param("kg", "mass", above=0)
+    length: Param = param("m", "distance of the flanges", 0.0, min=0)
+    s_min: Param = param("m", "stop for flange a")
+    s_max: Param = param("m", "stop for flange b")
+    peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
+    s: Var = var("m", "position of the centre")
+    v: Var = var("m/s", "velocity", state="prefer")
+    v_back: Var = var("m/s", "velocity from flange b to flange a")
+    f: Var = var("N", "friction force between the stops")
+    f_low: Var = var("N", "force of the stop for flange a, positive towards it")
+    f_high: Var = var("N", "force of the stop for flange b, positive towards it")
+    f_stop: Var = var("N", "force of the stops, positive against a positive velocity")
+    sliding: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 at a stop")
+    free_low: Var = var("1", "0 at the stop for flange a, else 1")
+    free_high: Var = var("1", "0 at the stop for flange b, else 1")
+    mode: Var = var("1", "1 forward, 0 stuck or at a stop, -1 backward")
+
+    def equations(self) -> Iterator[Item]:
+        yield self.flange_a.s == self.s - self.length / 2
+        yield self.flange_b.s == self.s + self.length / 2
+        yield self.v == der(self.s)
+        yield self.v_back == -self.v
+        yield self.m * der(self.v) == self.flange_a.f + self.flange_b.f - self.f - self.f_stop
+        yield dry_friction(
+            self.f,
+            self.v,
+            self.characteristic,
+            engaged=self.free_low * self.free_high > 0.5,
+            peak=self.peak,
+            mode=self.sliding,
+        )
+        most = self.peak * friction_at(self.characteristic, 0.0)
+        low = self.s - self.length / 2 - self.s_min
+        high = self.s_max - self.s - self.length / 2
+        yield hold(self.f_low, self.v, gap=low, upper=most, mode=self.free_low)
+        yield hold(self.f_high, self.v_back, gap=high, upper=most, mode=self.free_high)
+        yield self.f_stop == self.f_low - self.f_high
+        yield self.mode == self.sliding * self.free_low * self.free_high

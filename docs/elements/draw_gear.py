@@ -1,0 +1,142 @@
+"""Draw the pictures of lossy gears, loads and vehicles: ``python docs/elements/draw_gear.py``."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+
+import lumped as lp
+from lumped.components import (
+    EddyCurrentBrake,
+    FixedTemperature,
+    InverseTorque,
+    LinearTorque,
+    LossyGear,
+    QuadraticTorque,
+    SignTorque,
+    Speed,
+    Torque,
+    Vehicle,
+)
+
+FOLDER = Path(__file__).parent
+LOSSES = (
+    (0.0, 0.85, 0.75, 0.5, 0.5),
+    (50.0, 0.95, 0.9, 0.8, 0.8),
+    (100.0, 0.93, 0.88, 1.4, 1.4),
+)
+
+
+def sweep(low, high):
+    """A quantity that rises evenly from low to high in one second."""
+    return low + (high - low) * lp.time
+
+
+def gear(w, tau):
+    """Torque at side a, speed and loss torque of a gear that is turned at b and loaded at a."""
+    model = lp.compose(
+        load=Torque(tau=tau),
+        gear=LossyGear(ratio=1.0, losses=LOSSES),
+        turn=Speed(w=w),
+        connections=lambda m: lp.chain(m.load, m.gear, m.turn),
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=800)
+    return run["gear.flange_a.tau"], run["gear.w"], run["gear.tau_loss"]
+
+
+def draw_lossy_gear():
+    """Loss torque over torque at several speeds, and over speed at several torques."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.1), sharey=True)
+    for w in (100.0, 20.0, -20.0, -100.0):
+        tau, _, loss = gear(w, sweep(-10.0, 10.0))
+        left.plot(tau, loss, label=f"{w:g} rad/s")
+    for tau in (10.0, 4.0, -4.0, -10.0):
+        _, w, loss = gear(sweep(-120.0, 120.0), tau)
+        right.plot(w, loss, label=f"{tau:g} N.m")
+    left.set(xlabel="torque on flange a, N.m", ylabel="loss torque, N.m", title="at four speeds")
+    right.set(xlabel="speed of flange a, rad/s", title="at four torques")
+    left.set_ylim(-4.5, 7)
+    finish(figure, "lossy_gear", columns=2)
+
+
+def loaded(part, **given):
+    """A load turned by a source whose speed rises evenly."""
+    return lp.compose(
+        turn=Speed(w=sweep(-30.0, 30.0)),
+        part=part,
+        **given,
+        connections=lambda m: [
+            lp.connect(m.turn.flange, m.part.flange),
+            *(lp.connect(m.part.heat, m.air.port) for _ in given),
+        ],
+    )
+
+
+def draw_loads():
+    """Driving torque over speed."""
+    parts = {
+        "linear": LinearTorque(tau_nominal=-10.0, w_nominal=20.0),
+        "quadratic": QuadraticTorque(tau_nominal=-10.0, w_nominal=20.0),
+        "sign": SignTorque(tau_nominal=-10.0, w0=50.0),
+        "inverse": InverseTorque(tau_nominal=-10.0, w_nominal=20.0, w0=10.0),
+    }
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 3.1), sharey=True)
+    for name, part in parts.items():
+        run = lp.simulate(lp.assemble(loaded(part)), until=1.0, grid=600)
+        left.plot(run["part.w"], run["part.tau"], label=name)
+        if name != "sign":
+            run = lp.simulate(
+                lp.assemble(loaded(part.with_({"same_direction": True}))), until=1.0, grid=600
+            )
+            right.plot(run["part.w"], run["part.tau"], label=name)
+    left.set(xlabel="speed, rad/s", ylabel="driving torque, N.m", title="reversing with the speed")
+    right.set(xlabel="speed, rad/s", title="same_direction=True")
+    left.set_ylim(-24, 38)
+    finish(figure, "loads", columns=2)
+
+
+def draw_eddy_current_brake():
+    """Braking torque over speed at two temperatures."""
+    figure, axes = plt.subplots(figsize=(5.5, 3.6))
+    for temperature in (293.15, 493.15):
+        brake = EddyCurrentBrake(tau_max=100.0, w_nominal=6.0, alpha=0.0039, e=1.0)
+        model = loaded(brake, air=FixedTemperature(T=temperature))
+        run = lp.simulate(lp.assemble(model), until=1.0, grid=600)
+        axes.plot(run["part.w"], run["part.tau"], label=f"{temperature:g} K")
+    axes.set(xlabel="speed, rad/s", ylabel="braking torque, N.m", title="w_nominal = 6 rad/s")
+    finish(figure, "eddy_current_brake")
+
+
+def draw_vehicle():
+    """Resistances over speed."""
+    model = lp.compose(
+        turn=Speed(w=sweep(0.0, 50.0 / 0.3)),
+        car=Vehicle(m=1400.0, R=0.3, A=2.2, cd=0.3, cr=0.012, inclination=0.03, v_wind=0.0),
+        connections=lambda m: [lp.connect(m.turn.flange, m.car.wheel)],
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=600)
+    figure, axes = plt.subplots(figsize=(5.5, 3.6))
+    for name, label in (("f_drag", "air"), ("f_roll", "rolling"), ("f_grade", "3 % uphill")):
+        axes.plot(run["car.v"], run[f"car.{name}"], label=label)
+    axes.set(xlabel="velocity, m/s", ylabel="resistance, N", title="car of 1400 kg")
+    finish(figure, "vehicle")
+
+
+def finish(figure, name, columns=1):
+    """Grid, legend, file."""
+    for axes in figure.axes:
+        axes.grid(alpha=0.3)
+        axes.axhline(0, color="0.4", lw=0.6)
+        axes.legend(fontsize=8, ncols=columns, loc="upper left" if columns == 1 else "upper center")
+    figure.tight_layout()
+    figure.savefig(FOLDER / f"{name}.png", dpi=80)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    draw_lossy_gear()
+    draw_loads()
+    draw_eddy_current_brake()
+    draw_vehicle()

@@ -1,0 +1,71 @@
+"""Steady motion: what may go on changing at an equilibrium."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+from scipy.sparse import csc_array, eye_array
+
+from lumped.analysis.result import OperatingPoint
+from lumped.system import System
+
+__all__ = ["unsteady_part"]
+
+_RADII = (2.0, 0.3, 1e-2, 1e-4)
+_ROUNDING = 1e-12
+
+
+def unsteady_part(point: OperatingPoint) -> csc_array:
+    """What of the derivatives is no steady motion, as a projection of them.
+
+    Steady is what positions do in directions in which no derivative depends on them. Positions
+    are states with the unit of a port's potential, such as angles and twists; the derivatives are
+    looked at in random points, wide apart and close to each other.
+
+    Returns
+    -------
+    csc_array, shape (states, states)
+    """
+    system, count = point.system, len(point.x)
+    layouts = {id(node.layout): node.layout for node in system._tree.nodes}
+    units = {q.unit for t in layouts.values() for q in t.quantities if q.kind == "potential"}
+    places = np.flatnonzero([_unit(system, node) in units for node in system.states])
+    directions = np.eye(len(places))
+    rng = np.random.default_rng(7)
+    for radius, centre in itertools.product(_RADII, (np.zeros(count), point.x)):
+        if not directions.shape[1]:
+            return csc_array(eye_array(count))
+        x = centre + rng.uniform(-radius, radius, count)
+        matrix = system.jacobian(x, point.theta, point.time, point.modes)[0].full()
+        matrix = matrix[np.isfinite(matrix).all(axis=1)]
+        scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-9)
+        effects = (matrix[:, places] / scale[:, None]) @ directions
+        effects = effects[(np.abs(effects) > _ROUNDING).any(axis=1)]
+        if len(effects):
+            directions = directions @ _null_space(effects)
+            if directions.shape[1]:
+                directions = qr(directions, mode="economic")[0]
+    steady = directions @ directions.T
+    alone = np.diag(steady) > 1 - 1e-9  # exactly, so that nothing of its rate is left
+    steady[alone], steady[:, alone] = 0.0, 0.0
+    steady[alone, alone] = 1.0
+    change = np.eye(count)
+    change[np.ix_(places, places)] -= np.where(np.abs(steady) > _ROUNDING, steady, 0.0)
+    return csc_array(change)
+
+
+def _null_space(matrix: np.ndarray) -> np.ndarray:
+    """What a matrix maps to zero, as columns; by pivoted QR, much faster than singular values."""
+    triangle, order = qr(matrix, mode="r", pivoting=True)
+    rank = int((np.abs(np.diag(triangle)) > _ROUNDING).sum())
+    found = np.zeros((matrix.shape[1], matrix.shape[1] - rank))
+    found[order[:rank]] = -solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
+    found[order[rank:]] = np.eye(found.shape[1])
+    return found
+
+
+def _unit(system: System, node: int) -> str | None:
+    unknown = system._members.get(node)
+    return None if unknown is None else system._tree.quantity(unknown).unit

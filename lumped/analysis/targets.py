@@ -1,0 +1,267 @@
+"""What must hold at the start, met by free states and parameters."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import MatrixRankWarning, lsqr, spsolve
+
+from lumped.analysis.initial import initial_residuals
+from lumped.analysis.settings import settings_at
+from lumped.errors import StartError
+from lumped.select import RANK, select_dependent
+from lumped.system import System
+from lumped.template import CONSTANT
+
+__all__ = ["Targets"]
+
+_TOLERANCE = 1e-9
+_ROUNDING = 1e-12
+"""Largest miss that counts as rounding, relative to the terms that cancel."""
+_SHORTEST = 1e-4
+
+
+class Targets:
+    """Given quantities that are no states, and initial equations.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    given : dict of int to (int, float)
+        Unknown and value wanted for each node.
+    fixed : dict of int to int
+        Unknown that fixes each of those states that must keep their values.
+    free : list of int
+        Places of the parameters to be found.
+    settings, guesses : ndarray
+        Modes and implicit quantities, and where the search for these begins.
+    text : callable
+        An unknown with its start value, as texts show it.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        given: dict[int, tuple[int, float]],
+        fixed: dict[int, int],
+        free: list[int],
+        settings: np.ndarray,
+        guesses: np.ndarray,
+        text: Callable[[int], str],
+    ) -> None:
+        self.system, self.fixed, self.free = system, fixed, free
+        self.settings, self.guesses, self._given_text = settings, guesses, text
+        self.unknowns = [unknown for unknown, _ in given.values()]
+        values, self.count = system._values, len(system._reduced.states)
+        residuals, self.places = initial_residuals(system)
+        wanted = [value for _, value in given.values()]
+        self.wanted = np.array(wanted + [0.0] * len(self.places))
+        expression = ca.vertcat(values.of(given), residuals)
+        theta = system._inputs[1]
+        searched = ca.vertcat(values.states, theta[free] if free else ca.SX(0, 1))
+        self.function = ca.Function(
+            "targets",
+            [values.states, *system._inputs[1:]],
+            [expression, ca.jacobian(expression, searched)],
+        )
+
+    def meet(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and parameters that meet all targets, found from those given.
+
+        Raises
+        ------
+        StartError
+            If there are none, or free parameters are not determined.
+        """
+        self.theta = theta.copy()
+        begin = np.concatenate([x, theta[self.free]])
+        met = self._directly(begin)
+        if met is None:
+            begin, columns, rows = self._generic(begin)
+            last, found = self._newton(begin, self.wanted, columns, rows)
+            continued = None if found else self._continued(begin, columns, rows)
+            met = last if continued is None else continued
+            self._check(met, rows)
+        return met[: self.count], self._parameters(met)
+
+    def _parameters(self, z: np.ndarray) -> np.ndarray:
+        theta = self.theta.copy()
+        theta[self.free] = z[self.count :]
+        return theta
+
+    def _at(self, z: np.ndarray) -> tuple[np.ndarray, csc_array]:
+        """What the targets are, and their derivatives."""
+        x, theta, settings = z[: self.count], self._parameters(z), self.settings
+        if len(self.guesses):
+            used = x[self.system._in_use]
+            settings = settings_at(self.system, used, theta, 1e-300, self.guesses)
+        value, jacobian = self.function(x, theta, 0.0, settings)
+        return np.asarray(value).ravel(), csc_array(jacobian.sparse())
+
+    @staticmethod
+    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: csc_array, z: np.ndarray) -> np.ndarray:
+        allowed = _TOLERANCE * np.maximum(1.0, np.abs(goal))
+        missed: np.ndarray = ~(
+            np.abs(miss) <= np.maximum(allowed, _ROUNDING * abs(matrix) @ abs(z))
+        )
+        return missed
+
+    def _directly(self, begin: np.ndarray) -> np.ndarray | None:
+        """Newton's method with the unknowns that determine the targets where it begins."""
+        value, matrix = self._at(begin)
+        columns, rows = self._columns(matrix, complain=False)
+        if not np.isin(self.count + np.arange(len(self.free)), columns).all():
+            return None
+        last, found = self._newton(begin, self.wanted, columns, rows)
+        if not found:
+            return None
+        value, matrix = self._at(last)
+        missed = self._missed(value - self.wanted, self.wanted, matrix, last)
+        return None if missed.any() else last
+
+    def _generic(self, begin: np.ndarray) -> tuple[np.ndarray, list[int], np.ndarray]:
+        """A point nearby where nothing vanishes by chance, and what determines the targets there.
+
+        At a dead centre, or for a stiffness without twist, the first guess tells too little.
+        """
+        rng = np.random.default_rng(5)
+        moved = 0.1 * rng.uniform(0.5, 1.5, len(begin))
+        moved[self.count :] *= np.abs(begin[self.count :]) + 0.1
+        moved[list(self.fixed)] = 0.0
+        columns = self._columns(self._at(begin + moved)[1], complain=False)[0]
+        moved[np.setdiff1d(np.arange(len(begin)), columns)] = 0.0
+        return (begin + moved, *self._columns(self._at(begin + moved)[1]))
+
+    def _newton(
+        self,
+        begin: np.ndarray,
+        goal: np.ndarray,
+        columns: list[int],
+        rows: np.ndarray,
+        most: int = 50,
+    ) -> tuple[np.ndarray, bool]:
+        """The last point reached, and whether these targets have these values there."""
+        z = last = begin
+        for _ in range(most):
+            try:
+                value, matrix = self._at(z)
+            except StartError:  # a linkage that cannot be closed here
+                break
+            last, miss = z, value - goal
+            if not self._missed(miss, goal, matrix, z)[rows].any():
+                return z, True
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MatrixRankWarning)
+                step = np.atleast_1d(spsolve(csc_array(matrix[rows][:, columns]), miss[rows]))
+            if not np.isfinite(step).all():
+                break
+            z = z.copy()
+            z[columns] -= step
+        return last, False
+
+    def _continued(
+        self, begin: np.ndarray, columns: list[int], rows: np.ndarray
+    ) -> np.ndarray | None:
+        """The same by moving the wanted values from what they are to what they shall be."""
+        z, reached, length = begin, 0.0, 0.25
+        first = self._at(begin)[0]
+        while reached < 1.0:
+            trial = min(1.0, reached + length)
+            goal = first + trial * (self.wanted - first)
+            last, found = self._newton(z, goal, columns, rows, most=8)
+            if found:
+                z, reached, length = last, trial, 2 * length
+            elif length < _SHORTEST:
+                return None
+            else:
+                length /= 4
+        return z
+
+    def _columns(self, matrix: csc_array, complain: bool = True) -> tuple[list[int], np.ndarray]:
+        """Unknowns that the targets determine, the least wanted first, and targets that do so."""
+        coo = matrix.tocoo()
+        rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
+        for i, j, v in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
+            if j not in self.fixed and v:
+                rows[i][j] = (v, CONSTANT)
+        rank = [self._rank(n) for n in self.system._reduced.states] + [-1] * len(self.free)
+        chosen = select_dependent(rows, np.array(rank), np.arange(len(rank)))
+        usable = np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+        parameters = self.system._flat.parameters
+        for k, place in enumerate(self.free):
+            if complain and self.count + k not in chosen.dependent:
+                name = parameters.names[parameters.free[place]]
+                raise StartError(
+                    f"The free parameter {name} is not determined by the start values. Give one "
+                    "more start value or initial equation that depends on it, for example an "
+                    "acceleration."
+                )
+        return chosen.dependent, usable
+
+    def _rank(self, node: int) -> int:
+        unknown = self.system._members.get(node)
+        return RANK["avoid" if unknown is None else self.system._tree.quantity(unknown).wish]
+
+    def _text(self, row: int) -> str:
+        if row < len(self.unknowns):
+            return self._given_text(self.unknowns[row])
+        place = self.places[row - len(self.unknowns)]
+        return f"the initial equation {self.system._flat.initial_text(*place)}"
+
+    def _check(self, z: np.ndarray, searched: np.ndarray) -> None:
+        """Refuse the start if a target is missed."""
+        value, matrix = self._at(z)
+        miss = value - self.wanted
+        missed = np.flatnonzero(self._missed(miss, self.wanted, matrix, z))
+        if not len(missed):
+            return
+        unsearched = np.setdiff1d(missed, searched)
+        row = int(unsearched[0] if len(unsearched) else missed[0])
+        given = row < len(self.unknowns)
+        text = self._text(row)
+        if row in searched:
+            raise StartError(
+                f"No start state was found near the defaults with {text}. Give start values of "
+                "the angles or positions near the ones that are meant."
+            )
+        touching = matrix[[row]].tocoo()
+        if not touching.nnz and given:
+            sign = float(self.system._reduced.aliases.signs[self.unknowns[row]])
+            raise StartError(
+                f"{text} cannot hold: supports, sources or loads of the model make it "
+                f"{sign * value[row]:.6g} at the start. Remove the start value, or change them."
+            )
+        if not touching.nnz:
+            raise StartError(
+                f"{_capital(text)} cannot hold: no state or free parameter changes it, and its "
+                f"sides differ by {value[row]:.6g}. Remove it, or change the model."
+            )
+        others = self._repeated_by(matrix, row)
+        held = np.unique(matrix[[row, *others]].tocoo().col)
+        involved = [self._given_text(self.fixed[j]) for j in held.tolist() if j in self.fixed]
+        involved += [self._text(i) for i in others]
+        more = f" and {len(involved) - 6} more" if len(involved) > 6 else ""
+        names = ", ".join(involved[:6]) + more
+        head = "Start values contradict each other" if given else "Too much is asked of the start"
+        raise StartError(
+            f"{head}: {text} cannot hold together with {names or 'the rest of the model'}. Give "
+            f"fewer start values{'' if given else ' or initial equations'}, or make them fit."
+        )
+
+    def _repeated_by(self, matrix: csc_array, row: int) -> list[int]:
+        """Targets of which multiples add up to the effect of one on what is not fixed."""
+        rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
+        movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
+        wanted = movable[:, [row]].toarray().ravel()
+        share = np.abs(lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0])
+        found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
+        return found
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]

@@ -1,0 +1,259 @@
+"""What decides modes: conditions on states, constraints that hold or slide, changes of states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import SingularModelError
+from lumped.flatten import Group
+from lumped.incidence import Occurrence
+from lumped.template import Jump, Relation, Template
+from lumped.values import Values
+
+__all__ = ["Switching"]
+
+_SHARP, _COARSE = 1e-12, 1e-10
+"""Relative tolerances of conditions and of limits of reactions, far above rounding."""
+
+_SHARED = 1e-7
+"""The same where redundant constraints share a reaction, above the rounding of the shares."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Jumps:
+    """State changes of one `when`: mode of its condition, nodes, signs, places in the values."""
+
+    name: str
+    mode: int
+    nodes: list[int]
+    signs: list[float]
+    first: int
+
+
+class Switching:
+    """Relations, holds and jumps of all instances as expressions, in order of declaration.
+
+    Attributes
+    ----------
+    relation_modes : ndarray of int, shape (r,)
+        Mode of each condition.
+    strict : ndarray of bool, shape (r,)
+        Conditions that are false where both sides are equal.
+    greater, less : SX, shape (r, 1)
+        Their sides.
+    first_modes : ndarray of int, shape (h,)
+        First of the five modes of each hold (see `lumped.template.Stick`).
+    engaged : ndarray of int, shape (h,)
+        Mode of the condition under which a hold acts, -1 for always.
+    has_upper, has_lower, has_forward, has_backward, has_gap : ndarray of bool, shape (h,)
+        What limits and laws there are.
+    names : list of str
+        Components of the holds.
+    gap_units : list of str
+        Units of their gaps.
+    speeds : list of int
+        Node of the speed of each hold, -1 if it is always zero.
+    speed_signs : list of float
+        Sign of the speed relative to its node.
+    speed, acceleration, reaction, upper, lower, gap, restitution : SX, shape (h, 1)
+        Their quantities.
+    jumps : list
+        Changes of states.
+    values : SX
+        New values of all jumps.
+    rows : list of (str, int)
+        What each margin is: "relation", "upper", "lower" or "slide", and number of the relation
+        or hold.
+    """
+
+    def __init__(self, values: Values) -> None:
+        self._values, self.flat = values, values.flat
+        self.rows: list[tuple[str, int]] = []
+        relation_modes: list[int] = []
+        sides: list[ca.SX] = []
+        strict: list[bool] = []
+        self._texts: list[tuple[str, Relation]] = []
+        first_modes: list[int] = []
+        engaged: list[int] = []
+        quantities: list[ca.SX] = []
+        limits: list[tuple[bool, ...]] = []
+        self.names: list[str] = []
+        self.gap_units: list[str] = []
+        self.speeds: list[int] = []
+        self.speed_signs: list[float] = []
+        self.jumps: list[_Jumps] = []
+        new_values: list[ca.SX] = []
+        for group in self.flat.groups:
+            template = group.template
+            if not (template.relations or template.sticks or template.jumps):
+                continue
+            wanted = _wanted(template)
+            count, width = len(group.nodes), len(template.modes)
+            found = self._instances(group, ca.vertcat(*wanted))
+            offset = len(template.relations)
+            for i in range(count):
+                own, mode = found[:, i], group.first_mode + i * width
+                name = group.names[i] or self.flat.name
+                for k, relation in enumerate(template.relations):
+                    relation_modes.append(mode + relation.mode)
+                    sides.append(own[2 * k : 2 * k + 2].T)
+                    strict.append(relation.strict)
+                    self._texts.append((name, relation))
+                for k, stick in enumerate(template.sticks):
+                    place = 2 * offset + 7 * k
+                    quantities.append(own[place : place + 7].T)
+                    first_modes.append(mode + stick.first)
+                    engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
+                    limits.append(stick.given)
+                    self.names.append(name)
+                    unknown = int(group.unknowns[i, stick.speed[0]])
+                    unit = self.flat.tree.quantity(unknown).unit
+                    self.gap_units.append(unit.removesuffix("/s"))
+                    node = values.reduced.node(unknown)
+                    self.speeds.append(-1 if node is None else node + stick.speed[1])
+                    self.speed_signs.append(float(values.reduced.aliases.signs[unknown]))
+                place = 2 * offset + 7 * len(template.sticks)
+                for jump in template.jumps:
+                    self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
+                    new_values += ca.vertsplit(own[place : place + len(jump.values)])
+                    place += len(jump.values)
+        self.relation_modes = np.array(relation_modes, dtype=int)
+        self.strict = np.array(strict, dtype=bool)
+        both = ca.vertcat(ca.SX(0, 2), *sides)
+        self.greater, self.less = both[:, 0], both[:, 1]
+        self.first_modes = np.array(first_modes, dtype=int)
+        self.engaged = np.array(engaged, dtype=int)
+        flags = np.array(limits, dtype=bool).reshape(-1, 5).T
+        self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
+        table = ca.vertcat(ca.SX(0, 7), *quantities)
+        (
+            self.speed,
+            self.acceleration,
+            self.reaction,
+            self.upper,
+            self.lower,
+            self.gap,
+            self.restitution,
+        ) = ca.horzsplit(table)
+        self.values = ca.vertcat(ca.SX(0, 1), *new_values)
+
+    def __bool__(self) -> bool:
+        return bool(len(self.relation_modes) or len(self.first_modes) or self.jumps)
+
+    def _instances(self, group: Group, expressions: ca.SX) -> ca.SX:
+        """Expressions of a template for all its instances, one column each."""
+        template, values = group.template, self._values
+        keys = template.present(expressions)
+        locals_ = np.array([k[0] for k in keys], dtype=int)
+        orders = np.array([k[1] for k in keys], dtype=int)
+        aliases, reduced = values.reduced.aliases, values.reduced
+        unknowns = group.unknowns[:, locals_]
+        classes = aliases.classes[unknowns]
+        shifted = orders + aliases.shifts[unknowns]
+        high = (classes >= 0) & (shifted > reduced.highest[classes])
+        if high.any():
+            i, k = np.argwhere(high)[0]
+            raise SingularModelError(
+                f"{self.flat.name}: a condition or hold of {group.names[i]} uses derivative "
+                f"{orders[k]} of {template.unknowns[locals_[k]][1]}, which no equation determines."
+            )
+        seen = Occurrence(
+            group,
+            template.residual(0),
+            np.arange(len(group.nodes)),
+            classes,
+            shifted,
+            aliases.signs[unknowns],
+        )
+        symbols = template.inputs(keys)
+        function = ca.Function("switching", symbols, [expressions])
+        result: ca.SX = function(*values.arguments(seen))
+        count = len(group.nodes)
+        return result if result.columns() == count else ca.repmat(result, 1, count)
+
+    def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
+        reduced = self._values.reduced
+        nodes, signs = [], []
+        for local in jump.targets:
+            unknown = int(group.unknowns[i, local])
+            node = reduced.node(unknown)
+            if node is None or node not in reduced.states:
+                shown = self.flat.tree.unknown_name(unknown)
+                raise SingularModelError(
+                    f"{self.flat.name}: {name} changes {shown} when {jump.condition}, but it "
+                    "is not a state: other quantities determine it. Declare it with "
+                    "state='always', or change the states that it follows from."
+                )
+            nodes.append(node)
+            signs.append(float(reduced.aliases.signs[unknown]))
+        return _Jumps(name, mode + jump.mode, nodes, signs, first)
+
+    def relation_text(self, number: int, holds: bool) -> tuple[str, str]:
+        """Component of a relation, and the relation or its contrary in words."""
+        name, relation = self._texts[number]
+        yes, no = (">", "<=") if relation.strict else (">=", "<")
+        left, right = relation.sides
+        return name, f"{left} {yes if holds else no} {right}"
+
+    def needed(self) -> ca.SX:
+        """All that must be computable to decide on modes."""
+        finite = [self.greater, self.less, self.speed, self.acceleration, self.reaction]
+        for limit in (self.upper, self.lower, self.gap, self.restitution):
+            finite.append(limit)
+        return ca.vertcat(*finite, self.values)
+
+    @cached_property
+    def margins(self) -> tuple[ca.SX, ca.SX]:
+        """What is negative as soon as a mode must change, and how far it may be; (k, 1) each."""
+        modes = self._values.modes
+        found: list[ca.SX] = []
+        tolerances: list[ca.SX] = []
+        rows = self.rows
+
+        def add(margin: ca.SX, tolerance: ca.SX, kind: str, number: int) -> None:
+            found.append(margin)
+            tolerances.append(tolerance)
+            rows.append((kind, number))
+
+        for k, mode in enumerate(self.relation_modes.tolist()):
+            greater, less = self.greater[k], self.less[k]
+            size = ca.fabs(greater) + ca.fabs(less)
+            add((2 * modes[mode] - 1) * (greater - less), _SHARP * size + 1e-13, "relation", k)
+        for h, first in enumerate(self.first_modes.tolist()):
+            stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
+            shared = ca.if_else(compliance > 0, _SHARED, 0)
+            reaction = self.reaction[h]
+            for kind, given, limit, sign in (
+                ("upper", self.has_upper[h], self.upper[h], 1),
+                ("lower", self.has_lower[h], self.lower[h], -1),
+            ):
+                if given:
+                    size = ca.fabs(limit) + ca.fabs(reaction)
+                    room = sign * (limit - reaction) + shared * size
+                    tolerance = (_COARSE + shared) * size + 1e-13
+                    add(ca.if_else(stuck, room, 1), tolerance, kind, h)
+            if self.has_gap[h]:
+                add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)
+            elif self.has_forward[h] or self.has_backward[h]:
+                sliding = (forward - backward) * self.speed[h]
+                free = 1 - forward - backward
+                add(sliding + free, ca.SX(1e-13), "slide", h)
+        empty = ca.SX(0, 1)
+        return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
+
+
+def _wanted(template: Template) -> list[ca.SX]:
+    """Sides of relations, quantities of holds, new values of jumps, in one column."""
+    found: list[ca.SX] = []
+    for relation in template.relations:
+        found += [relation.greater, relation.less]
+    for stick in template.sticks:
+        found += [template.symbol(*k) for k in (stick.speed, stick.acceleration, stick.reaction)]
+        found += [stick.upper, stick.lower, stick.gap, stick.restitution]
+    for jump in template.jumps:
+        found += jump.values
+    return found

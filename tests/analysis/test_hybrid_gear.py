@@ -1,0 +1,161 @@
+"""Conditions on parameters only; systems without states; frictions that share a load."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, LossyGear, Position, Speed, Spring, Torque
+
+
+class Chooser(lp.Component):
+    """Rates that tell whether conditions on a parameter hold."""
+
+    k: lp.Param = lp.param("1", "what is compared", 1.0)
+    above: lp.Var = lp.var("1", "grows while k > 1")
+    least: lp.Var = lp.var("1", "grows while k >= 1")
+
+    def equations(self):
+        yield lp.der(self.above) == lp.ops.where(self.k > 1, 1, 0)
+        yield lp.der(self.least) == lp.ops.where(self.k >= 1, 1, 0)
+
+
+@pytest.mark.parametrize(("k", "expected"), [(0.5, (0, 0)), (1.0, (0, 1)), (2.0, (1, 1))])
+def test_a_strict_condition_on_a_parameter_is_false_at_equality(k, expected):
+    run = lp.simulate(lp.assemble(Chooser()), until=1.0, parameters={"k": k})
+    received = (run["above"][-1], run["least"][-1])
+    assert received == pytest.approx(expected, abs=1e-12)
+
+
+ETA, BEARING, RATIO, FRICTION = (0.9, 0.8), (0.5, 0.7), 3.0, 5.0
+DRIVE, LOAD = (20.0, 2.0), (90.0, 3.0)
+
+
+def sine(amplitude, frequency):
+    return amplitude * lp.ops.sin(2 * lp.ops.pi * frequency * lp.time)
+
+
+class Bearing(lp.Component):
+    """Bearing of constant friction on a shaft."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange(free=True)
+    phi: lp.Var = lp.var("rad", "angle", state="avoid")
+    w: lp.Var = lp.var("rad/s", "speed", state="prefer")
+    tau: lp.Var = lp.var("N.m", "friction torque")
+
+    def equations(self):
+        yield self.flange_a.phi == self.phi
+        yield self.flange_b.phi == self.phi
+        yield self.w == lp.der(self.phi)
+        yield self.flange_a.tau + self.flange_b.tau == self.tau
+        given = {"forward": FRICTION, "backward": -FRICTION, "upper": FRICTION, "lower": -FRICTION}
+        yield lp.hold(self.tau, self.w, **given)
+
+
+class GearAndBearing(lp.Component):
+    """A lossy gear and a bearing friction hold one rigid shaft together."""
+
+    drive: Torque = Torque(tau=sine(*DRIVE))
+    motor: Inertia = Inertia(J=0.05)
+    gear: LossyGear = LossyGear(ratio=RATIO, losses=[(0.0, *ETA, *BEARING)])
+    bearing: Bearing = Bearing()
+    mass: Inertia = Inertia(J=2.0)
+    load: Torque = Torque(tau=sine(*LOAD))
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.motor, self.gear, self.bearing, self.mass, self.load)
+
+
+def test_two_frictions_on_a_rigid_shaft_break_away_where_their_sum_is_reached():
+    system = lp.assemble(GearAndBearing())
+    run = lp.simulate(system, until=0.01, rtol=1e-9)
+
+    def excess(t):
+        """Torque at b beyond both frictions if the shaft began to turn forward."""
+        at_a = DRIVE[0] * np.sin(2 * np.pi * DRIVE[1] * t)
+        driving = (1 - ETA[0]) * at_a + BEARING[0], (1 - 1 / ETA[1]) * at_a + BEARING[1]
+        at_b = LOAD[0] * np.sin(2 * np.pi * LOAD[1] * t)
+        return RATIO * (at_a - max(driving)) + at_b - FRICTION
+
+    expected = brentq(excess, 1e-4, 0.01, xtol=1e-14)
+    received = max(event.time for event in run.events if event.before == "stuck")
+    # limits of frictions that share a load count to 1e-7 of the load
+    assert received == pytest.approx(expected, rel=1e-6)
+    assert np.abs(run["mass.w"][run.t < expected]).max() < 1e-9
+    assert run["mass.w"][-1] > 0
+
+
+def test_two_frictions_on_a_rigid_shaft_balance_energy_over_many_standstills():
+    class Audited(GearAndBearing):
+        """With what the sources supply and the frictions take."""
+
+        supplied: lp.Var = lp.var("J", "work of both torques")
+        lost: lp.Var = lp.var("J", "heat of gear and bearing")
+
+        def equations(self):
+            work = self.drive.tau * self.motor.w + self.load.tau * self.mass.w
+            yield lp.der(self.supplied) == work
+            yield lp.der(self.lost) == self.gear.loss() + self.bearing.tau * self.bearing.w
+
+    system = lp.assemble(Audited())
+    run = lp.simulate(system, until=1.0, rtol=1e-9)
+    stored = 0.05 * run["motor.w"] ** 2 / 2 + 2.0 * run["mass.w"] ** 2 / 2
+    balance = run["supplied"] - run["lost"] - stored
+    turned_over = run["lost"][-1] + stored.max()
+    stops = [event for event in run.events if event.after == "stuck"]
+    assert len(stops) >= 2
+    assert np.abs(balance).max() <= 1e-6 * turned_over
+    assert (np.diff(run["lost"]) >= -1e-9 * turned_over).all()
+
+
+# -- systems without states --------------------------------------------------------------------
+
+
+class Rectified(lp.Component):
+    """Twist of a spring that is turned by hand, made positive."""
+
+    hand: Position = Position(phi=lp.ops.sin(lp.time))
+    spring: Spring = Spring(c=1.0)
+    wall: Fixed = Fixed()
+    size: lp.Var = lp.var("N.m", "magnitude of the torque")
+
+    def equations(self):
+        tau = self.spring.tau
+        yield self.size == lp.ops.where(tau >= 0, tau, -tau)
+
+    def connections(self):
+        yield from lp.chain(self.wall, self.spring, self.hand)
+
+
+@pytest.mark.parametrize("grid", [7, 500, None])
+def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
+    system = lp.assemble(Rectified())
+    assert not system.states
+    run = lp.simulate(system, until=10.0, grid=grid)
+    received = [event.time for event in run.events]
+    assert received == pytest.approx(np.pi * np.arange(1, 4), rel=1e-9)
+    assert run["size"] == pytest.approx(np.abs(np.sin(run.t)), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        Position(phi=lp.ops.sin(lp.time)),
+        Speed(w=lp.ops.cos(lp.time)),
+        Speed(w=-lp.ops.sin(lp.time)),
+    ],
+    ids=["position", "speed", "speed from rest"],
+)
+def test_friction_reverses_with_a_prescribed_motion(source):
+    model = lp.compose(
+        source=source,
+        bearing=Bearing(),
+        connections=lambda m: [
+            lp.connect(m.source.flange, m.bearing.flange_a),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=10.0, grid=1000)
+    w = run["bearing.w"]
+    moving = np.abs(w) > 1e-3
+    assert run["bearing.tau"][moving] == pytest.approx(FRICTION * np.sign(w[moving]))

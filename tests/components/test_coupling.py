@@ -1,0 +1,252 @@
+"""Couplings that close and bodies picked up: momentum and energy across drive trains."""
+
+import numpy as np
+import pytest
+from test_impact_shafts import at
+
+import lumped as lp
+from lumped.components import (
+    Coupling,
+    IdealGear,
+    Inertia,
+    PickUp,
+    SpringDamper,
+    Torque,
+    translation,
+)
+
+
+def losses(run):
+    return sum(event.loss for event in run.events)
+
+
+# -- couplings ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, -2.0])
+def test_a_coupling_closes_with_momentum_kept_through_a_gear(ratio):
+    a, b, w, v = 0.7, 5.0, 40.0, 3.0
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=a, w=w),
+            coupling=Coupling(u=at(0.5) - at(0.8)),
+            gear=IdealGear(ratio=ratio),
+            load=Inertia(J=b, w=v),
+            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.4, 0.6, 1.0])
+    common = (a * w + b / ratio**2 * ratio * v) / (a + b / ratio**2)
+    np.testing.assert_allclose(run["motor.w"], [w, common, common], rtol=1e-13)
+    np.testing.assert_allclose(run["load.w"] * ratio, [v * ratio, common, common], rtol=1e-13)
+    expected = a * w**2 / 2 + b * v**2 / 2 - (a + b / ratio**2) * common**2 / 2
+    assert losses(run) == pytest.approx(expected, rel=1e-13)
+    np.testing.assert_allclose(run["coupling.mode"], [2.0, 0.0, 2.0])
+
+
+def test_a_closed_coupling_carries_torque_and_lets_go_at_the_command():
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=9.0),
+            motor=Inertia(J=1.0, w=0.0),
+            coupling=Coupling(u=1.0 - at(0.5)),
+            load=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.25, 1.0], rtol=1e-10)
+    np.testing.assert_allclose(run["coupling.tau"], [-6.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(run["motor.w"][-1], 3.0 * 0.5 + 9.0 * 0.5, rtol=1e-12)
+    np.testing.assert_allclose(run["load.w"][-1], 3.0 * 0.5, rtol=1e-12)
+
+
+def test_couplings_in_a_chain_close_one_after_another_and_together():
+    J, w = np.array([1.0, 2.0, 0.5, 4.0, 3.0]), np.array([10.0, -3.0, 25.0, 1.0, 0.0])
+    closing = [0.1, 0.3, 0.1, 0.2]
+
+    def connections(model):
+        row = [model.discs[0]]
+        for i, coupling in enumerate(model.couplings):
+            row += [coupling, model.discs[i + 1]]
+        return lp.chain(*row)
+
+    system = lp.assemble(
+        lp.compose(
+            discs=[Inertia(J=j, w=v) for j, v in zip(J, w, strict=True)],
+            couplings=[Coupling(u=at(t)) for t in closing],
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=0.4, grid=[0.05, 0.15, 0.25, 0.35])
+    received = np.array([run[f"discs[{i}].w"] for i in range(5)]).T
+
+    def joined(*groups):
+        found = np.empty(5)
+        for group in groups:
+            own = list(group)
+            found[own] = J[own] @ w[own] / J[own].sum()
+        return found
+
+    expected = [
+        w,
+        joined((0, 1), (2, 3), (4,)),
+        joined((0, 1), (2, 3, 4)),
+        joined((0, 1, 2, 3, 4)),
+    ]
+    np.testing.assert_allclose(received, expected, rtol=1e-12, atol=1e-14 * 25)
+    assert losses(run) == pytest.approx(J @ w**2 / 2 - (J @ w) ** 2 / J.sum() / 2, rel=1e-12)
+
+
+def test_a_coupling_that_closes_in_a_drive_with_a_spring_keeps_the_books():
+    # the spring takes no part in the impact, the disc behind it keeps its speed at first
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=0.5, w=20.0),
+            coupling=Coupling(u=at(0.1)),
+            gear=Inertia(J=0.3, w=0.0),
+            shaft=SpringDamper(c=400.0, phi_rel=0.0),
+            load=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.motor, m.coupling, m.gear, m.shaft, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1.0, rtol=1e-11)
+    (hit,) = [event for event in run.events if event.loss]
+    assert hit.loss == pytest.approx(0.5 * 0.3 / 0.8 / 2 * 20.0**2, rel=1e-12)
+    masses, speeds = (0.5, 0.3, 2.0), [run[f"{n}.w"] for n in ("motor", "gear", "load")]
+    energy = sum(J * w**2 / 2 for J, w in zip(masses, speeds, strict=True))
+    energy = energy + 400.0 / 2 * run["shaft.phi_rel"] ** 2
+    expected = np.where(run.t < 0.1, 100.0, 100.0 - hit.loss)
+    inner = run.t != 0.1
+    np.testing.assert_allclose(energy[inner], expected[inner], rtol=1e-8)
+
+
+# -- bodies picked up --------------------------------------------------------------------------
+
+
+def test_a_turning_arm_picks_a_body_up_and_puts_it_down():
+    arm, body, w = 3.0, 1.5, 2.0
+    system = lp.assemble(
+        lp.compose(
+            arm=Inertia(J=arm, w=w),
+            load=PickUp(J=body, u=at(0.5) - at(1.0)),
+            connections=lambda m: [lp.connect(m.arm.flange_b, m.load.flange)],
+        )
+    )
+    run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
+    slow = w * arm / (arm + body)
+    np.testing.assert_allclose(run["arm.w"], [w, slow, slow], rtol=1e-13)
+    np.testing.assert_allclose(run["load.w"], [0.0, slow, 0.0], rtol=1e-13)
+    np.testing.assert_allclose(run["load.mode"], [2.0, 0.0, 2.0])
+    expected = [arm * w**2 / 2 * body / (arm + body), body * slow**2 / 2]
+    received = [event.loss for event in run.events if event.loss]
+    np.testing.assert_allclose(received, expected, rtol=1e-13)
+
+
+class Window(lp.Component):
+    """Command between two angles of a shaft: 1 there, else 0."""
+
+    flange = lp.Flange()
+    first: lp.Param = lp.param("rad", "where it begins")
+    last: lp.Param = lp.param("rad", "where it ends")
+    u = lp.Output("1", "command")
+
+    def equations(self):
+        yield self.flange.tau == 0
+        begun, over = self.flange.phi >= self.first, self.flange.phi >= self.last
+        yield self.u == lp.ops.where(begun, 1, 0) - lp.ops.where(over, 1, 0)
+
+
+def test_an_arm_takes_a_body_where_it_passes_and_leaves_it_further_on():
+    model = lp.compose(
+        motor=Inertia(J=0.01),
+        gear=IdealGear(ratio=50.0),
+        arm=Inertia(J=4.0, w=1.2, phi=0.0),
+        window=Window(first=0.3, last=0.9),
+        load=PickUp(J=30.0),
+        connections=lambda m: [
+            *lp.chain(m.motor, m.gear, m.arm),
+            lp.connect(m.arm.flange_b, m.load.flange, m.window.flange),
+            lp.connect(m.window.u, m.load.u),
+        ],
+    )
+    run = lp.simulate(lp.assemble(model), until=2.0)
+    w, moving = 1.2, 4.0 + 0.01 * 50.0**2
+    slow = w * moving / (moving + 30.0)
+    times = sorted({event.time for event in run.events})
+    np.testing.assert_allclose(times, [0.3 / w, 0.3 / w + 0.6 / slow], rtol=1e-11)
+    assert run["arm.w"][-1] == pytest.approx(slow, rel=1e-12)
+    assert run["load.w"][-1] == 0.0
+
+
+def test_a_sliding_carriage_picks_up_and_puts_down():
+    system = lp.assemble(
+        lp.compose(
+            carriage=translation.Mass(m=3.0, v=2.0, s=0.0),
+            load=translation.PickUp(m=1.0, u=at(0.5) - at(1.0)),
+            connections=lambda m: [lp.connect(m.carriage.flange_b, m.load.flange)],
+        )
+    )
+    run = lp.simulate(system, until=1.5, grid=[0.4, 0.6, 1.5])
+    np.testing.assert_allclose(run["carriage.v"], [2.0, 1.5, 1.5], rtol=1e-13)
+    np.testing.assert_allclose(run["load.v"], [0.0, 1.5, 0.0], rtol=1e-13)
+
+
+def test_sliding_play_and_coupling_follow_the_same_laws():
+    system = lp.assemble(
+        lp.compose(
+            a=translation.Mass(m=1.0, v=3.0),
+            play=translation.Backlash(b=0.2, restitution=0.25, s_rel=0.0),
+            b=translation.Mass(m=2.0, v=0.0),
+            coupling=translation.Coupling(u=at(0.5)),
+            c=translation.Mass(m=4.0, v=0.0),
+            connections=lambda m: lp.chain(m.a, m.play, m.b, m.coupling, m.c),
+        )
+    )
+    run = lp.simulate(system, until=0.6, grid=[0.01, 0.05, 0.6])
+    # common speed 1; the deviations -2 and 1 are reversed and reduced
+    np.testing.assert_allclose(run["a.v"][:2], [3.0, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(run["b.v"][:2], [0.0, 1.25], rtol=1e-12)
+    assert run["b.v"][-1] == run["c.v"][-1]
+    momentum = run["a.v"] + 2 * run["b.v"] + 4 * run["c.v"]
+    np.testing.assert_allclose(momentum, 3.0, rtol=1e-12)
+
+
+def test_the_arm_of_a_tube_mill_slows_down_where_it_takes_the_mandrel():
+    # published numbers of a mandrel rotary arm: tray, arms, counterweights, shaft, reducer; rotor
+    # behind the reducer; the mandrel on its circle, without spin; speed times 0.52448
+    arm = 330.2 + 2477.5 + 651.7 + 66.24 + 0.2
+    rotor, ratio, mandrel, w = 12.8, 50.0, 31_700 * 1.008**2, 0.170715
+    system = lp.assemble(
+        lp.compose(
+            rotor=Inertia(J=rotor),
+            reducer=IdealGear(ratio=ratio),
+            arm=Inertia(J=arm, w=w),
+            mandrel=PickUp(J=mandrel, u=at(0.5)),
+            connections=lambda m: [
+                *lp.chain(m.rotor, m.reducer, m.arm),
+                lp.connect(m.arm.flange_b, m.mandrel.flange),
+            ],
+        )
+    )
+    run = lp.simulate(system, until=1.0, grid=[0.4, 1.0])
+    before, after = run["arm.w"]
+    assert after / before == pytest.approx(0.52448, abs=5e-6)
+    moving = arm + rotor * ratio**2
+    assert after == pytest.approx(w * moving / (moving + mandrel), rel=1e-13)
+
+
+def test_a_coupling_that_is_closed_from_the_start_makes_speeds_equal_at_once():
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0, w=9.0),
+            coupling=Coupling(u=1.0),
+            b=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.a, m.coupling, m.b),
+        )
+    )
+    run = lp.simulate(system, until=1.0)
+    (event,) = run.events
+    assert (event.time, event.component) == (0.0, "coupling")
+    assert event.loss == pytest.approx(1.0 * 2.0 / 3.0 / 2 * 9.0**2, rel=1e-13)
+    np.testing.assert_allclose(run["a.w"], 3.0, rtol=1e-13)
+    np.testing.assert_allclose(run["b.w"], 3.0, rtol=1e-13)

@@ -1,0 +1,185 @@
+"""Rigid play in drive trains: instants, momentum, energy."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Backlash,
+    IdealGear,
+    Inertia,
+    Torque,
+)
+
+
+def at(instant):
+    """A command that becomes 1."""
+    return lp.ops.where(lp.time >= instant, 1, 0)
+
+
+class Work(lp.Component):
+    """Work done on what is joined to the flange by a sine torque: ``der(work) = tau w``."""
+
+    flange = lp.Flange()
+    amplitude: lp.Param = lp.param("N.m", "amplitude")
+    pulse: lp.Param = lp.param("rad/s", "angular frequency")
+    work: lp.Var = lp.var("J", "work done", state="always")
+
+    def equations(self):
+        tau = self.amplitude * lp.ops.sin(self.pulse * lp.time)
+        yield self.flange.tau == -tau
+        yield lp.der(self.work) == tau * lp.der(self.flange.phi)
+
+
+class Friction(lp.Component):
+    """Viscous bearing that counts its heat: ``der(heat) = d w^2``."""
+
+    flange = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "viscous damping")
+    heat: lp.Var = lp.var("J", "heat", state="always")
+
+    def equations(self):
+        yield self.flange.tau == self.d * lp.der(self.flange.phi)
+        yield lp.der(self.heat) == self.d * lp.der(self.flange.phi) ** 2
+
+
+# -- play --------------------------------------------------------------------------------------
+
+
+def test_two_discs_with_play_meet_at_the_instants_of_the_closed_form():
+    a, b, w, play, e = 1.0, 2.0, 10.0, 0.2, 0.5
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=a, w=w),
+            play=Backlash(b=play, restitution=e),
+            b=Inertia(J=b, w=0.0),
+            connections=lambda m: lp.chain(m.a, m.play, m.b),
+        )
+    )
+    run = lp.simulate(system, until=1.0, start={"play.phi_rel": 0.0})
+    hits = [event for event in run.events if event.loss]
+    n = np.arange(len(hits))
+    flights = np.concatenate([[play / 2 / w], play / (w * e ** n[1:])])
+    np.testing.assert_allclose([h.time for h in hits], np.cumsum(flights), rtol=1e-11)
+    reduced = a * b / (a + b)
+    expected = reduced / 2 * (w * e**n) ** 2 * (1 - e**2)
+    np.testing.assert_allclose([h.loss for h in hits], expected, rtol=1e-11)
+    assert run["a.w"][-1] * a + run["b.w"][-1] * b == pytest.approx(a * w, rel=1e-12)
+
+
+def test_an_impact_in_a_gear_train_shakes_everything_that_is_rigid_with_it():
+    # the play stands between two gears; the impulse passes both by their ratios
+    J, ratios, w, e = (0.5, 3.0, 40.0), (4.0, 2.5), 30.0, 0.3
+    system = lp.assemble(
+        lp.compose(
+            motor=Inertia(J=J[0], w=w),
+            first=IdealGear(ratio=ratios[0]),
+            middle=Inertia(J=J[1]),
+            play=Backlash(b=0.01, restitution=e, phi_rel=0.0),
+            last=IdealGear(ratio=ratios[1]),
+            load=Inertia(J=J[2], w=0.0),
+            connections=lambda m: lp.chain(m.motor, m.first, m.middle, m.play, m.last, m.load),
+        )
+    )
+    run = lp.simulate(system, until=1e-3, grid=[0.0, 1e-3])
+    (hit,) = [event for event in run.events if event.loss]
+    here, there = J[1] + J[0] * ratios[0] ** 2, J[2] / ratios[1] ** 2
+    before = w / ratios[0]
+    common = here * before / (here + there)
+    # speeds at the play: common speed, and its deviation reversed and reduced
+    driving = common - e * (before - common)
+    driven = common + e * common
+    assert run["motor.w"][-1] == pytest.approx(driving * ratios[0], rel=1e-12)
+    assert run["load.w"][-1] == pytest.approx(driven / ratios[1], rel=1e-12)
+    reduced = here * there / (here + there)
+    assert hit.loss == pytest.approx(reduced / 2 * before**2 * (1 - e**2), rel=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.4])
+def test_a_rattling_gear_keeps_its_books(restitution):
+    system = lp.assemble(
+        lp.compose(
+            drive=Work(amplitude=8.0, pulse=40.0),
+            motor=Inertia(J=0.2, w=0.0),
+            play=Backlash(b=0.02, restitution=restitution, phi_rel=0.0),
+            gear=IdealGear(ratio=3.0),
+            load=Inertia(J=1.0),
+            bearing=Friction(d=0.3),
+            connections=lambda m: [
+                lp.connect(m.drive.flange, m.motor.flange_a),
+                *lp.chain(m.motor, m.play, m.gear, m.load),
+                lp.connect(m.load.flange_b, m.bearing.flange),
+            ],
+        )
+    )
+    run = lp.simulate(system, until=2.0, rtol=1e-10)
+    stored = run["motor.w"] ** 2 * 0.2 / 2 + run["load.w"] ** 2 / 2
+    supplied, heat = run["drive.work"], run["bearing.heat"]
+    hits = [(e.time, e.loss) for e in run.events if e.loss]
+    lost = np.array([sum(loss for t, loss in hits if t < now) for now in run.t])
+    inner = ~np.isin(run.t, [t for t, _ in hits])
+    turned = lost[-1] + heat[-1]
+    error = np.abs(supplied - stored - heat - lost)[inner].max()
+    print(f"{len(hits)} impacts, {turned:.3g} J turned over, books out by {error:.1e} J")
+    assert len(hits) > 20
+    assert error <= 1e-7 * turned
+    assert np.abs(run["play.phi_rel"]).max() <= 0.01 + 1e-11
+
+
+@pytest.mark.parametrize(("seed", "restitution"), [(0, 0.2), (3, 0.5), (5, 0.0)])
+def test_ten_rattling_gears_enter_no_flank_and_keep_their_books(seed, restitution):
+    rng, count = np.random.default_rng(seed), 10
+    J = rng.uniform(0.05, 0.5, count)
+    play, ratio = rng.uniform(0.005, 0.02, count - 1), rng.uniform(0.5, 2.0, count - 1)
+
+    def connections(m):
+        row = [m.discs[0]]
+        for i in range(count - 1):
+            row += [m.plays[i], m.gears[i], m.discs[i + 1]]
+        yield lp.connect(m.drive.flange, m.discs[0].flange_a)
+        yield from lp.chain(*row)
+        yield lp.connect(m.discs[-1].flange_b, m.bearing.flange)
+
+    system = lp.assemble(
+        lp.compose(
+            drive=Work(amplitude=8.0, pulse=40.0),
+            discs=[Inertia(J=j) for j in J],
+            plays=[Backlash(b=b, restitution=restitution) for b in play],
+            gears=[IdealGear(ratio=r) for r in ratio],
+            bearing=Friction(d=0.2),
+            connections=connections,
+        )
+    )
+    run = lp.simulate(system, until=0.5, rtol=1e-9)
+    deepest = max(np.abs(run[f"plays[{i}].phi_rel"]).max() - b / 2 for i, b in enumerate(play))
+    stored = sum(j / 2 * run[f"discs[{i}].w"] ** 2 for i, j in enumerate(J))
+    supplied, heat = run["drive.work"], run["bearing.heat"]
+    times, each = np.unique([e.time for e in run.events], return_inverse=True)
+    lost = np.bincount(each, weights=[e.loss for e in run.events])
+    inner = ~np.isin(run.t, times)
+    sums = np.array([lost[times < now].sum() for now in run.t])
+    error = np.abs(supplied - stored - heat - sums)[inner].max()
+    turned = lost.sum() + heat[-1]
+    print(f"{len(times)} instants, {turned:.3g} J, out by {error:.1e} J, {deepest:.1e} rad deep")
+    assert len(times) > 20
+    assert deepest <= 1e-9
+    assert lost.min() >= -1e-12 * turned
+    assert error <= 1e-7 * turned
+
+
+def test_flanks_carry_the_torque_that_the_load_needs():
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=6.0),
+            motor=Inertia(J=1.0, w=0.0),
+            play=Backlash(b=0.02, phi_rel=0.01),
+            load=Inertia(J=2.0, w=0.0),
+            connections=lambda m: lp.chain(m.drive, m.motor, m.play, m.load),
+        )
+    )
+    # flange b leads: first the motor has to cross the play, then it pushes at the back flank
+    run = lp.simulate(system, until=1.0, rtol=1e-10)
+    (hit,) = [event for event in run.events if event.loss]
+    assert hit.time == pytest.approx(np.sqrt(2 * 0.02 / 6.0), rel=1e-11)
+    assert run["play.tau"][-1] == pytest.approx(-4.0, rel=1e-12)
+    assert run["play.phi_rel"][-1] == pytest.approx(-0.01, abs=1e-12)

@@ -1,0 +1,162 @@
+"""Rigid loops that leave no motion: refused where they lock themselves, reported where held."""
+
+import re
+
+import numpy as np
+import pytest
+from test_random_drives import locked, random_drive
+
+import lumped as lp
+from lumped.components import Fixed, IdealGear, Inertia, RackAndPinion, Speed, Torque
+from lumped.errors import SingularModelError
+
+
+def kinematics(graph, k):
+    """Constraint of a gear, rack or planetary set, by coordinate."""
+    part, ends, row = graph.parts[k], graph.ends[k], np.zeros(graph.n + 1)
+    node = {port: ends.get(port, graph.n) for port in (*ends, "support")}  # the last is fixed
+    if isinstance(part, RackAndPinion):
+        factors = {"flange_b": 1.0, "flange_a": -part._values["radius"]}
+    elif isinstance(part, IdealGear):
+        ratio = part._values["ratio"]
+        factors = {"flange_a": 1.0, "flange_b": -ratio, "support": ratio - 1}
+    else:
+        factors = {"carrier": 1 + part._values["k"], "sun": -1.0, "ring": -part._values["k"]}
+    for port, factor in factors.items():
+        row[node[port]] += factor
+    return row[:-1]
+
+
+@pytest.mark.parametrize("first", range(0, 300, 60))
+def test_random_drives_that_lock_are_refused_with_the_loop_that_locks(first):
+    for seed in range(first, first + 60):
+        graph, _ = random_drive(np.random.default_rng(seed), lock=True)
+        with pytest.raises(SingularModelError, match="leave no motion") as caught:
+            lp.assemble(graph.model())
+        named = [int(k) for k in re.findall(r" in part\[(\d+)\] ", str(caught.value))]
+        couplings = [np.eye(graph.n)[i] - np.eye(graph.n)[j] for i, j in graph.couplings]
+        loop = np.array([kinematics(graph, k) for k in named])
+        assert len(named) == len(set(named)) > 0
+        assert locked(np.array([*loop, *couplings]))[np.any(loop, axis=0)].all()
+
+
+class Planetary(lp.Component):
+    """Planetary set: (1 + z) phi_carrier = phi_sun + z phi_ring."""
+
+    sun = lp.Flange()
+    ring = lp.Flange()
+    carrier = lp.Flange()
+    z: lp.Param = lp.param("1", "teeth of the ring over teeth of the sun", above=0)
+
+    def equations(self):
+        s, r, c = self.sun, self.ring, self.carrier
+        yield lp.lossless(s.phi == (1 + self.z) * c.phi - self.z * r.phi, s, r, c)
+
+
+def gearbox(one, two):
+    """Two planetary sets with common ring and carrier; something at each sun."""
+    return lp.assemble(
+        lp.compose(
+            drive=Torque(tau=5.0),
+            ring=Inertia(J=1.0),
+            carrier=Inertia(J=2.0),
+            front=Planetary(z=2.0),
+            rear=Planetary(z=3.0),
+            one=one,
+            two=two,
+            connections=lambda m: [
+                lp.connect(m.front.sun, m.one.flange),
+                lp.connect(m.rear.sun, m.two.flange),
+                lp.connect(m.front.ring, m.rear.ring, m.ring.flange_a, m.drive.flange),
+                lp.connect(m.front.carrier, m.rear.carrier, m.carrier.flange_a),
+            ],
+        )
+    )
+
+
+def entries(system):
+    """What the system lists as locked."""
+    return [entry for entry in system.left_out if entry.why.startswith("locked")]
+
+
+def test_a_gearbox_held_by_two_brakes_is_reported_and_its_brakes_bear_the_torque():
+    system = gearbox(Fixed(), Fixed(phi0=0.3))
+    (entry,) = entries(system)
+    assert entry.what == "ring.phi, carrier.phi"
+    assert "front (Planetary), rear (Planetary)" in entry.why
+    # virtual work of the drive and of torques t on the suns, for any speeds of ring and carrier:
+    # 5 - 2 t_1 - 3 t_2 = 0, 3 t_1 + 4 t_2 = 0
+    expected = np.linalg.solve([[2.0, 3.0], [3.0, 4.0]], [5.0, 0.0])
+    point = lp.start_point(system)
+    received = [-point["one.flange.tau"], -point["two.flange.tau"]]
+    assert received == pytest.approx(expected, abs=1e-12)
+    assert point["ring.w"] == point["carrier.w"] == 0
+
+
+def test_a_gearbox_with_a_brake_and_a_prescribed_speed_turns():
+    system = gearbox(Fixed(), Speed(w=6.0))
+    assert entries(system) == []
+    # 0 = 3 w_c - 2 w_r, 6 = 4 w_c - 3 w_r
+    expected = np.linalg.solve([[3.0, -2.0], [4.0, -3.0]], [0.0, 6.0])
+    point = lp.start_point(system)
+    assert [point["carrier.w"], point["ring.w"]] == pytest.approx(expected, abs=1e-12)
+
+
+def side_by_side(housing, port):
+    """Two gears of unequal ratio between two shafts, in one housing."""
+    return lp.assemble(
+        lp.compose(
+            drive=Torque(tau=5.0),
+            a=Inertia(J=1.0),
+            b=Inertia(J=2.0),
+            one=IdealGear(ratio=2.0),
+            two=IdealGear(ratio=3.0),
+            housing=housing,
+            connections=lambda m: [
+                lp.connect(m.drive.flange, m.a.flange_a),
+                lp.connect(m.a.flange_b, m.one.flange_a, m.two.flange_a),
+                lp.connect(m.one.flange_b, m.two.flange_b, m.b.flange_a),
+                lp.connect(m.one.support, m.two.support, getattr(m.housing, port)),
+            ],
+        )
+    )
+
+
+def test_gears_that_lock_each_other_turn_as_one_body_with_their_housing():
+    system = side_by_side(Inertia(J=3.0), "flange_a")
+    assert entries(system) == []
+    assert lp.start_point(system)["b.a"] == pytest.approx(5.0 / (1.0 + 2.0 + 3.0), rel=1e-12)
+
+
+class Wall(lp.Component):
+    """A support without a parameter: phi = 0."""
+
+    flange = lp.Flange()
+
+    def equations(self):
+        yield self.flange.phi == 0
+
+
+@pytest.mark.parametrize("wall", [Fixed(phi0=0.2), Wall()])
+def test_gears_that_lock_each_other_in_a_held_housing_are_reported(wall):
+    (entry,) = entries(side_by_side(wall, "flange"))
+    assert entry.what == "a.phi, b.phi"
+
+
+def test_a_held_body_is_no_locked_loop():
+    system = lp.assemble(
+        lp.compose(
+            wall=Fixed(),
+            set=Planetary(z=2.0),
+            a=Inertia(J=1.0),
+            gear=IdealGear(ratio=3.0),
+            b=Inertia(J=1.0),
+            connections=lambda m: [
+                lp.connect(m.wall.flange, m.set.carrier),
+                lp.connect(m.set.sun, m.set.ring, m.a.flange_a),
+                *lp.chain(m.a, m.gear, m.b),
+            ],
+        )
+    )
+    assert entries(system) == []
+    assert lp.start_point(system)["b.w"] == 0
