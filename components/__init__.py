@@ -1,7 +1,8 @@
 """Component library.
 
-The rotational parts, the sensors of rotation and the signals stand here; those of straight-line
-motion have the same names and stand in `lumped.components.translation`.
+The rotational and electrical parts, motors, controllers and signals stand here; the parts of
+straight-line motion have the names of the rotational ones and stand in
+`lumped.components.translation`.
 """
 
 if not __name__.startswith("lumped."):
@@ -14,7 +15,34 @@ from lumped.components import translation
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
-from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
+from lumped.components.control import (
+    CurrentController,
+    Filter,
+    Gain,
+    LimitedPI,
+    Limiter,
+    LoadShare,
+    PController,
+    PIController,
+    PointToPoint,
+    RateLimiter,
+    SampledPI,
+    SquareRootController,
+    Sum,
+)
+from lumped.components.electrical import (
+    Capacitor,
+    CurrentSensor,
+    CurrentSource,
+    Ground,
+    Inductor,
+    Inverter,
+    Resistor,
+    VariableResistor,
+    VoltageSensor,
+    VoltageSource,
+)
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
 from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
@@ -26,6 +54,15 @@ from lumped.components.loads import (
     SignTorque,
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
+from lumped.components.motors import (
+    ConverterDrive,
+    DCMotor,
+    InductionMotor,
+    QuasiStaticDCMotor,
+    SeparatelyExcitedDCMotor,
+    SeriesDCMotor,
+    SpeedDrive,
+)
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -52,47 +89,78 @@ __all__ = [
     "Backlash",
     "BearingFriction",
     "Brake",
+    "Capacitor",
     "Clutch",
     "Constant",
+    "ConverterDrive",
     "Coupling",
+    "CurrentController",
+    "CurrentSensor",
+    "CurrentSource",
+    "DCMotor",
     "Damper",
     "EddyCurrentBrake",
     "EfficientGear",
     "ElastoBacklash",
     "Expression",
+    "Filter",
     "Fixed",
     "FixedTemperature",
+    "Gain",
+    "Ground",
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
     "IdealGear",
+    "InductionMotor",
+    "Inductor",
     "Inertia",
     "InverseTorque",
+    "Inverter",
+    "LimitedPI",
+    "Limiter",
     "LinearTorque",
+    "LoadShare",
     "LossyGear",
     "OneWayClutch",
+    "PController",
+    "PIController",
     "PickUp",
     "Planetary",
+    "PointToPoint",
     "Position",
     "PowerSensor",
     "QuadraticTorque",
+    "QuasiStaticDCMotor",
     "RackAndPinion",
     "Ramp",
+    "RateLimiter",
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
+    "Resistor",
+    "SampledPI",
+    "SeparatelyExcitedDCMotor",
+    "SeriesDCMotor",
     "SignTorque",
     "Sine",
+    "SlipCoupling",
     "Speed",
+    "SpeedDrive",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
+    "SquareRootController",
     "Step",
     "Stop",
     "Stribeck",
+    "Sum",
     "Table",
     "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "VariableResistor",
     "Vehicle",
+    "VoltageSensor",
+    "VoltageSource",
     "translation",
 ]

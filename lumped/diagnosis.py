@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import lsqr
 
 from lumped.incidence import Entries, Incidence
+from lumped.port import Pin
 
 __all__ = [
     "class_names",
@@ -130,6 +131,13 @@ class _Fault:
         return list(found.values())
 
     @property
+    def electric(self) -> bool:
+        """Whether all the potentials are electric."""
+        tree = self.incidence.flat.tree
+        quantities = [tree.quantity(u) for u in self.unknowns]
+        return all(q is Pin.potential for q in quantities if q.kind == "potential")
+
+    @property
     def leading(self) -> str:
         """Kind of port quantity that is determined too often; its partner lacks an equation."""
         return next((kind for kind in ("potential", "flow") if kind in self.kinds), "")
@@ -149,6 +157,13 @@ class _Fault:
             return (
                 f"The equations of {owners.pop()} say one thing twice and leave another open, "
                 "though their count is right. Correct them."
+            )
+        if self.leading == "potential" and self.electric:
+            where = " and ".join(self.places[:3]) or self.parts
+            return (
+                f"Likely sources of voltage or grounds meet at {where} without anything between "
+                "them that takes a voltage, and nothing tells the current. Remove one, or put a "
+                "resistor between them."
             )
         if self.leading == "potential":
             if self.repeated and not any(kind == "ground" for kind, _ in self.origins):

@@ -311,8 +311,13 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
                 table[row, column] = node.first_unknown + node.layout.unknowns[local]
             elif local in node.layout.parameters:
                 table[row, column] = node.first_parameter + node.layout.parameters[local]
-            else:
+            elif node.name(local) in tree.input_parameters:
                 table[row, column] = tree.input_parameters[node.name(local)]
+            else:
+                raise EquationError(
+                    f"{node.label}: a part is bound to the parameter '{local}', which "
+                    f"{node.label} does not have."
+                )
     return table
 
 

@@ -35,6 +35,8 @@ class Parameters:
         Their declarations.
     names : list of str
         Their dotted names.
+    ordered : list of (int, int)
+        A parameter, and the one of its component that is its lower limit.
     """
 
     free: list[int]
@@ -43,6 +45,7 @@ class Parameters:
     values: ca.SX
     declared: list[Param]
     names: list[str]
+    ordered: list[tuple[int, int]]
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -58,7 +61,18 @@ class Parameters:
         ParameterError
             With path, value and unit of each.
         """
-        _refuse(model, [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))])
+        faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
+        for high, low in self.ordered:
+            strict = self.declared[high].strict
+            if values[high] < values[low] or (strict and values[high] == values[low]):
+                unit = self.declared[low].unit
+                relation = "greater than" if strict else "at least"
+                faults.append(
+                    f"{self.names[high]} = {values[high]:g} {self.declared[high].unit} "
+                    f"({self.declared[high].text}) must be {relation} "
+                    f"{self.names[low]} = {values[low]:g} {unit} ({self.declared[low].text})"
+                )
+        _refuse(model, faults)
 
     def fault(self, number: int, value: float) -> str | None:
         """Text that says why a value is out of range, or None if it is not."""
@@ -87,6 +101,7 @@ def collect(tree: Tree) -> Parameters:
     numbers: dict[int, float] = {}
     declared: list[Param] = []
     names: list[str] = []
+    ordered: list[tuple[int, int]] = []
     faults: dict[int, str] = {}
     for node in tree.nodes:
         given = node.component._values
@@ -94,6 +109,9 @@ def collect(tree: Tree) -> Parameters:
             number = len(declared)
             declared.append(quantity)
             names.append(node.name(local))
+            if quantity.exceeds is not None:
+                low = node.layout.parameters[quantity.exceeds.name]
+                ordered.append((number, node.first_parameter + low))
             value, scope = quantity.default, node
             if local in given:
                 value = given[local]
@@ -118,14 +136,14 @@ def collect(tree: Tree) -> Parameters:
     if free:
         values[free] = theta
     defaults = np.array([numbers[i] for i in free])
-    result = Parameters(free, theta, defaults, values, declared, names)
+    result = Parameters(free, theta, defaults, values, declared, names, ordered)
     for i, v in numbers.items():
         text = result.fault(i, v)
         if text:
             faults[i] = text
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
-    if expressions:
+    if expressions or ordered:
         result.check(result.numbers, type(tree.model).__name__)
     return result
 

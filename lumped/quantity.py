@@ -50,15 +50,20 @@ class Param(Quantity, Expr):
         text: str,
         default: Number | None,
         *,
-        min: float | None,
+        min: float | Param | None,
         max: float | None,
-        above: float | None,
+        above: float | Param | None,
         below: float | None,
         nonzero: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
-        self.min, self.max, self.above, self.below = min, max, above, below
+        self.strict = isinstance(above, Param)
+        least = above if isinstance(above, Param) else min
+        self.exceeds = least if isinstance(least, Param) else None
+        self.above = None if isinstance(above, Param) else above
+        self.min = None if isinstance(min, Param) else min
+        self.max, self.below = max, below
         self.nonzero = nonzero
 
     @overload
@@ -146,9 +151,9 @@ def param(
     text: str,
     default: Number | None = None,
     *,
-    min: float | None = None,
+    min: float | Param | None = None,
     max: float | None = None,
-    above: float | None = None,
+    above: float | Param | None = None,
     below: float | None = None,
     nonzero: bool = False,
 ) -> Param:
@@ -163,7 +168,8 @@ def param(
     min, max : float, optional
         Range with its ends.
     above, below : float, optional
-        Range without its ends.
+        Range without its ends. One of `min` and `above` may also be another parameter of the
+        component.
     nonzero : bool
         Refuse zero.
     """

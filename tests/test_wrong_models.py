@@ -20,24 +20,32 @@ from lumped.components import (
     Clutch,
     Constant,
     Damper,
+    DCMotor,
     EddyCurrentBrake,
     EfficientGear,
     ElastoBacklash,
     Fixed,
+    Ground,
     IdealGear,
+    InductionMotor,
     Inertia,
+    LimitedPI,
     LossyGear,
     Planetary,
     Position,
     QuadraticTorque,
+    QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
+    SampledPI,
+    SlipCoupling,
     Speed,
     SpeedSensor,
     Spring,
     Stribeck,
     Torque,
     TorqueSensor,
+    VoltageSource,
     friction,
     translation,
 )
@@ -1374,6 +1382,106 @@ def brake_that_nobody_presses():
         motor=Inertia(J=1.0),
         brake=friction.Brake(f_max=10.0),
     )
+
+
+# -- electric drives ---------------------------------------------------------------------------
+
+DRIVES = "Electric drives"
+
+
+def fed(motor):
+    """Assemble a motor on a battery."""
+    return build(
+        lambda m: [
+            lp.connect(m.battery.p, m.motor.p),
+            lp.connect(m.battery.n, m.motor.n, m.ground.pin),
+        ],
+        battery=VoltageSource(v=48.0),
+        motor=motor,
+        ground=Ground(),
+    )
+
+
+@wrong(DRIVES, ParameterError, "motor.L = 0 H", "QuasiStaticDCMotor", "greater than 0")
+def motor_without_inductance():
+    """A motor is given no inductance."""
+    fed(DCMotor(k=0.5, R=0.2, L=0.0, J=0.01))
+
+
+@wrong(DRIVES, ParameterError, "motor.R = 0 Ohm", "greater than 0")
+def motor_without_inductance_and_resistance():
+    """A motor has neither inductance nor resistance, so that nothing limits its current."""
+    fed(QuasiStaticDCMotor(k=0.5, R=0.0, J=0.01))
+
+
+@wrong(DRIVES, ParameterError, "motor.w_s = 0 rad/s", "motor.tau_k = -60 N.m", "motor.s_k = 1.2 1")
+def induction_motor_out_of_range():
+    """A torque curve of Kloss is given impossible values."""
+    build(motor=InductionMotor(w_s=0.0, tau_k=-60.0, s_k=1.2, J=0.05))
+
+
+@wrong(
+    DRIVES, SingularModelError, "bus.v = 48", "battery.v = 24", "at bus.p = battery.p", "resistor"
+)
+def two_sources_of_voltage_in_parallel():
+    """Two ideal sources of voltage feed the same wires."""
+    build(
+        lambda m: [
+            lp.connect(m.bus.p, m.battery.p),
+            lp.connect(m.bus.n, m.battery.n, m.ground.pin),
+        ],
+        bus=VoltageSource(v=48.0),
+        battery=VoltageSource(v=24.0),
+        ground=Ground(),
+    )
+
+
+@wrong(DRIVES, SingularModelError, "source.v = 48", "source.p = source.n", "Likely", "resistor")
+def source_short_circuited():
+    """Both pins of an ideal source of voltage are on the ground."""
+    build(
+        lambda m: [lp.connect(m.source.p, m.source.n, m.ground.pin)],
+        source=VoltageSource(v=48.0),
+        ground=Ground(),
+    )
+
+
+@wrong(DRIVES, SingularModelError, "left.pin.v = 0", "right.pin.v = 0", "Remove one")
+def grounded_twice():
+    """Two grounds are on one wire."""
+    build(
+        lambda m: [
+            lp.connect(m.source.p, m.load.p),
+            lp.connect(m.source.n, m.load.n, m.left.pin, m.right.pin),
+        ],
+        source=VoltageSource(v=48.0),
+        load=Resistor(),
+        left=Ground(),
+        right=Ground(),
+    )
+
+
+@wrong(DRIVES, ParameterError, "pi.y_max = -12 1", "greater than pi.y_min = 12 1")
+def limits_crossed():
+    """The limits of a controller are in the wrong order."""
+    build(pi=LimitedPI(k=2.0, T_i=0.1, y_min=12.0, y_max=-12.0, wanted=1.0, measured=0.0))
+
+
+@wrong(DRIVES, ParameterError, "safety.static = 30 N.m", "at least safety.kinetic = 50 N.m")
+def limits_of_a_slip_coupling_exchanged():
+    """A coupling holds less at rest than it carries while it slips."""
+    build(
+        motor=Inertia(J=1.0),
+        safety=SlipCoupling(static=30.0, kinetic=50.0, u=1.0),
+        load=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.motor, m.safety, m.load),
+    )
+
+
+@wrong(DRIVES, ParameterError, "pi.k = -2 1 (gain)", "pi.T_s = 0 s (sampling time)")
+def sampling_time_of_zero():
+    """A controller has a negative gain and samples without end."""
+    build(pi=SampledPI(k=-2.0, T_i=0.1, T_s=0.0, wanted=1.0, measured=0.0))
 
 
 # -- own components ----------------------------------------------------------------------------

@@ -53,6 +53,11 @@ class _Look:
         self.upper = np.where(s.has_upper, upper, np.inf)
         self.lower = np.where(s.has_lower, lower, -np.inf)
 
+    def slack(self) -> np.ndarray:
+        """Difference of the sides of each condition that is still rounding."""
+        size: np.ndarray = np.abs(self.greater) + np.abs(self.less)
+        return _EQUAL * size + 1e-13
+
 
 class Settler:
     """Finds modes for one system and set of parameters.
@@ -134,7 +139,8 @@ class Settler:
         modes = modes.copy()
         for _ in range(3):
             look = self.look(t, x, modes, guess)
-            modes[self.s.relation_modes] = look.greater > look.less
+            # not an instant after the start already, so that a clock ticks at zero
+            modes[self.s.relation_modes] = look.greater - look.less > look.slack()
         for h in np.flatnonzero(self.s.has_gap & (look.gap < -_INSIDE)):
             raise StartError(
                 f"{self.system.name}: {self.s.names[h]} starts {-look.gap[h]:.6g} "
@@ -255,6 +261,8 @@ class _Instant:
         self.exempt: set[int] = set()
         self.impacts: dict[int, float] = {}
         self.jumped: list[int] = []
+        for h in np.flatnonzero(self._was_stuck).tolist():
+            self._stop(h, True)  # implicit steps leave rounding there
 
     def flip(self, fired: Iterable[tuple[str, int]]) -> None:
         """Change what an event says changes."""
@@ -310,7 +318,7 @@ class _Instant:
             return False
         on = self.modes[modes] > 0.5
         g = look.greater - look.less
-        slack = _EQUAL * (np.abs(look.greater) + np.abs(look.less)) + 1e-13
+        slack = look.slack()
         wrong = np.where(on, g < -slack, g > slack)
         equal = (g == 0.0) & (on == self.s.strict)
         equal[list(self.exempt)] = False

@@ -19,10 +19,12 @@ from lumped.components import (
     Inertia,
     Torque,
     contact,
+    electrical,
     friction,
     impact,
     loads,
     lossy_gear,
+    motors,
     signals,
     sources,
     thermal,
@@ -41,6 +43,8 @@ UNITS = {
     *("1", "s", "Hz", "W"),
     *("rad", "rad/s", "rad/s2", "N.m", "kg.m2", "N.m/rad", "N.m.s/rad"),
     *("m", "m/s", "m/s2", "N", "kg", "N/m", "N.s/m"),
+    *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s"),
+    *("1/s", "1/s2", "rad/(s.N.m)"),
     *("K", "J/K", "W/K", "1/K"),
     *("m2", "kg/m3"),
 }
@@ -56,12 +60,16 @@ FIELDS = {
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
 }
 """Parameters for which a random number is none."""
+
+POSITIVE = {electrical.VariableResistor: ["R"]}
+"""Inputs that make no sense below zero."""
 
 BASES = {thermal.Heated}
 """What only stands before another component."""
@@ -106,7 +114,11 @@ def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
 def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
+    for name, item in declared(cls, lp.Param).items():
+        if item.exceeds is not None:
+            found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
     found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
     return found | SENSIBLE.get(cls, {})
 
 
@@ -123,9 +135,32 @@ class Kind:
     """Of the body and the load."""
 
 
+class Node(lp.Component):
+    """Capacitance of a wire to the ground: ``C der(v) = i``."""
+
+    pin = lp.Pin()
+    C: lp.Param = lp.param("F", "capacitance", above=0)
+    v: lp.Var = lp.var("V", "potential")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.pin.v == self.v
+        yield self.C * lp.der(self.v) == self.pin.i
+
+
+class Feed(lp.Component):
+    """Current into a wire: ``i_pin = -i``."""
+
+    pin = lp.Pin()
+    i = lp.Input("A", "current")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.pin.i == -self.i
+
+
 KINDS = {
     lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
     lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+    lp.Pin: Kind(Node, "C", "v", Feed, "i", ("pin", "pin")),
     lp.HeatPort: Kind(thermal.HeatCapacitor, "C", "T", thermal.HeatFlow, "Q", ("port", "port")),
 }
 
@@ -154,7 +189,10 @@ def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
     )
 
 
-@pytest.mark.parametrize("module", ["inertia", "compliance", "gears", "sources", "sensors"])
+@pytest.mark.parametrize(
+    "module",
+    ["inertia", "compliance", "gears", "sources", "sensors", "electrical", "motors", "control"],
+)
 def test_the_walk_finds_the_modules(module: str) -> None:
     received = {cls.__module__ for cls in LIBRARY}
     expected = f"lumped.components.{module}"
@@ -225,15 +263,18 @@ def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
 
 @dataclass(frozen=True)
 class Motion:
-    """Parameters; positions, velocities and accelerations by port; powers of what sticks or slides.
+    """What a part is given, and its motion, as plain numbers.
 
-    All are plain numbers.
+    Parameters; positions, velocities and accelerations by port, where the potential of a pin counts
+    as a velocity; states inside the part and their derivatives; powers of what sticks or slides.
     """
 
     p: dict[str, float]
     q: dict[str, complex]
     v: dict[str, complex]
     a: dict[str, float]
+    x: dict[str, complex]
+    rates: dict[str, float]
     held: tuple[float, ...] = ()
 
     def rel(self, by: dict[str, complex]) -> complex:
@@ -294,6 +335,29 @@ def carried(mass: str) -> Energy:
     return lambda at: at.p[mass] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
 
 
+def voltage(at: Motion) -> complex:
+    return at.v["p"] - at.v["n"]
+
+
+def turning(at: Motion) -> complex:
+    return at.v["flange"] - at.v["support"]
+
+
+def rotor(at: Motion) -> complex:
+    return at.p["J"] * at.v["flange"] ** 2 / 2
+
+
+def armature(at: Motion) -> complex:
+    return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
+
+
+def kloss(at: Motion) -> float:
+    w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
+    s = 1 - turning(at) / w_s
+    torque = 2 * at.p["tau_k"] * (1 + a * s_k) / (s / s_k + s_k / s + 2 * a * s_k)
+    return np.sign(w_s) * torque * turning(at)
+
+
 def against(effort: str, law: Callable[[dict[str, float], float], float]) -> Power:
     """Power of a load whose torque or force is a law of parameters and speed."""
 
@@ -337,6 +401,16 @@ STORED: dict[type[lp.Component], Energy] = {
     translation.MassWithStopAndFriction: kinetic("m"),
     translation.Spring: elastic("s_rel0"),
     translation.SpringDamper: elastic("s_rel0"),
+    electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
+    electrical.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
+    electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
+    motors.ConverterDrive: rotor,
+    motors.DCMotor: armature,
+    motors.InductionMotor: rotor,
+    motors.QuasiStaticDCMotor: rotor,
+    motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
+    motors.SeriesDCMotor: armature,
+    motors.SpeedDrive: rotor,
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
     vehicle.Vehicle: lambda at: (
         (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
@@ -349,11 +423,23 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     translation.Damper: viscous,
     translation.ElastoGap: gap_heat,
     translation.SpringDamper: viscous,
+    electrical.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    electrical.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    motors.QuasiStaticDCMotor: lambda at: (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"],
+    motors.SeparatelyExcitedDCMotor: lambda at: (
+        at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
+    ),
+    motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     vehicle.Vehicle: rolling,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     translation.Force: driving("f"),
+    electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
+    motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    motors.InductionMotor: kloss,
+    motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
@@ -367,7 +453,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
 PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
-PRESCRIBED |= {thermal.FixedTemperature}
+PRESCRIBED |= {thermal.FixedTemperature, electrical.VoltageSource, electrical.Ground}
 
 
 def rate(energy: Energy, at: Motion) -> float:
@@ -375,7 +461,8 @@ def rate(energy: Energy, at: Motion) -> float:
     h = 1e-30
     q = {port: at.q[port] + 1j * h * at.v[port] for port in at.q}
     v = {port: at.v[port] + 1j * h * at.a[port] for port in at.v}
-    return energy(Motion(at.p, q, v, at.a)).imag / h
+    x = {name: at.x[name] + 1j * h * at.rates[name] for name in at.x}
+    return energy(Motion(at.p, q, v, at.a, x, at.rates)).imag / h
 
 
 def nothing(at: Motion) -> float:
@@ -420,9 +507,17 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
         found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
         q, v, flow, reaction, sliding = np.split(found, sizes)
         a = (load - flow) / mass
+        rates = np.asarray(system.rhs(point.x, point.theta, point.time, point.modes)).ravel()
+        inside = {
+            name.removeprefix("part."): i
+            for i, name in enumerate(system.state_names)
+            if name.startswith("part.")
+        }
+        x, der_x = ({name: values[i] for name, i in inside.items()} for values in (point.x, rates))
         qva = (dict(zip(ports, y, strict=True)) for y in (q, v, a))
         warm = [isinstance(port, lp.HeatPort) for port in ports.values()]
-        yield Motion(own, *qva, tuple(reaction * sliding)), np.where(warm, flow, flow * v)
+        held_power = tuple(reaction * sliding)
+        yield Motion(own, *qva, x, der_x, held_power), np.where(warm, flow, flow * v)
 
 
 @every([cls for cls in LIBRARY if declared(cls, lp.Port) and cls not in PRESCRIBED])

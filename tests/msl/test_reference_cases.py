@@ -2,45 +2,14 @@
 
 import numpy as np
 import pytest
-from specification import build, ramp, read
+from specification import build, read
 
 import lumped as lp
-from lumped.components import Damper, Fixed, Inertia, SpeedSensor, Torque
+from lumped.components import Damper, Fixed, Inertia
 from lumped.components.translation import Force, Mass
 
 G = 9.80665  # m/s2
 POSITIONS = ("phi", "s")
-
-
-class Controller(lp.Component):
-    """PI controller: ``T der(x) = e``, ``y = k (x + e)`` with ``e = wanted - w``."""
-
-    w = lp.Input("rad/s", "measured speed")
-    wanted = lp.Input("rad/s", "wanted speed")
-    k: lp.Param = lp.param("N.m.s/rad", "gain")
-    T: lp.Param = lp.param("s", "time constant", above=0)
-    x: lp.Var = lp.var("rad/s", "integral of the error over T")
-    y = lp.Output("N.m", "torque")
-
-    def equations(self):
-        error = self.wanted - self.w
-        yield self.T * lp.der(self.x) == error
-        yield self.y == self.k * (self.x + error)
-
-
-class ControlledDrive(lp.Component):
-    """Inertia under a PI speed controller."""
-
-    controller: Controller = Controller(k=110.0, T=0.1, wanted=ramp(1.0, 2.0))
-    drive: Torque = Torque()
-    load: Inertia = Inertia(J=10.0)
-    sensor: SpeedSensor = SpeedSensor()
-
-    def connections(self):
-        yield lp.connect(self.drive.flange, self.load.flange_a)
-        yield lp.connect(self.load.flange_b, self.sensor.flange)
-        yield lp.connect(self.sensor.w, self.controller.w)
-        yield lp.connect(self.controller.y, self.drive.tau)
 
 
 class Cosine(lp.Component):
@@ -133,7 +102,6 @@ class Pendulum(lp.Component):
 
 
 WRITTEN_OUT = {
-    "drive_speed_pi": ControlledDrive,
     "engine_motored": Engine,
     "pendulum_damped": Pendulum,
 }

@@ -1,0 +1,289 @@
+"""Controllers, filters and limiters for drives.
+
+Signals carry the unit of what they are connected to; "1" is written here. Controllers compare
+`wanted` with `measured`, blocks turn `u` into `y`. Where a limiter begins or ceases to act, the
+run stops and notes an event, so that the kink is exact and one sees when a drive was at its limit.
+
+Sources: Astrom and Hagglund, Advanced PID Control, 2006, ch. 3.5 (anti-windup) and 13 (sampling);
+Leonhard, Control of Electrical Drives, 3rd ed., ch. 15 (position control).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, time, var, when
+from lumped.ops import maximum, minimum, sign, sqrt, where
+from lumped.switch import Item
+
+__all__ = [
+    "CurrentController",
+    "Filter",
+    "Gain",
+    "LimitedPI",
+    "Limiter",
+    "LoadShare",
+    "PController",
+    "PIController",
+    "PointToPoint",
+    "RateLimiter",
+    "SampledPI",
+    "SquareRootController",
+    "Sum",
+]
+
+
+def limited(u: Expr, low: Expr, high: Expr) -> Expr:
+    """`u` between two limits; the run stops where it meets one."""
+    return where(u > high, high, where(u < low, low, u))
+
+
+class Gain(Component):
+    """Proportional block: ``y = k u``."""
+
+    u = Input("1", "signal")
+    k: Param = param("1", "gain")
+    y = Output("1", "signal")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.y == self.k * self.u
+
+
+class Sum(Component):
+    """Weighted sum of two signals: ``y = k_a a + k_b b``."""
+
+    a = Input("1", "first signal")
+    b = Input("1", "second signal")
+    k_a: Param = param("1", "weight of the first signal", 1.0)
+    k_b: Param = param("1", "weight of the second signal", 1.0)
+    y = Output("1", "signal")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.y == self.k_a * self.a + self.k_b * self.b
+
+
+class Filter(Component):
+    """First-order low pass: ``T der(x) = u - x``, ``y = x``."""
+
+    u = Input("1", "signal")
+    T: Param = param("s", "time constant", above=0)
+    x: Var = var("1", "filtered signal", state="prefer")
+    y = Output("1", "filtered signal")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.T * der(self.x) == self.u - self.x
+        yield self.y == self.x
+
+
+class Limiter(Component):
+    """Limiter: ``y = min(max(u, y_min), y_max)``."""
+
+    u = Input("1", "signal")
+    y_min: Param = param("1", "least output")
+    y_max: Param = param("1", "greatest output", above=y_min)
+    y = Output("1", "limited signal")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.y == limited(self.u, self.y_min, self.y_max)
+
+
+class RateLimiter(Component):
+    """Ramp limiter: ``der(x) = clip((u - x) / T, +-rate)``, ``y = x``.
+
+    Follows a slower signal with the lag `T`, which should be short to what it drives. The kinks
+    are not located: a signal that keeps following at the limit would meet it again and again.
+    """
+
+    u = Input("1", "signal")
+    rate: Param = param("1/s", "greatest rate of change, both ways", above=0)
+    T: Param = param("s", "time constant of following", above=0)
+    x: Var = var("1", "output", state="prefer")
+    y = Output("1", "signal of limited rate")
+
+    def equations(self) -> Iterator[Equation]:
+        yield der(self.x) == minimum(maximum((self.u - self.x) / self.T, -self.rate), self.rate)
+        yield self.y == self.x
+
+
+class PController(Component):
+    """Proportional controller: ``y = k (wanted - measured)``."""
+
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    k: Param = param("1", "gain", above=0)
+    y = Output("1", "controller output")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.y == self.k * (self.wanted - self.measured)
+
+
+class PIController(Component):
+    """PI controller: ``e = wanted - measured``, ``T_i der(x) = e``, ``y = k (e + x)``."""
+
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    k: Param = param("1", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    x: Var = var("1", "integral part over the gain", state="prefer")
+    y = Output("1", "controller output")
+
+    def equations(self) -> Iterator[Equation]:
+        e = self.wanted - self.measured
+        yield self.T_i * der(self.x) == e
+        yield self.y == self.k * (e + self.x)
+
+
+class LimitedPI(Component):
+    """PI controller with limits and anti-windup by back calculation.
+
+    ``e = wanted - measured``, ``u = k (e + x)``, ``y = clip(u, y_min, y_max)`` and
+    ``T_i der(x) = e + (y - u) / (k N_i)``: beyond a limit the integral part is led back with the
+    time constant ``N_i T_i``.
+    """
+
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    k: Param = param("1", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    N_i: Param = param("1", "time of back calculation over integral time", 1.0, above=0)
+    y_min: Param = param("1", "least output")
+    y_max: Param = param("1", "greatest output", above=y_min)
+    x: Var = var("1", "integral part over the gain", state="prefer")
+    u: Var = var("1", "output without limits")
+    y = Output("1", "controller output")
+
+    def equations(self) -> Iterator[Equation]:
+        e = self.wanted - self.measured
+        yield self.u == self.k * (e + self.x)
+        yield self.y == limited(self.u, self.y_min, self.y_max)
+        yield self.T_i * der(self.x) == e + (self.y - self.u) / (self.k * self.N_i)
+
+
+class CurrentController(Component):
+    """PI controller of a motor current: the induced voltage is fed forward, the limit is a signal.
+
+    ``e = wanted - measured``, ``u = k (e + x) + feed``, ``y = clip(u, +-limit)`` and
+    ``T_i der(x) = e + (y - u) / k``. For a first-order lag of the converter and its measurement
+    with sum `T`, ``k = L / (2 T)`` and ``T_i = L / R`` (optimum by magnitude; Leonhard, ch. 7).
+    """
+
+    wanted = Input("A", "wanted current")
+    measured = Input("A", "measured current")
+    feed = Input("V", "induced voltage")
+    limit = Input("V", "greatest voltage, both ways")
+    k: Param = param("Ohm", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    x: Var = var("A", "integral part over the gain", state="prefer")
+    u: Var = var("V", "voltage without limits")
+    y = Output("V", "wanted voltage")
+
+    def equations(self) -> Iterator[Equation]:
+        e = self.wanted - self.measured
+        yield self.u == self.k * (e + self.x) + self.feed
+        yield self.y == limited(self.u, -self.limit, self.limit)
+        yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
+
+
+class SampledPI(Component):
+    """PI controller in a computer: at 0, T_s, 2 T_s, ... ``x += T_s e / T_i``, ``y = k (x + e)``.
+
+    ``e = wanted - measured`` is sampled, and `y` is held until the next sample.
+    """
+
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    k: Param = param("1", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    T_s: Param = param("s", "sampling time", above=0)
+    x: Var = var("1", "integral part over the gain", state="always")
+    held: Var = var("1", "output since the last sample", state="always")
+    t_next: Var = var("s", "instant of the next sample", state="always")
+    y = Output("1", "controller output")
+
+    def equations(self) -> Iterator[Item]:
+        yield der(self.x) == 0
+        yield der(self.held) == 0
+        yield der(self.t_next) == 0
+        yield self.y == self.held
+        e = self.wanted - self.measured
+        x = self.x + self.T_s / self.T_i * e
+        yield when(
+            time > self.t_next,
+            {self.x: x, self.held: self.k * (x + e), self.t_next: self.t_next + self.T_s},
+        )
+
+
+class SquareRootController(Component):
+    """Position controller that brakes with `a`: ``y = sqrt(2 a (e - e_0/2))`` for ``e > e_0``.
+
+    Near the aim ``y = K e``; both meet without a kink at ``e_0 = a / K^2``. Odd in
+    ``e = wanted - measured``; `y` is the wanted speed.
+    """
+
+    wanted = Input("1", "wanted position")
+    measured = Input("1", "measured position")
+    K: Param = param("1/s", "gain near the aim", above=0)
+    a: Param = param("1", "deceleration", above=0)
+    y = Output("1", "wanted speed")
+
+    def equations(self) -> Iterator[Equation]:
+        e, e_0 = self.wanted - self.measured, self.a / self.K**2
+        far = maximum(maximum(e, -e), e_0)
+        yield self.y == e / far * sqrt(2 * self.a * (far - e_0 / 2))
+
+
+class LoadShare(Component):
+    """Load-share trim: a limited PI controller that brings ``own = share (own + other)``.
+
+    `y` is added to the wanted speed of the own drive: ``e = share (own + other) - own``,
+    ``u = k (e + x)``, ``y = clip(u, +-y_max)``, ``T_i der(x) = e + (y - u) / k``.
+    """
+
+    own = Input("N.m", "torque of the own drive")
+    other = Input("N.m", "torque of the other drive")
+    share: Param = param("1", "part of the own drive", 0.5, min=0, max=1)
+    k: Param = param("rad/(s.N.m)", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    y_max: Param = param("rad/s", "greatest correction", above=0)
+    x: Var = var("N.m", "integral part over the gain", state="prefer")
+    u: Var = var("rad/s", "correction without limits")
+    y = Output("rad/s", "correction of the wanted speed")
+
+    def equations(self) -> Iterator[Equation]:
+        e = self.share * (self.own + self.other) - self.own
+        yield self.u == self.k * (e + self.x)
+        yield self.y == limited(self.u, -self.y_max, self.y_max)
+        yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
+
+
+class PointToPoint(Component):
+    """Quickest move by `distance` within limits of speed and acceleration, from `start_time` on.
+
+    Acceleration `a`, speed ``v`` (a trapezoid, or a triangle where the way is short) and position
+    ``s``: ``der(s) = v``, ``der(v) = a``. All have the units of the distance.
+    """
+
+    distance: Param = param("1", "way of the move, either sign")
+    v_max: Param = param("1/s", "greatest speed", above=0)
+    a_max: Param = param("1/s2", "greatest acceleration and deceleration", above=0)
+    start_time: Param = param("s", "begin of the move", 0.0)
+    a = Output("1/s2", "acceleration")
+    v = Output("1/s", "speed")
+    s = Output("1", "way since the begin")
+
+    def equations(self) -> Iterator[Equation]:
+        way = maximum(self.distance, -self.distance)
+        up = minimum(self.v_max / self.a_max, sqrt(way / self.a_max))
+        down = maximum(way / self.v_max, up)
+        begin, a = self.start_time, sign(self.distance) * self.a_max
+
+        def pulse(since: Expr) -> tuple[Expr, Expr, Expr]:
+            """One acceleration for the time `up`, and its first and second integral."""
+            on = where(time >= since + up, 0, where(time >= since, 1, 0))
+            run = where(time >= since + up, up, where(time >= since, time - since, 0))
+            after = where(time >= since + up, time - since - up, 0)
+            return on, run, run**2 / 2 + up * after
+
+        rise, fall = pulse(begin), pulse(begin + down)
+        for output, first, second in zip((self.a, self.v, self.s), rise, fall, strict=True):
+            yield output == a * (first - second)
