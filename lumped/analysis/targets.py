@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -204,8 +205,27 @@ class Targets:
         return chosen.dependent, usable
 
     def _rank(self, node: int) -> int:
+        """Wish to stay at its default; slip speeds yield to the speeds of bodies."""
         unknown = self.system._members.get(node)
-        return RANK["avoid" if unknown is None else self.system._tree.quantity(unknown).wish]
+        if unknown is None or node in self._slips:
+            return RANK["avoid"]
+        return RANK[self.system._tree.quantity(unknown).wish]
+
+    @cached_property
+    def _slips(self) -> set[int]:
+        """Speeds that holds stop and that are not those of a flange."""
+        system = self.system
+        reduced, tree = system._reduced, system._tree
+        held = set(system.switching.speeds)
+        if not held:
+            return held
+        classes = {reduced.class_and_order(node)[0]: node for node in held if node >= 0}
+        for part in tree.nodes:
+            for i, quantity in enumerate(part.layout.quantities):
+                if quantity.kind == "potential":
+                    number = int(reduced.aliases.classes[part.first_unknown + i])
+                    classes.pop(number, None)
+        return set(classes.values())
 
     def _text(self, row: int) -> str:
         if row < len(self.unknowns):

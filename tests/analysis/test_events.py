@@ -378,3 +378,34 @@ class SwitchedTorque(lp.Component):
     def equations(self):
         height = 0.4 * cos(self.flange.phi) + lp.ops.sqrt(1 - (0.4 * sin(self.flange.phi)) ** 2)
         yield self.flange.tau == where(height >= 1.2, -0.5, 0.0)
+
+
+def test_event_times_can_be_differentiated_by_parameters():
+    """A margin that is used up moves by ``-(dz/dp) / (dz/dt)``."""
+
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == -4 * self.x
+        yield lp.der(self.y) == where(self.x >= self.border, 1.0, -1.0)
+
+    model = one(
+        x=lp.var("m", "position", start=1.0),
+        v=lp.var("m/s", "velocity"),
+        y=lp.var("1", "what switches"),
+        border=lp.param("m", "border", 0.3),
+        equations=equations,
+    )
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=1.0, rtol=1e-11)
+    t = run.events[0].time
+    assert abs(t - 0.5 * np.arccos(0.3)) < 1e-10
+    place = system.places(["border"])
+    before = np.flatnonzero(run.t == t)[0]
+    point = [run.x[before], run.theta, t, run.pieces[0].settings[-1]]
+    margin = system.margins
+    by_border = margin.jacobian()(*point, *margin(*point))[1]
+    rate = system.margin_rates(*point)
+    received = float(-np.asarray(by_border)[0, place[0]] / np.asarray(rate)[0, 0])
+    expected = -0.5 / np.sqrt(1 - 0.3**2)
+    print(f"dt/dborder = {received:.9f} s/m, error {received - expected:.1e}")
+    assert abs(received - expected) < 1e-8
