@@ -144,8 +144,7 @@ def collect(tree: Tree) -> Parameters:
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
     if expressions or ordered:
-        at_default = np.asarray(ca.Function("p", [theta], [values])(defaults)).ravel()
-        result.check(at_default, type(tree.model).__name__)
+        result.check(result.numbers, type(tree.model).__name__)
     return result
 
 
