@@ -42,7 +42,7 @@ from lumped.components.electrical import (
     VoltageSensor,
     VoltageSource,
 )
-from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch
+from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
 from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
@@ -143,6 +143,7 @@ __all__ = [
     "SeriesDCMotor",
     "SignTorque",
     "Sine",
+    "SlipCoupling",
     "Speed",
     "SpeedDrive",
     "SpeedSensor",

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Flange, Input, Param, Var, der, param, var
+from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.characteristic import Characteristic, dry_friction, friction_at
 from lumped.ops import maximum
 from lumped.switch import Item, hold
 
-__all__ = ["BearingFriction", "Brake", "Clutch", "OneWayClutch"]
+__all__ = ["BearingFriction", "Brake", "Clutch", "OneWayClutch", "SlipCoupling"]
 
 
 class _OnShaft(Component):
@@ -38,16 +38,16 @@ class _OnShaft(Component):
         yield self.flange_a.tau + self.flange_b.tau == self.tau
         yield self.support.tau == -self.tau
 
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.tau * self.w
+
 
 class _BetweenShafts(Component):
     """Between two shafts: ``phi_rel = phi_b - phi_a``, ``tau_b = -tau_a = tau``."""
 
     flange_a = Flange()
     flange_b = Flange()
-    characteristic: Characteristic = ((0.0, 0.5),)
-    peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
-    c_geo: Param = param("m", "friction torque over friction force", 1.0, min=0)
-    u = Input("1", "normal force over its greatest value")
     phi_rel: Var = var("rad", "relative angle", state="avoid")
     w_rel: Var = var("rad/s", "sliding speed", state="prefer")
     tau: Var = var("N.m", "torque on flange b")
@@ -57,6 +57,19 @@ class _BetweenShafts(Component):
         yield self.w_rel == der(self.phi_rel)
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.tau * self.w_rel
+
+
+class _Pressed(_BetweenShafts):
+    """Between two shafts, with friction faces pressed together by a command."""
+
+    characteristic: Characteristic = ((0.0, 0.5),)
+    peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
+    c_geo: Param = param("m", "friction torque over friction force", 1.0, min=0)
+    u = Input("1", "normal force over its greatest value")
 
 
 class BearingFriction(_OnShaft):
@@ -102,7 +115,7 @@ class Brake(_OnShaft):
         )
 
 
-class Clutch(_BetweenShafts):
+class Clutch(_Pressed):
     """Friction clutch between two shafts: ``tau = mu(w_rel) c_geo f_n``, ``f_n = f_max u``.
 
     `tau` acts on the clutch at flange b and, reversed, at flange a; `w_rel` is the speed of b
@@ -129,7 +142,7 @@ class Clutch(_BetweenShafts):
         )
 
 
-class OneWayClutch(_BetweenShafts):
+class OneWayClutch(_Pressed):
     """Freewheel with a friction clutch in parallel: ``w_rel >= 0``, ``tau = mu(w_rel) c_geo f_n``.
 
     Locked (``w_rel = 0``) it takes any torque that would make `w_rel` negative, and opens where
@@ -151,5 +164,33 @@ class OneWayClutch(_BetweenShafts):
             self.w_rel,
             forward=grip * friction_at(self.characteristic, self.w_rel),
             upper=self.peak * grip * friction_at(self.characteristic, 0.0),
+            mode=self.mode,
+        )
+
+
+class SlipCoupling(_BetweenShafts):
+    """Coupling that slips above a torque: ``w_rel = 0`` while ``|tau| <= static``.
+
+    Slipping, ``tau = kinetic sign(w_rel)``; it sticks again where `w_rel` comes to zero and
+    `static` suffices. Disengaged, ``tau = 0``. `tau` acts on the coupling at flange b and,
+    reversed, at flange a; `w_rel` is the speed of b relative to a. For safety couplings, belts,
+    wheels and rolls whose limits are known as torques.
+    """
+
+    kinetic: Param = param("N.m", "torque while it slips", min=0)
+    static: Param = param("N.m", "greatest torque without slip", min=kinetic)
+    u = Input("1", "command: engaged above 0.5")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 disengaged")
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        yield hold(
+            self.tau,
+            self.w_rel,
+            forward=self.kinetic,
+            backward=-self.kinetic,
+            upper=self.static,
+            lower=-self.static,
+            engaged=self.u > 0.5,
             mode=self.mode,
         )

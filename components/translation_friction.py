@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Input, LinearFlange, Param, Var, der, param, var
+from lumped import Component, Expr, Input, LinearFlange, Param, Var, der, param, var
 from lumped.components.characteristic import Characteristic, dry_friction, friction_at
 from lumped.switch import Item, hold
 
@@ -32,6 +32,10 @@ class _OnRod(Component):
         yield self.v == der(self.s)
         yield self.flange_a.f + self.flange_b.f == self.f
         yield self.support.f == -self.f
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.f * self.v
 
 
 class SupportFriction(_OnRod):
@@ -113,6 +117,10 @@ class FrictionPair(Component):
             peak=self.peak,
             mode=self.mode,
         )
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.f * self.v_rel
 
 
 class MassWithStopAndFriction(Component):

@@ -75,12 +75,18 @@ class _Union:
     def reduce(self, row: Row) -> dict[tuple[int, int], float]:
         """The row in terms of roots, zeros and cancelled terms left out."""
         terms: dict[tuple[int, int], float] = {}
+        zero, find = self.zero, self.find
         for u, order, coefficient in row:
-            root, shift, sign = self.find(u)
-            if not self.zero[root]:
-                key = (root, order + shift)
-                terms[key] = terms.get(key, 0.0) + sign * coefficient
-        return {k: c for k, c in terms.items() if abs(c) > 1e-14}
+            root, shift, sign = find(u)
+            if zero[root]:
+                continue
+            key = (root, order + shift)
+            total = terms.get(key, 0.0) + sign * coefficient
+            if abs(total) > 1e-14:
+                terms[key] = total
+            else:
+                terms.pop(key, None)
+        return terms
 
     def absorb(self, row: Row) -> bool:
         """Use the row up as an alias if it is one."""
@@ -119,7 +125,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
     ]
     waiting += [("ground", k, [(u, 0, 1.0)]) for k, (u, _) in enumerate(joints.grounded)]
     waiting += [
-        ("sum", k, [(u, 0, c) for u, c in zip(flows.tolist(), signs.tolist(), strict=True)])
+        ("sum", k, [(u, 0, c) for u, c in zip(flows, signs, strict=True)])
         for k, (flows, signs, _) in enumerate(joints.sums)
     ]
     waiting += _candidates(flat)
@@ -146,7 +152,7 @@ def eliminate_aliases(flat: FlatModel) -> Aliases:
 def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
     found: list[tuple[str, int, Row]] = []
     for group in flat.groups:
-        n = len(group.template.equations)
+        n = group.template.count
         for e in range(n):
             residual = group.template.residual(e)
             if not residual.homogeneous:

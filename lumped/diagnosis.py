@@ -38,7 +38,7 @@ def equation_text(incidence: Incidence, kind: str, number: int) -> str:
         return f"{text:<40} in {node.label}"
     if kind == "sum":
         flows, _, where = joints.sums[number]
-        name = incidence.flat.tree.quantity(int(flows[0])).text
+        name = incidence.flat.tree.quantity(flows[0]).text
         return f"sum of '{name}' is zero".ljust(40) + f" at {where}"
     if kind == "equal":
         a, b, where = joints.equal[number]
@@ -295,9 +295,9 @@ def _raw_unknowns(incidence: Incidence, row: int) -> list[int]:
     kind, number = incidence.origin(row)
     flat = incidence.flat
     if kind == "sum":
-        return [int(u) for u in flat.joints.sums[number][0]]
+        return flat.joints.sums[number][0]
     for group in flat.groups:
-        n = len(group.template.equations)
+        n = group.template.count
         offset = number - group.first_equation
         if 0 <= offset < n * len(group.nodes):
             instance, e = divmod(offset, n)

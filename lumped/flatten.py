@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,9 +13,10 @@ from lumped.component import Component
 from lumped.errors import EquationError, SingularModelError
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
+from lumped.kept import template_of
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
-from lumped.switch import Item
+from lumped.switch import Hold, Item, Single, When
 from lumped.template import Template, template_key
 from lumped.tree import Node, Tree
 
@@ -29,7 +30,9 @@ class Group:
     Attributes
     ----------
     template : Template
-        Their equations.
+        Their equations, lowered.
+    equations : list of Equation
+        Those of the first instance, as written.
     nodes : list of int
         Node number of each instance.
     names : list of str
@@ -45,6 +48,7 @@ class Group:
     """
 
     template: Template
+    equations: list[Equation]
     nodes: list[int] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     unknowns: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
@@ -96,8 +100,10 @@ class FlatModel:
     def start_numbers(self) -> dict[int, float]:
         """Start values at default parameters, by unknown, where they are not zero by default."""
         values = {**self.starts, **self.given}
+        if not values:
+            return {}
         theta = self.parameters.theta
-        evaluate = ca.Function("s", [theta], [ca.vertcat(ca.SX(0, 1), *values.values())])
+        evaluate = ca.Function("s", [theta], [ca.vertcat(*values.values())])
         found = np.asarray(evaluate(self.parameters.defaults)).ravel()
         return dict(zip(values, found.tolist(), strict=True))
 
@@ -127,24 +133,23 @@ class FlatModel:
     def origin(self, equation: int) -> tuple[Node, str]:
         """Component of a component equation, and the equation with full names."""
         for group in self.groups:
-            n = len(group.template.equations)
+            n = group.template.count
             offset = equation - group.first_equation
             if 0 <= offset < n * len(group.nodes):
                 instance, number = divmod(offset, n)
                 node = self.tree.nodes[group.nodes[instance]]
-                return node, self._text(group.template, number, node)
+                return node, self._text(group, number, node)
         raise IndexError(equation)
 
     def initial_text(self, group: Group, instance: int, number: int) -> str:
         """An initial equation with full names, and where it stands."""
         node = self.tree.nodes[group.nodes[instance]]
-        return f"{self._text(group.template, number, node)} in {node.label}"
+        return f"{self._text(group, number, node)} in {node.label}"
 
-    def _text(self, template: Template, number: int, node: Node) -> str:
-        sample = template._component
+    def _text(self, group: Group, number: int, node: Node) -> str:
+        scope = self.tree.nodes[group.nodes[0]]
 
         def name(ref: Ref) -> str:
-            scope = self.tree.nodes[self.tree._number[id(sample)]]
             below = self.tree.below(ref.owner, scope) or ""
             full = node.name(f"{below}.{ref.name}" if below else ref.name)
             number = self.tree.input_parameters.get(full)
@@ -152,7 +157,7 @@ class FlatModel:
                 return f"{self.parameters.defaults[self.parameters.free.index(number)]:g}"
             return full
 
-        equation = template.equations[number]
+        equation = group.equations[number]
         return f"{text(equation.left, name)} = {text(equation.right, name)}"
 
 
@@ -189,23 +194,24 @@ def flatten(model: Component) -> FlatModel:
 
 
 def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
-    groups: dict[Hashable, Group] = {}
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
             continue
         key = template_key(node.component)
-        group = groups.get(key)
+        group = alike.get(key)
         if group is None:
-            group = groups[key] = Group(_template(tree, node, node.component.equations()))
-        _check_balance(tree, node, group.template, joints)
+            group = alike[key] = _group(tree, groups, node, node.component.equations())
+        _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
     count = modes = 0
     for group in groups.values():
         group.first_equation, group.first_mode = count, modes
-        count += len(group.template.equations) * len(group.nodes)
+        count += group.template.count * len(group.nodes)
         modes += len(group.template.modes) * len(group.nodes)
         _number(tree, group)
     return list(groups.values()), count, modes
@@ -213,20 +219,21 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
 
 def _initial_groups(tree: Tree) -> list[Group]:
     """Equations that hold at the start only."""
-    groups: dict[Hashable, Group] = {}
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         if type(node.component).initial_equations is Component.initial_equations:
             continue
         key = template_key(node.component)
-        if key not in groups:
+        if key not in alike:
             equations = node.component.initial_equations()
-            groups[key] = Group(_template(tree, node, equations, "initial_equations()"))
-            if groups[key].template.modes:
+            alike[key] = _group(tree, groups, node, equations, "initial_equations()")
+            if alike[key].template.modes:
                 raise EquationError(
                     f"{node.label}: an initial equation cannot hold a condition. It holds at the "
                     "time zero only; write the side that holds there."
                 )
-        groups[key].nodes.append(number)
+        alike[key].nodes.append(number)
     for group in groups.values():
         _number(tree, group)
     return list(groups.values())
@@ -238,21 +245,44 @@ def _number(tree: Tree, group: Group) -> None:
     group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
 
 
-def _template(
-    tree: Tree, scope: Node, equations: Iterable[Item] | None, method: str = "equations()"
-) -> Template:
-    if equations is None:
+def _group(
+    tree: Tree,
+    groups: dict[Template, Group],
+    scope: Node,
+    found: Iterable[Item] | None,
+    method: str = "equations()",
+) -> Group:
+    """Group of all instances with equations like those found, made if there is none."""
+    if found is None:
         raise EquationError(
             f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
         )
     try:
-        return Template(scope.component, lambda c: tree.below(c, scope), equations)
+        items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+        for item in items:
+            if not isinstance(item, Equation | Hold | When):
+                raise EquationError(
+                    f"{type(scope.component).__name__} yielded {item!r} as an equation; "
+                    "each item must be an equation: left == right."
+                )
+        template = template_of(scope.component, lambda c: tree.below(c, scope), items)
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
+    return groups.setdefault(template, Group(template, list(_written(items))))
 
 
-def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
+def _written(items: Iterable[Single]) -> Iterator[Equation]:
+    """Equations as the user wrote them, in the order of those of the template."""
+    for item in items:
+        if isinstance(item, Hold):
+            yield from item.equations()
+        elif isinstance(item, Equation):
+            yield item
+
+
+def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
     """Equations of inputs that are given to instances instead of connected."""
+    alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         for name, quantity in node.component._quantities.items():
             if not isinstance(quantity, Input) or name not in node.component._values:
@@ -260,17 +290,16 @@ def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
             given, signal = node.component._values[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
-                equation = Equation(signal, given)
-                key: Hashable = (node.path, name)
-                template = _template(tree, tree.nodes[scope], [equation])
-                groups[key] = Group(template, [scope], [node.name(name)])
+                group = _group(tree, groups, tree.nodes[scope], [Equation(signal, given)])
+                group.nodes.append(scope)
+                group.names.append(node.name(name))
                 continue
             key = (type(node.component), name)
-            if key not in groups:
+            if key not in alike:
                 parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
-                groups[key] = Group(_template(tree, node, [Equation(signal, parameter)]))
-            groups[key].nodes.append(number)
-            groups[key].names.append(node.name(name))
+                alike[key] = _group(tree, groups, node, [Equation(signal, parameter)])
+            alike[key].nodes.append(number)
+            alike[key].names.append(node.name(name))
 
 
 def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
@@ -282,8 +311,13 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
                 table[row, column] = node.first_unknown + node.layout.unknowns[local]
             elif local in node.layout.parameters:
                 table[row, column] = node.first_parameter + node.layout.parameters[local]
-            else:
+            elif node.name(local) in tree.input_parameters:
                 table[row, column] = tree.input_parameters[node.name(local)]
+            else:
+                raise EquationError(
+                    f"{node.label}: a part is bound to the parameter '{local}', which "
+                    f"{node.label} does not have."
+                )
     return table
 
 
@@ -317,14 +351,14 @@ def _check_hollow(node: Node, joints: Joints) -> None:
         )
 
 
-def _check_balance(tree: Tree, node: Node, template: Template, joints: Joints) -> None:
-    needed, found = _needed(node, joints), len(template.equations)
+def _check_balance(node: Node, group: Group, joints: Joints) -> None:
+    needed, found = _needed(node, joints), group.template.count
     if needed == found:
         return
     layout = node.layout
     own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
     outs = [n for n, i in layout.unknowns.items() if layout.quantities[i].kind == "output"]
-    listed = [f"  {equation!r}" for equation in template.equations]
+    listed = [f"  {equation!r}" for equation in group.equations]
     verdict = "too few: something is left undetermined" if found < needed else "too many"
     raise SingularModelError(
         f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"

@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lumped.connection import Connection, label
 from lumped.errors import ConnectError, EquationError
 from lumped.expression import Ref
+from lumped.links import links
 from lumped.port import Port
 from lumped.quantity import Input, Output
 from lumped.tree import Node, Tree
@@ -28,7 +29,7 @@ class Joints:
     ----------
     equal : list of (int, int, str)
         Unknowns that are equal by a connection, and the connection's text.
-    sums : list of (ndarray of int, ndarray of float, str)
+    sums : list of (list of int, list of float, str)
         Flows and their signs that sum to zero, and the node's text.
     grounded : list of (int, str)
         Potentials that are zero because their port is left open and grounds itself.
@@ -39,14 +40,13 @@ class Joints:
     """
 
     equal: list[tuple[int, int, str]]
-    sums: list[tuple[np.ndarray, np.ndarray, str]]
+    sums: list[tuple[list[int], list[float], str]]
     grounded: list[tuple[int, str]]
     inside: set[int]
     driven: set[int]
 
 
-@dataclass(frozen=True)
-class _End:
+class _End(NamedTuple):
     """One side of a port in a connection."""
 
     node: Node
@@ -93,7 +93,7 @@ def join(tree: Tree) -> Joints:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
     equal: list[tuple[int, int, str]] = []
-    sums: list[tuple[np.ndarray, np.ndarray, str]] = []
+    sums: list[tuple[list[int], list[float], str]] = []
     grounded: list[tuple[int, str]] = []
     for group in _groups(list(ends), pairs):
         members = [ends[t] for t in group]
@@ -136,13 +136,14 @@ def _signal(tree: Tree, scope: Node, end: Ref, sides: dict[int, set[str]]) -> in
 
 
 def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
+    if not items:
+        return []
     items.sort()
     place = {t: i for i, t in enumerate(items)}
     n = len(items)
     i = np.array([place[a] for a, _ in pairs], dtype=int)
     j = np.array([place[b] for _, b in pairs], dtype=int)
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(n, n))
-    count, labels = connected_components(graph, directed=False)
+    count, labels = connected_components(links(i, j, (n, n)), directed=False)
     groups: list[list[int]] = [[] for _ in range(count)]
     for item, group in zip(items, labels.tolist(), strict=True):
         groups[group].append(item)
@@ -153,12 +154,12 @@ def _tie(
     tree: Tree,
     members: list[_End],
     equal: list[tuple[int, int, str]],
-    sums: list[tuple[np.ndarray, np.ndarray, str]],
+    sums: list[tuple[list[int], list[float], str]],
     grounded: list[tuple[int, str]],
 ) -> None:
     potentials = [m.unknowns()[0] for m in members]
-    flows = np.array([m.unknowns()[1] for m in members])
-    signs = np.array([float(m.sign) for m in members])
+    flows = [m.unknowns()[1] for m in members]
+    signs = [float(m.sign) for m in members]
     if len(members) > 1:
         where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
         where += " = ..." if len(members) > 4 else ""

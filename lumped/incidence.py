@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from lumped.alias import Aliases
 from lumped.flatten import FlatModel, Group
-from lumped.template import CONSTANT, Residual, Stick
+from lumped.template import CONSTANT, Residual
 
 __all__ = ["Entries", "Incidence", "Occurrence"]
 
@@ -68,7 +69,7 @@ class Incidence:
         self.blocks: list[tuple[Group, int, np.ndarray, int]] = []
         first = 0
         for group in flat.groups:
-            n, m = len(group.template.equations), len(group.nodes)
+            n, m = group.template.count, len(group.nodes)
             kept = aliases.kept_equations[group.first_equation : group.first_equation + n * m]
             for e in range(n):
                 instances = np.flatnonzero(kept[e::n])
@@ -79,6 +80,10 @@ class Incidence:
         self._firsts = [block[3] for block in self.blocks]
         self.sums = np.flatnonzero(aliases.kept_sums)
         self.count = first + len(self.sums)
+        sums = [flat.joints.sums[k] for k in self.sums.tolist()]
+        self._flows = np.array([u for flows, _, _ in sums for u in flows], dtype=int)
+        self._flow_signs = np.array([s for _, signs, _ in sums for s in signs])
+        self._first_flow = np.cumsum([0, *(len(flows) for flows, _, _ in sums)])
 
     def origin(self, row: int) -> tuple[str, int]:
         """Kind and number of an equation: ``("equation", n)`` or ``("sum", k)``."""
@@ -86,7 +91,7 @@ class Incidence:
             return "sum", int(self.sums[row - self.first_sum])
         block, place = self.place(row)
         group, e, instances, _ = self.blocks[block]
-        n = len(group.template.equations)
+        n = group.template.count
         return "equation", group.first_equation + int(instances[place]) * n + e
 
     def place(self, row: int) -> tuple[int, int]:
@@ -94,10 +99,15 @@ class Incidence:
         block = bisect_right(self._firsts, row) - 1
         return block, row - self._firsts[block]
 
-    def stick(self, block: int) -> Stick | None:
-        """The constraint that holds or slides, if a block of equations is its row."""
-        group, e, _, _ = self.blocks[block]
-        return next((s for s in group.template.sticks if s.equation == e), None)
+    def reactions(self) -> dict[int, int]:
+        """The equations of constraints that hold or slide, and the unknown reaction of each."""
+        found: dict[int, int] = {}
+        for group, e, instances, first in self.blocks:
+            for stick in group.template.sticks:
+                if stick.equation == e:
+                    unknowns = group.unknowns[instances, stick.reaction[0]].tolist()
+                    found.update(enumerate(unknowns, first))
+        return found
 
     def proportional(self, row: int, order: int = 0) -> bool:
         """Whether a component equation, differentiated, is one that `Residual.proportional` is."""
@@ -121,13 +131,36 @@ class Incidence:
             a.signs[unknowns],
         )
 
-    def sum_terms(self, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Classes, orders and coefficients of a flow sum; zeros left out."""
-        flows, signs, _ = self.flat.joints.sums[self.sums[row - self.first_sum]]
-        a = self.aliases
+    def alike(
+        self, rows: np.ndarray, orders: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, Occurrence]]:
+        """Component equations by template equation: their positions in `rows`, and occurrence."""
+        positions = np.flatnonzero(rows < self.first_sum)
+        blocks = np.searchsorted(self._firsts, rows[positions], side="right") - 1
+        sort = np.lexsort((orders[positions], blocks))
+        positions, blocks = positions[sort], blocks[sort]
+        changes = (np.diff(blocks) != 0) | (np.diff(orders[positions]) != 0)
+        ends = [*(np.flatnonzero(changes) + 1).tolist(), len(positions)]
+        begin = 0
+        for end in ends if len(positions) else ():
+            block, some = int(blocks[begin]), positions[begin:end]
+            yield (
+                some,
+                self.occurrence(block, int(orders[some[0]]), rows[some] - self._firsts[block]),
+            )
+            begin = end
+
+    def sum_terms(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Positions in `rows`, classes, orders and coefficients in flow sums; zeros left out."""
+        begin = self._first_flow[rows - self.first_sum]
+        counts = self._first_flow[rows - self.first_sum + 1] - begin
+        ends = np.cumsum(counts)
+        places = np.repeat(np.arange(len(rows)), counts)
+        index = np.arange(len(places)) + np.repeat(begin - ends + counts, counts)
+        flows, signs, a = self._flows[index], self._flow_signs[index], self.aliases
         alive = a.classes[flows] >= 0
-        flows, signs = flows[alive], signs[alive]
-        return a.classes[flows], a.shifts[flows], signs * a.signs[flows]
+        places, flows, signs = places[alive], flows[alive], signs[alive]
+        return places, a.classes[flows], a.shifts[flows], signs * a.signs[flows]
 
     def entries(
         self, orders: np.ndarray, at: Point | None = None, picked: np.ndarray | None = None
@@ -153,11 +186,10 @@ class Incidence:
         rows = np.arange(self.first_sum, self.count)
         if picked is not None:
             rows = rows[picked[self.first_sum :]]
-        for row in rows.tolist():
-            classes, shifts, values = self.sum_terms(row)
-            n = len(classes)
-            kinds = np.zeros(n, dtype=int)
-            parts.append((np.full(n, row), classes, shifts + orders[row], kinds, values))
+        if len(rows):
+            places, classes, shifts, values = self.sum_terms(rows)
+            own = rows[places]
+            parts.append((own, classes, shifts + orders[own], np.zeros_like(own), values))
         if not parts:
             none = np.zeros(0, dtype=int)
             return Entries(none, none, none, none, np.zeros(0))

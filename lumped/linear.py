@@ -1,6 +1,6 @@
 """Symbolic solution of sparse linear systems.
 
-Markowitz elimination (Management Science 3 (1957) 255) on SX entries. Each entry carries the
+Markowitz elimination (Management Science 3 (1957) 255) on terms of a tape. Each entry carries the
 kind of its coefficient and its value at a generic point, so that a pivot is a number before it
 is a function of parameters, and never zero at that point. What is left couples a few unknowns by
 coefficients that vary during a run, any of which may pass zero; it is solved by orthogonal
@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from lumped.tape import Tape, Term
 from lumped.template import VARYING
 
 __all__ = ["Entry", "SingularBlockError", "solve"]
@@ -29,11 +30,11 @@ _MOST_DENSE = 5
 """Unknowns up to which the orthogonal factorisation is taken."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Entry:
-    """A coefficient: its expression, its kind, its value at a generic point."""
+    """A coefficient: its term, its kind, its value at a generic point."""
 
-    expression: ca.SX
+    term: Term
     kind: int
     value: float
 
@@ -44,23 +45,26 @@ class SingularBlockError(Exception):
 
 def solve(
     rows: list[dict[int, Entry]],
-    right: list[tuple[ca.SX, float]],
+    right: list[tuple[Term, float]],
+    tape: Tape,
     last: Mapping[int, int] | None = None,
-) -> list[tuple[ca.SX, float]]:
+) -> list[tuple[Term, float]]:
     """Solve ``sum_j rows[i][j] z_j == right[i]`` for z.
 
     Parameters
     ----------
     rows : list of dict of int to Entry
         Coefficients of each equation; used up.
-    right : list of (SX, float)
+    right : list of (Term, float)
         Right sides and their values at the generic point; used up.
+    tape : Tape
+        Where the terms stand.
     last : mapping of int to int, optional
         Rows to be eliminated after all others, and the column of the pivot of each.
 
     Returns
     -------
-    list of (SX, float)
+    list of (Term, float)
         The unknowns 0 .. n-1 and their values at the generic point.
 
     Raises
@@ -108,12 +112,12 @@ def solve(
     if open_rows:
         raise SingularBlockError(sorted(open_rows))
     order += _diagonal(rows, right, holders, pivots)
-    return _substituted(rows, right, order)
+    return _substituted(rows, right, order, tape)
 
 
 def _diagonal(
     rows: list[dict[int, Entry]],
-    right: list[tuple[ca.SX, float]],
+    right: list[tuple[Term, float]],
     holders: dict[int, set[int]],
     pivots: dict[int, int],
 ) -> list[tuple[list[int], list[int]]]:
@@ -158,44 +162,50 @@ def _coupled(
 
 def _substituted(
     rows: list[dict[int, Entry]],
-    right: list[tuple[ca.SX, float]],
+    right: list[tuple[Term, float]],
     order: list[tuple[list[int], list[int]]],
-) -> list[tuple[ca.SX, float]]:
-    result: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(rows)
+    tape: Tape,
+) -> list[tuple[Term, float]]:
+    result: list[tuple[Term, float]] = [(tape.zero, 0.0)] * len(rows)
     for group, columns in reversed(order):
         if len(group) > 1:
-            for j, solved in zip(columns, _dense(rows, right, group, columns), strict=True):
+            for j, solved in zip(columns, _dense(rows, right, group, columns, tape), strict=True):
                 result[j] = solved
             continue
         (i,), (j,) = group, columns
         total, number = right[i]
         for c, entry in rows[i].items():
             if c != j:
-                total = total - entry.expression * result[c][0]
+                total = total - entry.term * result[c][0]
                 number -= entry.value * result[c][1]
         pivot = rows[i][j]
-        result[j] = (total / pivot.expression, number / pivot.value)
+        result[j] = (total / pivot.term, number / pivot.value)
     return result
 
 
 def _dense(
     rows: list[dict[int, Entry]],
-    right: list[tuple[ca.SX, float]],
+    right: list[tuple[Term, float]],
     group: list[int],
     columns: list[int],
-) -> list[tuple[ca.SX, float]]:
+    tape: Tape,
+) -> list[tuple[Term, float]]:
     """Solve a few equations together without pivots."""
     n = len(group)
+    terms = [right[i][0] for i in group]
+    symbols = ca.SX.sym("a", n * n + n)
     matrix, numbers = ca.SX.zeros(n, n), np.zeros((n, n))
     for a, i in enumerate(group):
         for b, j in enumerate(columns):
             if j in rows[i]:
-                matrix[a, b], numbers[a, b] = rows[i][j].expression, rows[i][j].value
+                matrix[a, b], numbers[a, b] = symbols[len(terms)], rows[i][j].value
+                terms.append(rows[i][j].term)
     if np.linalg.matrix_rank(numbers) < n:
         raise SingularBlockError(group)
-    solved = ca.solve(matrix, ca.vertcat(*(right[i][0] for i in group)))
+    used = symbols[: len(terms)]
+    function = ca.Function("dense", [used], [ca.solve(matrix, used[:n])])
     values = np.linalg.solve(numbers, [right[i][1] for i in group])
-    return list(zip(ca.vertsplit(solved), values.tolist(), strict=True))
+    return list(zip(tape.call(function, terms), values.tolist(), strict=True))
 
 
 _STEADY, _VARIES, _NO_PIVOT = 0, 1, 2
@@ -218,7 +228,7 @@ def _cheapest(
 
 def _subtract(
     rows: list[dict[int, Entry]],
-    right: list[tuple[ca.SX, float]],
+    right: list[tuple[Term, float]],
     holders: dict[int, set[int]],
     k: int,
     i: int,
@@ -226,14 +236,13 @@ def _subtract(
 ) -> None:
     """Row k minus the multiple of row i that removes column j."""
     pivot, mine = rows[i][j], rows[k].pop(j)
-    factor = mine.expression / pivot.expression
+    factor = mine.term / pivot.term
     ratio = mine.value / pivot.value
     kind = max(mine.kind, pivot.kind)
     for c, entry in rows[i].items():
         if c == j:
             continue
         old = rows[k].get(c)
-        expression = (old.expression if old else 0) - factor * entry.expression
         value = (old.value if old else 0.0) - ratio * entry.value
         worst = max(kind, entry.kind, old.kind if old else 0)
         if worst == 0 and abs(value) <= 1e-14 * abs(ratio * entry.value):
@@ -241,7 +250,8 @@ def _subtract(
                 del rows[k][c]
                 holders[c].discard(k)
             continue
-        rows[k][c] = Entry(expression, worst, value)
+        change = factor * entry.term
+        rows[k][c] = Entry(old.term - change if old else -change, worst, value)
         holders[c].add(k)
     right[k] = (
         right[k][0] - factor * right[i][0],

@@ -36,7 +36,7 @@ class Parameters:
     names : list of str
         Their dotted names.
     ordered : list of (int, int)
-        A parameter, and the one of its component that it must exceed.
+        A parameter, and the one of its component that is its lower limit.
     """
 
     free: list[int]
@@ -63,11 +63,13 @@ class Parameters:
         """
         faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
         for high, low in self.ordered:
-            if not values[high] > values[low]:
+            strict = self.declared[high].strict
+            if values[high] < values[low] or (strict and values[high] == values[low]):
                 unit = self.declared[low].unit
+                relation = "greater than" if strict else "at least"
                 faults.append(
                     f"{self.names[high]} = {values[high]:g} {self.declared[high].unit} "
-                    f"({self.declared[high].text}) must be greater than "
+                    f"({self.declared[high].text}) must be {relation} "
                     f"{self.names[low]} = {values[low]:g} {unit} ({self.declared[low].text})"
                 )
         _refuse(model, faults)
@@ -142,8 +144,7 @@ def collect(tree: Tree) -> Parameters:
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
     if expressions or ordered:
-        at_default = np.asarray(ca.Function("p", [theta], [values])(defaults)).ravel()
-        result.check(at_default, type(tree.model).__name__)
+        result.check(result.numbers, type(tree.model).__name__)
     return result
 
 

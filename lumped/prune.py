@@ -9,17 +9,24 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
+from lumped.links import links
 from lumped.values import Values
 
-__all__ = ["independent_of", "needed_states", "samples", "uses"]
+__all__ = ["independent_of", "needed_states", "samples", "used", "uses"]
 
 
 def uses(expression: ca.SX, values: Values) -> csr_array:
     """Which state stands in which element of an expression, as a sparse (elements, states)."""
-    sparsity = ca.jacobian_sparsity(expression, values.states)
-    rows, columns = sparsity.get_triplet()
+    rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
     shape = (expression.numel(), values.states.numel())
-    return csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=shape)
+    return links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
+
+
+def used(expression: ca.SX, values: Values) -> np.ndarray:
+    """Numbers of the states that stand in an expression; costs one pass, whatever stands where."""
+    if not expression.numel():
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(ca.which_depends(expression, values.states, 1, False))
 
 
 def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -75,8 +82,8 @@ def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) ->
 
 def needed_states(
     values: Values, positions: set[int], outputs: ca.SX | None, kept: ca.SX
-) -> tuple[list[int], csr_array]:
-    """Numbers of the states to integrate, and which states stand in each of their rates.
+) -> list[int]:
+    """Numbers of the states to integrate.
 
     Parameters
     ----------
@@ -91,27 +98,22 @@ def needed_states(
     """
     states = values.reduced.states
     rates = values.of([n + 1 for n in states])
-    links = uses(rates, values)
-    asked = set(uses(kept, values).indices.tolist())
+    asked = set(used(kept, values).tolist())
     if outputs is not None:
-        asked |= set(uses(outputs, values).indices.tolist())
-        needed = _closed(links, asked)
-        return needed, links[needed]
-    used = np.zeros(len(states), dtype=bool)
-    used[links.indices] = True
-    doubtful = [i for i in sorted(positions - asked) if used[i]]
+        return _closed(uses(rates, values), asked | set(used(outputs, values).tolist()))
+    moving = np.zeros(len(states), dtype=bool)
+    moving[used(rates, values)] = True
+    doubtful = [i for i in sorted(positions - asked) if moving[i]]
     if doubtful:
-        used[doubtful] = ~independent_of(rates, doubtful, values)
-    needed = [i for i in range(len(states)) if used[i] or i in asked or i not in positions]
-    return needed, links[needed]
+        moving[doubtful] = ~independent_of(rates, doubtful, values)
+    return [i for i in range(len(states)) if moving[i] or i in asked or i not in positions]
 
 
-def _closed(links: csr_array, begin: set[int]) -> list[int]:
+def _closed(uses: csr_array, begin: set[int]) -> list[int]:
     """All states that those in `begin` need directly or indirectly."""
-    n = links.shape[0]
-    coo = links.tocoo()
+    n = uses.shape[0]
+    coo = uses.tocoo()
     rows = np.concatenate([coo.row, np.full(len(begin), n)])
     columns = np.concatenate([coo.col, np.array(sorted(begin), dtype=int)])
-    graph = csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n + 1, n + 1))
-    order = breadth_first_order(graph, n, return_predecessors=False)
+    order = breadth_first_order(links(rows, columns, (n + 1, n + 1)), n, return_predecessors=False)
     return sorted(int(i) for i in order if i < n)

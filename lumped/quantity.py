@@ -50,7 +50,7 @@ class Param(Quantity, Expr):
         text: str,
         default: Number | None,
         *,
-        min: float | None,
+        min: float | Param | None,
         max: float | None,
         above: float | Param | None,
         below: float | None,
@@ -58,9 +58,12 @@ class Param(Quantity, Expr):
     ) -> None:
         super().__init__(unit, text)
         self.default = default
-        self.exceeds = above if isinstance(above, Param) else None
+        self.strict = isinstance(above, Param)
+        least = above if isinstance(above, Param) else min
+        self.exceeds = least if isinstance(least, Param) else None
         self.above = None if isinstance(above, Param) else above
-        self.min, self.max, self.below = min, max, below
+        self.min = None if isinstance(min, Param) else min
+        self.max, self.below = max, below
         self.nonzero = nonzero
 
     @overload
@@ -148,7 +151,7 @@ def param(
     text: str,
     default: Number | None = None,
     *,
-    min: float | None = None,
+    min: float | Param | None = None,
     max: float | None = None,
     above: float | Param | None = None,
     below: float | None = None,
@@ -165,7 +168,8 @@ def param(
     min, max : float, optional
         Range with its ends.
     above, below : float, optional
-        Range without its ends; `above` may also be another parameter of the component.
+        Range without its ends. One of `min` and `above` may also be another parameter of the
+        component.
     nonzero : bool
         Refuse zero.
     """

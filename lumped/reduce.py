@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from lumped.alias import Aliases, eliminate_aliases
@@ -14,14 +15,14 @@ from lumped.diagnosis import class_names, combined, equation_text, listed
 from lumped.errors import SingularModelError
 from lumped.flatten import FlatModel
 from lumped.incidence import Incidence, Point
+from lumped.links import links
 from lumped.select import RANK, constraint_rows, select_dependent
 from lumped.structure import check_matching, differentiate
 
 __all__ = ["Block", "Reduced", "reduce"]
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
+class Block(NamedTuple):
     """Equations to be solved together for as many unknowns.
 
     Attributes
@@ -32,8 +33,6 @@ class Block:
         Unknowns (numbers of class and derivative) that it determines.
     needs : list of int
         Blocks whose unknowns stand in its equations.
-    level : int
-        All blocks that it needs have a lower level.
     led : bool
         A state stands in its equations.
     """
@@ -41,7 +40,6 @@ class Block:
     equations: list[tuple[int, int]]
     nodes: list[int]
     needs: list[int]
-    level: int
     led: bool
 
 
@@ -217,10 +215,7 @@ def _blocks(
     column[unknown] = np.arange(len(unknown))
     known = column[nodes] < 0
     n = len(labels)
-    graph = csr_array(
-        (np.ones((~known).sum(), dtype=np.int8), (rows[~known], column[nodes[~known]])),
-        shape=(n, len(unknown)),
-    )
+    graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
     match = maximum_bipartite_matching(graph, perm_type="column")
     if n != len(unknown) or (match < 0).any():
         lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
@@ -238,12 +233,11 @@ def _blocks(
         )
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
-    links = csr_array(
-        (np.ones(graph.nnz, dtype=np.int8), (graph.tocoo().row, row_of[graph.tocoo().col])),
-        shape=(n, n),
-    )
-    count, label = connected_components(links, connection="strong")
-    return _ordered(rows, nodes, labels, column, row_of, match, unknown, count, label, first[-1])
+    users, needed = rows[~known], row_of[column[nodes[~known]]]
+    count, label = connected_components(links(users, needed, (n, n)), connection="strong")
+    led = np.zeros(count, dtype=bool)
+    led[label[rows[known]]] = True
+    return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])
 
 
 def _all_entries(
@@ -256,62 +250,54 @@ def _all_entries(
         e = incidence.entries(np.full(incidence.count, order), picked=picked)
         number = np.full(incidence.count, -1)
         number[picked] = len(labels) + np.arange(int(picked.sum()))
-        labels += [(int(r), order) for r in np.flatnonzero(picked)]
+        labels += [(r, order) for r in np.flatnonzero(picked).tolist()]
         row_parts.append(number[e.rows])
         node_parts.append(first[e.classes] + e.orders)
     return np.concatenate(row_parts), np.concatenate(node_parts), labels
 
 
 def _ordered(
-    rows: np.ndarray,
-    nodes: np.ndarray,
     labels: list[tuple[int, int]],
-    column: np.ndarray,
-    row_of: np.ndarray,
-    match: np.ndarray,
-    unknown: np.ndarray,
-    count: int,
+    solved: np.ndarray,
     label: np.ndarray,
+    led: np.ndarray,
+    users: np.ndarray,
+    needed: np.ndarray,
     node_count: int,
 ) -> tuple[list[Block], np.ndarray]:
-    members: list[list[int]] = [[] for _ in range(count)]
-    for row, component in enumerate(label.tolist()):
-        members[component].append(row)
-    needs: list[set[int]] = [set() for _ in range(count)]
-    led = [False] * count
-    for row, c in zip(rows.tolist(), column[nodes].tolist(), strict=True):
-        if c < 0:
-            led[label[row]] = True
-        elif label[row_of[c]] != label[row]:
-            needs[label[row]].add(int(label[row_of[c]]))
-    users: list[list[int]] = [[] for _ in range(count)]
+    """Blocks from the equations' labels, the nodes matched to them and their block's label.
+
+    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times. States stand
+    in the equations of block k if ``led[k]``.
+    """
+    count = len(led)
+    other = users != needed
+    pairs = np.unique(users[other].astype(np.int64) * count + needed[other])
+    users, needed = np.divmod(pairs, count)
+    needs = _lists(users, needed, count)
+    users_of = _lists(needed, users, count)
     waiting = [len(n) for n in needs]
-    for component, wanted in enumerate(needs):
-        for other in wanted:
-            users[other].append(component)
-    level = [0] * count
-    queue = [c for c in range(count) if not waiting[c]]
-    order: list[int] = []
-    for component in queue:
-        order.append(component)
-        for user in users[component]:
-            level[user] = max(level[user], level[component] + 1)
+    order = [c for c in range(count) if not waiting[c]]
+    for component in order:
+        for user in users_of[component]:
             waiting[user] -= 1
             if not waiting[user]:
-                queue.append(user)
-    place = {component: i for i, component in enumerate(order)}
-    blocks: list[Block] = []
+                order.append(user)
+    place = np.empty(count, dtype=int)
+    place[order] = np.arange(count)
+    needs = _lists(place[users], place[needed], count)
     block_of = np.full(node_count, -1)
-    for component in order:
-        own = [int(unknown[match[r]]) for r in members[component]]
-        block_of[own] = len(blocks)
-        blocks.append(
-            Block(
-                [labels[r] for r in members[component]],
-                own,
-                sorted(place[c] for c in needs[component]),
-                level[component],
-                led[component],
-            )
-        )
-    return blocks, block_of
+    block_of[solved] = place[label]
+    own, nodes = _lists(place[label], np.arange(len(labels)), count), solved.tolist()
+    return [
+        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before), state)
+        for rows, before, state in zip(own, needs, led[order].tolist(), strict=True)
+    ], block_of
+
+
+def _lists(keys: np.ndarray, values: np.ndarray, count: int) -> list[list[int]]:
+    """Values of each key 0 .. count-1."""
+    sort = np.argsort(keys, kind="stable")
+    ends = np.searchsorted(keys[sort], np.arange(count + 1)).tolist()
+    items = values[sort].tolist()
+    return [items[a:b] for a, b in itertools.pairwise(ends)]

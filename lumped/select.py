@@ -58,6 +58,7 @@ def select_dependent(
         for column in row:
             holders.setdefault(column, set()).add(i)
     largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
+    stale: set[int] = set()  # rows whose largest entry may be smaller by now
     open_rows = set(range(len(rows)))
     dependent: list[int] = []
     always = RANK["always"]
@@ -67,18 +68,19 @@ def select_dependent(
         for column in group:
             if not open_rows:
                 break
-            pivot = _pivot(rows, largest, holders.get(column, set()), column, allow_varying)
+            pivot = _pivot(rows, largest, stale, holders.get(column, set()), column, allow_varying)
             if pivot is None:
                 continue
             dependent.append(column)
             open_rows.discard(pivot)
-            _eliminate(rows, largest, holders, pivot, column)
+            _eliminate(rows, largest, stale, holders, pivot, column)
     return Selection(dependent, sorted(open_rows))
 
 
 def _pivot(
     rows: list[dict[int, tuple[float, int]]],
     largest: list[float],
+    stale: set[int],
     held: set[int],
     column: int,
     allow_varying: bool,
@@ -88,6 +90,9 @@ def _pivot(
         value, kind = rows[i][column]
         if kind == VARYING and not allow_varying:
             continue
+        if i in stale and not abs(value) > 1e-9 * largest[i]:
+            largest[i] = max(abs(v) for v, _ in rows[i].values())
+            stale.discard(i)
         if not abs(value) > 1e-9 * largest[i]:
             continue
         if best is None or len(rows[i]) < length:
@@ -98,6 +103,7 @@ def _pivot(
 def _eliminate(
     rows: list[dict[int, tuple[float, int]]],
     largest: list[float],
+    stale: set[int],
     holders: dict[int, set[int]],
     pivot: int,
     column: int,
@@ -120,7 +126,9 @@ def _eliminate(
             else:
                 row[c] = (new, max(old_kind, k, kind, factor_kind))
                 holders[c].add(i)
-        largest[i] = max((abs(v) for v, _ in row.values()), default=0.0)
+                largest[i] = max(largest[i], abs(new))
+            if abs(old) >= largest[i]:
+                stale.add(i)
 
 
 def constraint_rows(

@@ -14,15 +14,12 @@ from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
 from lumped.diagnosis import listed, misfit
 from lumped.errors import SingularModelError
 from lumped.incidence import Entries, Incidence
+from lumped.links import links
 
 __all__ = ["check_matching", "differentiate"]
 
 _MOST_ROUNDS = 12
 _MOST_FAULTS = 6
-
-
-def _graph(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> csr_array:
-    return csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=shape)
 
 
 def _match(graph: csr_array) -> np.ndarray:
@@ -42,13 +39,13 @@ def _reached(graph: csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndar
     """Rows that alternating paths from the rows `starts` reach, themselves included."""
     n, m = graph.shape
     row_of = _inverse(match, m)
-    pairs = graph.tocoo()
-    to = row_of[pairs.col]
+    to = row_of[graph.indices]
     known = to >= 0
-    sources = np.concatenate([pairs.row[known], np.full(len(starts), n)])
+    rows = np.repeat(np.arange(n), np.diff(graph.indptr))
+    sources = np.concatenate([rows[known], np.full(len(starts), n)])
     targets = np.concatenate([to[known], starts])
-    links = _graph(sources, targets, (n + 1, n + 1))
-    order = breadth_first_order(links, n, return_predecessors=False)
+    paths = links(sources, targets, (n + 1, n + 1))
+    order = breadth_first_order(paths, n, return_predecessors=False)
     return np.sort(order[order < n])
 
 
@@ -84,7 +81,7 @@ def differentiate(
         highest = floor.copy()
         np.maximum.at(highest, entries.classes, entries.orders + times[entries.rows])
         top = entries.orders + times[entries.rows] == highest[entries.classes]
-        graph = _graph(entries.rows[top], entries.classes[top], (count, len(floor)))
+        graph = links(entries.rows[top], entries.classes[top], (count, len(floor)))
         match = _match(graph)
         unmatched = np.flatnonzero(match < 0)
         if not len(unmatched):
@@ -105,7 +102,7 @@ def check_matching(incidence: Incidence, entries: Entries) -> None:
         With the over-determined equations and the undetermined unknowns by name.
     """
     count, classes = incidence.count, incidence.aliases.count
-    graph = _graph(entries.rows, entries.classes, (count, classes))
+    graph = links(entries.rows, entries.classes, (count, classes))
     match = _match(graph)
     owner = _inverse(match, classes)
     unmatched, free = np.flatnonzero(match < 0), np.flatnonzero(owner < 0)

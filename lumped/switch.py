@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lumped.errors import EquationError
 from lumped.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
 
-__all__ = ["Hold", "Item", "When", "hold", "when"]
+__all__ = ["Hold", "Item", "Single", "When", "hold", "when"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +31,10 @@ class Hold:
         """Whether the reaction can be an impulse, because it has no limit on one side."""
         return self.upper is None or self.lower is None
 
-    def equation(self) -> Equation:
-        """The row that determines the reaction, as it reads while the constraint holds."""
-        return der(self.speed) == 0
+    def equations(self) -> list[Equation]:
+        """What determines the reaction and the mode, as it reads while the constraint holds."""
+        held = der(self.speed) == 0
+        return [held] if self.mode is None else [held, self.mode == 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,8 @@ class When:
     changes: tuple[tuple[Ref, Expr], ...]
 
 
-Item = Equation | tuple[Equation, ...] | Hold | When
+Single = Equation | Hold | When
+Item = Single | tuple[Equation, ...]
 """What ``equations()`` may yield."""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,10 +9,9 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import SingularModelError
-from lumped.expression import Compare, Ref, text
 from lumped.flatten import Group
 from lumped.incidence import Occurrence
-from lumped.template import Jump, Template
+from lumped.template import Jump, Relation, Template
 from lumped.values import Values
 
 __all__ = ["Switching"]
@@ -78,7 +76,7 @@ class Switching:
         relation_modes: list[int] = []
         sides: list[ca.SX] = []
         strict: list[bool] = []
-        self._texts: list[tuple[str, Callable[[bool], str]]] = []
+        self._texts: list[tuple[str, Relation]] = []
         first_modes: list[int] = []
         engaged: list[int] = []
         quantities: list[ca.SX] = []
@@ -103,19 +101,18 @@ class Switching:
                 for k, relation in enumerate(template.relations):
                     relation_modes.append(mode + relation.mode)
                     sides.append(own[2 * k : 2 * k + 2].T)
-                    strict.append(relation.condition.strict)
-                    self._texts.append((name, _reader(relation.condition)))
+                    strict.append(relation.strict)
+                    self._texts.append((name, relation))
                 for k, stick in enumerate(template.sticks):
                     place = 2 * offset + 7 * k
                     quantities.append(own[place : place + 7].T)
                     first_modes.append(mode + stick.first)
                     engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
-                    h = stick.hold
-                    given = (h.upper, h.lower, h.forward, h.backward, h.gap)
-                    limits.append(tuple(item is not None for item in given))
+                    limits.append(stick.given)
                     self.names.append(name)
-                    self.gap_units.append(h.speed.quantity.unit.removesuffix("/s"))
                     unknown = int(group.unknowns[i, stick.speed[0]])
+                    unit = self.flat.tree.quantity(unknown).unit
+                    self.gap_units.append(unit.removesuffix("/s"))
                     node = values.reduced.node(unknown)
                     self.speeds.append(-1 if node is None else node + stick.speed[1])
                     self.speed_signs.append(float(values.reduced.aliases.signs[unknown]))
@@ -173,9 +170,10 @@ class Switching:
             aliases.signs[unknowns],
         )
         symbols = template.inputs(keys)
-        function = ca.Function("switching", symbols, [expressions]).map(len(group.nodes))
+        function = ca.Function("switching", symbols, [expressions])
         result: ca.SX = function(*values.arguments(seen))
-        return result
+        count = len(group.nodes)
+        return result if result.columns() == count else ca.repmat(result, 1, count)
 
     def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
         reduced = self._values.reduced
@@ -186,7 +184,7 @@ class Switching:
             if node is None or node not in reduced.states:
                 shown = self.flat.tree.unknown_name(unknown)
                 raise SingularModelError(
-                    f"{self.flat.name}: {name} changes {shown} when {jump.condition!r}, but it "
+                    f"{self.flat.name}: {name} changes {shown} when {jump.condition}, but it "
                     "is not a state: other quantities determine it. Declare it with "
                     "state='always', or change the states that it follows from."
                 )
@@ -196,8 +194,15 @@ class Switching:
 
     def relation_text(self, number: int, holds: bool) -> tuple[str, str]:
         """Component of a relation, and the relation or its contrary in words."""
-        name, reader = self._texts[number]
-        return name, reader(holds)
+        name, relation = self._texts[number]
+        yes, no = (">", "<=") if relation.strict else (">=", "<")
+        left, right = relation.sides
+        return name, f"{left} {yes if holds else no} {right}"
+
+    def held(self, modes: np.ndarray) -> list[int]:
+        """Nodes of the speeds that are held at zero in these modes."""
+        stuck = modes[self.first_modes] > 0.5
+        return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
 
     def needed(self) -> ca.SX:
         """All that must be computable to decide on modes."""
@@ -257,14 +262,3 @@ def _wanted(template: Template) -> list[ca.SX]:
     for jump in template.jumps:
         found += jump.values
     return found
-
-
-def _reader(condition: Compare) -> Callable[[bool], str]:
-    """Text of a relation or its contrary."""
-    left, right = (text(side, _short) for side in (condition.greater, condition.less))
-    yes, no = (">", "<=") if condition.strict else (">=", "<")
-    return lambda holds: f"{left} {yes if holds else no} {right}"
-
-
-def _short(ref: Ref) -> str:
-    return ref.name

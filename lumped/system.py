@@ -9,13 +9,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csc_array
 
 from lumped.errors import ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
 from lumped.locked import locked_loops
-from lumped.prune import independent_of, needed_states, samples, uses
+from lumped.prune import independent_of, needed_states, samples, used, uses
 from lumped.quantity import Quantity
 from lumped.reduce import reduce
 from lumped.report import LeftOut, Report
@@ -68,8 +68,10 @@ class System:
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
-        self._in_use, self._rate_uses = self._needed_states(self._kept)
+        self._in_use = self._needed_states(self._kept)
         self.states = [self._reduced.states[i] for i in self._in_use]
+        self._rates = self._values.of([n + 1 for n in self.states])
+        self._rate_uses = used(self._rates, self._values)
         self.state_names = [self._node_name(n) for n in self.states]
         self.left_out = self._left_out()
         self.made: dict[object, Any] = {}
@@ -106,8 +108,8 @@ class System:
         inner = self._node_name(node - order)
         return "der(" * order + inner + ")" * order
 
-    def _needed_states(self, kept: list[int]) -> tuple[list[int], csr_array]:
-        """Numbers of the states that must be integrated, and what their rates use."""
+    def _needed_states(self, kept: list[int]) -> list[int]:
+        """Numbers of the states that must be integrated."""
         reduced, aliases = self._reduced, self._reduced.aliases
         place = {node: i for i, node in enumerate(reduced.states)}
         positions = set()
@@ -228,7 +230,7 @@ class System:
     @cached_property
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
-        rates = self._values.of([n + 1 for n in self.states])
+        rates = ca.SX(self._rates)
         place = {node: i for i, node in enumerate(self.states)}
         holds = self.switching
         for h, node in enumerate(holds.speeds):
@@ -238,12 +240,12 @@ class System:
                 stuck, demand = self._values.modes[first], self._values.modes[first + 4]
                 i = place[node]
                 rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
-        lost = np.setdiff1d(self._rate_uses.indices, self._in_use)
+        lost = np.setdiff1d(self._rate_uses, self._in_use)
         return ca.cse(self._without(rates, lost))
 
     def _in_states(self, expression: ca.SX) -> ca.SX:
         """An expression of the states in use."""
-        lost = np.setdiff1d(uses(expression, self._values).indices, self._in_use)
+        lost = np.setdiff1d(used(expression, self._values), self._in_use)
         return ca.cse(self._without(expression, lost))
 
     @cached_property
@@ -318,17 +320,16 @@ class System:
     def cyclic(self) -> frozenset[int]:
         """Nodes of states in use that are not speeds and on which no derivative depends."""
         values, reduced = self._values, self._reduced
-        rates = values.of([n + 1 for n in self.states])
         first = [
             i
             for i, n in zip(self._in_use, self.states, strict=True)
             if reduced.class_and_order(n)[1] == 0
         ]
-        used = set(self._rate_uses.indices.tolist())
-        doubtful = [i for i in first if i in used and i in self._positions]
-        idle = set(first) - used
+        stated = set(self._rate_uses.tolist())
+        doubtful = [i for i in first if i in stated and i in self._positions]
+        idle = set(first) - stated
         if doubtful:
-            cancels = independent_of(rates, doubtful, values)
+            cancels = independent_of(self._rates, doubtful, values)
             idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
         return frozenset(reduced.states[i] for i in idle)
 
@@ -345,8 +346,7 @@ class System:
         Only rates of positions by speeds are looked at, which are ratios of lengths and angles:
         elsewhere a small number may be a soft spring beside a stiff one.
         """
-        rates = self._values.of([n + 1 for n in self.states])
-        rows, columns, largest = samples(rates, self._values)
+        rows, columns, largest = samples(self._rates, self._values)
         order = np.array([self._reduced.class_and_order(n)[1] for n in self.states], dtype=int)
         rounding = (largest <= 1e-13) & (order[rows] == 0)
         width = len(self._reduced.states)

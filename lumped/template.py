@@ -1,14 +1,15 @@
 """The equations of one component class as CasADi expressions, shared by all its instances.
 
-A class is lowered once; ten thousand instances cost one vectorised call. The structure that the
-compiler needs (which unknown, at which derivative, with which coefficient) is read off here.
+A class is lowered once; ten thousand instances cost one vectorised call, and so does the next
+model with equal equations. The structure that the compiler needs (which unknown, at which
+derivative, with which coefficient) is read off here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -17,10 +18,10 @@ from lumped.component import Component
 from lumped.connection import label
 from lumped.derive import along, partials
 from lumped.errors import EquationError
-from lumped.expression import Compare, Equation, Expr, Ref, as_expr
+from lumped.expression import Compare, Expr, Ref, text
 from lumped.lower import lower
 from lumped.quantity import Param
-from lumped.switch import Hold, Item, When
+from lumped.switch import Hold, Single, When
 
 __all__ = [
     "CONSTANT",
@@ -78,6 +79,7 @@ class Residual:
     kinds: np.ndarray
     values: np.ndarray
     affine: np.ndarray
+    _solved: dict[int, ca.Function] = field(default_factory=dict)
 
     @cached_property
     def coefficients(self) -> ca.Function:
@@ -107,8 +109,10 @@ class Residual:
 
     def solved_for(self, i: int) -> ca.Function:
         """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
-        rest = ca.substitute(self.expression, self.symbols[i], 0)
-        return ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
+        if i not in self._solved:
+            rest = ca.substitute(self.expression, self.symbols[i], 0)
+            self._solved[i] = ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
+        return self._solved[i]
 
     def _inputs(self) -> list[ca.SX]:
         return self.template.inputs(list(zip(self.locals, self.orders, strict=True)))
@@ -116,12 +120,13 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class Relation:
-    """A condition on states: its mode is 1 while ``greater >= less``."""
+    """A condition on states: its mode is 1 while ``greater >= less``; sides are both in words."""
 
     mode: int
     greater: ca.SX
     less: ca.SX
-    condition: Compare
+    strict: bool
+    sides: tuple[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,11 +144,12 @@ class Stick:
         Mode of the condition under which it acts.
     speed, acceleration, reaction : (int, int)
         Local unknown and order of derivative.
-    forward, backward, upper, lower, gap, restitution : SX
-        Infinite limits, and laws and gaps that do not exist, are nan.
+    upper, lower, gap, restitution : SX
+        Infinite limits, and gaps that do not exist, are nan.
+    given : tuple of bool
+        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`.
     """
 
-    hold: Hold
     equation: int
     first: int
     engaged: int | None
@@ -154,25 +160,35 @@ class Stick:
     lower: ca.SX
     gap: ca.SX
     restitution: ca.SX
+    given: tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Jump:
-    """A lowered `When`: mode of its condition, local unknowns, their new values."""
+    """A lowered `When`: mode of its condition, local unknowns, new values, condition in words."""
 
     mode: int
     targets: list[int]
     values: list[ca.SX]
-    condition: Compare
+    condition: str
+
+
+Place = Callable[[Component], str | None]
+"""Path of a component below the one that has the equations; None if it is no part of it."""
+
+Lowered = Callable[[Expr], ca.SX]
+"""CasADi form of an expression."""
 
 
 class Template:
     """Equations of a component class (with fixed structural choices).
 
+    It knows no instance, as it serves several models.
+
     Attributes
     ----------
-    equations : list of Equation
-        As written.
+    count : int
+        Number of equations.
     unknowns : list of (str, str)
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
@@ -184,13 +200,8 @@ class Template:
         What changes modes or states at instants that are not known beforehand.
     """
 
-    def __init__(
-        self,
-        component: Component,
-        place: Callable[[Component], str | None],
-        equations: Iterable[Item],
-    ) -> None:
-        self.equations: list[Equation] = []
+    def __init__(self, component: Component, place: Place, items: Iterable[Single]) -> None:
+        self.count = 0
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
@@ -200,30 +211,23 @@ class Template:
         self.sticks: list[Stick] = []
         self.jumps: list[Jump] = []
         self.time = ca.SX.sym("time")
-        self._place = place
-        self._component = component
         self._unknown_index: dict[tuple[str, str], int] = {}
         self._parameter_index: dict[tuple[str, str], int] = {}
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
-        for item in equations:
+        lowered = partial(self._lowered, component, place)
+        for item in items:
             if isinstance(item, Hold):
-                self._stick(item)
+                self._stick(item, lowered)
             elif isinstance(item, When):
-                self._jump(item)
+                self._jump(item, lowered)
             else:
-                for equation in item if isinstance(item, tuple) else (item,):
-                    if not isinstance(equation, Equation):
-                        raise EquationError(
-                            f"{type(component).__name__} yielded {equation!r} as an equation; "
-                            "each item must be an equation: left == right."
-                        )
-                    self._add(equation, self._lowered(equation.left - equation.right))
+                self._add(lowered(item.left - item.right))
 
-    def _add(self, equation: Equation, residual: ca.SX) -> None:
-        self._residuals[len(self.equations), 0] = self._analyse(residual)
-        self.equations.append(equation)
+    def _add(self, residual: ca.SX) -> None:
+        self._residuals[self.count, 0] = self._analyse(residual)
+        self.count += 1
 
     def inputs(self, keys: list[tuple[int, int]]) -> list[ca.SX]:
         """Inputs of functions of this template: symbols of keys, parameters, time, modes."""
@@ -241,45 +245,44 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, expression: Expr) -> ca.SX:
+    def _lowered(self, component: Component, place: Place, expression: Expr) -> ca.SX:
         return lower(
             expression,
-            self._leaf,
+            lambda node: self._leaf(node, component, place),
             time=self.time,
             derivative=self._time_derivative,
             relation=self._mode,
         )
 
-    def _stick(self, item: Hold) -> None:
+    def _stick(self, item: Hold, lowered: Lowered) -> None:
         """The row ``stuck (demand - a + compliance r) + (1 - stuck) (r - law) == 0``."""
         first = len(self.modes)
         names = ("stuck", "forward", "backward", "compliance", "demand")
         self.modes += [ca.SX.sym(name) for name in names]
         stuck, forward, backward, compliance, demand = self.modes[first:]
-        speed, reaction = self._lowered(item.speed), self._lowered(item.reaction)
+        speed, reaction = lowered(item.speed), lowered(item.reaction)
         acceleration = self._time_derivative(speed)
         law = ca.SX(0)
         for sliding, given in ((forward, item.forward), (backward, item.backward)):
             if given is not None:
-                law += sliding * self._lowered(given)
+                law += sliding * lowered(given)
         engaged = None
         if item.engaged is not None:
-            engaged = self._condition(item.engaged)
-        number = len(self.equations)
+            engaged = self._condition(item.engaged, lowered)
+        number = self.count
         held = demand - acceleration + compliance * reaction
-        self._add(item.equation(), stuck * held + (1 - stuck) * (reaction - law))
+        self._add(stuck * held + (1 - stuck) * (reaction - law))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward
             free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
-            self._add(item.mode == as_expr(0), self._lowered(item.mode) - code - free)
-        nothing = ca.SX.nan()
+            self._add(lowered(item.mode) - code - free)
 
         def given_or_none(given: Expr | None) -> ca.SX:
-            return nothing if given is None else self._lowered(given)
+            return ca.SX.nan() if given is None else lowered(given)
 
+        limits = (item.upper, item.lower, item.forward, item.backward, item.gap)
         self.sticks.append(
             Stick(
-                item,
                 number,
                 first,
                 engaged,
@@ -289,27 +292,27 @@ class Template:
                 given_or_none(item.upper),
                 given_or_none(item.lower),
                 given_or_none(item.gap),
-                self._lowered(item.restitution),
+                lowered(item.restitution),
+                tuple(limit is not None for limit in limits),
             )
         )
 
-    def _jump(self, item: When) -> None:
-        mode = self._condition(item.condition)
-        targets = [self._key_of[self._lowered(ref).element_hash()][0] for ref, _ in item.changes]
-        values = [self._lowered(value) for _, value in item.changes]
-        self.jumps.append(Jump(mode, targets, values, item.condition))
+    def _jump(self, item: When, lowered: Lowered) -> None:
+        mode = self._condition(item.condition, lowered)
+        targets = [self._key_of[lowered(ref).element_hash()][0] for ref, _ in item.changes]
+        values = [lowered(value) for _, value in item.changes]
+        self.jumps.append(Jump(mode, targets, values, repr(item.condition)))
 
-    def _condition(self, condition: Compare) -> int:
-        sides = self._lowered(condition.greater), self._lowered(condition.less)
-        mode = self._mode(condition, *sides)
+    def _condition(self, condition: Compare, lowered: Lowered) -> int:
+        mode = self._mode(condition, lowered(condition.greater), lowered(condition.less))
         return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
-    def _leaf(self, node: Expr) -> ca.SX:
+    def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
         if isinstance(node, Param):
-            node = Ref(self._component, node.name, node)
+            node = Ref(component, node.name, node)
         if not isinstance(node, Ref):
             raise EquationError(f"'{node!r}' is not a quantity of an instance.")
-        below = self._place(node.owner)
+        below = place(node.owner)
         if below is None:
             raise EquationError(
                 f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
@@ -353,10 +356,11 @@ class Template:
         number = len(self.modes)
         if self.present(g) or not slope.is_constant():
             for known in self.relations:
-                same = known.condition.strict == condition.strict
+                same = known.strict == condition.strict
                 if same and ca.is_equal(known.greater - known.less, g, 100):
                     return self.modes[known.mode]
-            self.relations.append(Relation(number, greater, less, condition))
+            sides = text(condition.greater), text(condition.less)
+            self.relations.append(Relation(number, greater, less, condition.strict, sides))
         else:
             rate = float(slope)
             at_zero = ca.substitute(g, self.time, 0)

@@ -1,29 +1,33 @@
 """Every unknown as an expression of states, parameters, time and modes, computed on demand.
 
-Blocks are evaluated level by level; all scalar blocks of a level that solve the same template
-equation for the same unknown are one vectorised CasADi call. Nothing is computed that nobody
-asked for.
+Blocks are evaluated in *waves*: first those that are formulas, then those that must be solved
+and need no other of the same wave. All formulas of a wave that solve the same template equation
+for the same unknown are one vectorised CasADi call, and CasADi puts one into the other. Nothing
+is computed that nobody asked for.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import casadi as ca
 import numpy as np
 
-from lumped.diagnosis import class_names, equation_text, factors
-from lumped.errors import SingularModelError
 from lumped.incidence import Occurrence
 from lumped.linear import Entry, SingularBlockError, solve
 from lumped.reduce import Block, Reduced
+from lumped.singular import singular_block, unheld
+from lumped.tape import Tape, Term
 from lumped.template import CONSTANT
 
 __all__ = ["Values"]
 
 _ITERATIONS = 5
 """Newton iterations from one step's values to the next's."""
+
+_TIME = 0.7
+"""Of the generic point at which pivots are chosen."""
 
 
 class Values:
@@ -58,9 +62,15 @@ class Values:
         self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
         self._rng = np.random.default_rng(1)
         self._number = np.zeros(count + 1)
-        loops = [b for b, block in enumerate(reduced.blocks) if self._is_implicit(block)]
-        self.implicit = [node for b in loops for node in reduced.blocks[b].nodes]
-        self._loops = set(loops)
+        reactions = reduced.incidence.reactions()
+        self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
+        self._joint, self._loops = self._solved_blocks()
+        self._wave: list[int] = []
+        for block in reduced.blocks:
+            after = (self._wave[b] + (b in self._joint) for b in block.needs)
+            self._wave.append(max(after, default=0))
+        self.implicit = [node for b in sorted(self._loops) for node in reduced.blocks[b].nodes]
+        self._place = {node: i for i, node in enumerate(self.implicit)}
         self.guesses = ca.SX.sym("g", len(self.implicit))
         self._correction: dict[int, ca.SX] = {}
         if reduced.states:
@@ -83,10 +93,10 @@ class Values:
         return self._sx[wanted] if wanted else ca.SX(0, 1)
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
-        """Arguments of a template's functions, one column per instance."""
+        """Arguments of a template's functions, one column per instance but for the time."""
         nodes = self._nodes(seen)
         self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
-        return self._arguments(seen, nodes)[0]
+        return self._arguments(seen, nodes)
 
     def corrections(self) -> ca.SX:
         """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
@@ -101,44 +111,37 @@ class Values:
             if block not in todo:
                 todo.add(block)
                 stack.extend(b for b in self.reduced.blocks[block].needs if not self._done[b])
-        levels: dict[int, list[int]] = defaultdict(list)
+        waves: dict[int, list[int]] = defaultdict(list)
         for block in sorted(todo):
-            levels[self.reduced.blocks[block].level].append(block)
-        for level in sorted(levels):
-            self._level([self.reduced.blocks[b] for b in levels[level]])
-            self._done[levels[level]] = True
+            waves[self._wave[block]].append(block)
+        blocks = self.reduced.blocks
+        for _, wave in sorted(waves.items()):
+            self._formulas([blocks[b] for b in wave if b not in self._joint])
+            self._coupled([blocks[b] for b in wave if b in self._joint and b not in self._loops])
+            for b in wave:
+                if b in self._loops:
+                    self._newton(blocks[b])
+            self._done[wave] = True
 
-    def _level(self, blocks: list[Block]) -> None:
-        singles: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
-        sums: list[tuple[int, int, int]] = []
-        coupled = []
-        incidence = self.reduced.incidence
-        for block in blocks:
-            if int(self.reduced.block_of[block.nodes[0]]) in self._loops:
-                self._newton(block)
-                continue
-            if len(block.nodes) > 1:
-                coupled.append(block)
-                continue
-            (row, order), node = block.equations[0], block.nodes[0]
-            if row >= incidence.first_sum:
-                sums.append((row, order, node))
-            else:
-                origin, place = incidence.place(row)
-                singles[origin, order].append((place, node))
-        repeated: set[int] = set()
-        for (origin, order), members in singles.items():
-            if incidence.stick(origin) is not None:
-                repeated |= {node for _, node in members}
-                continue
-            places = np.array([m[0] for m in members])
-            nodes = np.array([m[1] for m in members])
-            repeated |= self._scalars(incidence.occurrence(origin, order, places), nodes)
-        if repeated:
-            coupled += [b for b in blocks if len(b.nodes) == 1 and b.nodes[0] in repeated]
-        self._sums(sums)
-        for block in coupled:
-            self._coupled(block.equations, block.nodes)
+    def _solved_blocks(self) -> tuple[set[int], set[int]]:
+        """Blocks that are no formulas, and those of them not linear in their unknowns."""
+        blocks, incidence = self.reduced.blocks, self.reduced.incidence
+        owner = np.repeat(np.arange(len(blocks)), [len(block.nodes) for block in blocks])
+        joint = {b for b, block in enumerate(blocks) if len(block.nodes) > 1}
+        loops: set[int] = set()
+        block_of = np.append(self.reduced.block_of, -1)
+        rows, orders = _columns(blocks)
+        joint.update(owner[np.isin(rows, list(self._reactions))].tolist())
+        for places, seen in incidence.alike(rows, orders):
+            inside = block_of[self._nodes(seen)] == owner[places][:, None]
+            several = np.flatnonzero(inside.sum(axis=1) > 1)
+            joint.update(owner[places[several]].tolist())
+            affine = seen.residual.affine
+            for k in range(len(places)) if not affine.all() else ():
+                here = np.flatnonzero(inside[k])
+                if not affine[np.ix_(here, here)].all():
+                    loops.add(int(owner[places[k]]))
+        return joint | loops, loops
 
     def _nodes(self, seen: Occurrence) -> np.ndarray:
         first = self.reduced.first
@@ -147,48 +150,92 @@ class Values:
         )
         return nodes
 
-    def _arguments(
-        self, seen: Occurrence, nodes: np.ndarray
-    ) -> tuple[list[ca.SX], list[np.ndarray]]:
-        """Arguments of a template's functions, one column per instance; symbols and numbers."""
+    def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
+        """The same, if the nodes are computed."""
         m, n = nodes.shape
-        flat_nodes = nodes.ravel()
-        symbols = self._sx[flat_nodes.tolist()] if m * n else ca.SX(0, 1)
+        symbols = _picked(self._sx, nodes.ravel())
         negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
-        if negative and m * n:
+        if negative:
             symbols[negative] = -symbols[negative]
-        group, template = seen.group, seen.group.template
-        parameters = group.parameters[seen.instances].ravel()
-        modes = (
-            group.first_mode
-            + (
-                seen.instances[:, None] * len(template.modes) + np.arange(len(template.modes))
-            ).ravel()
-        )
-        values = self.flat.parameters.values
-        return (
-            [
-                ca.reshape(symbols, n, m),
-                ca.reshape(_picked(values, parameters), -1, m) if len(parameters) else ca.SX(0, m),
-                ca.repmat(self.time, 1, m),
-                ca.reshape(_picked(self.modes, modes), -1, m) if len(modes) else ca.SX(0, m),
-            ],
-            [
-                (self._number[nodes] * seen.signs).T,
-                self._parameters[group.parameters[seen.instances]].T,
-                np.full((1, m), 0.7),
-                self._mode_numbers[modes].reshape(m, -1).T,
-            ],
-        )
+        parameters, modes = self._parameters_and_modes(seen)
+        return [
+            ca.reshape(symbols, n, m),
+            ca.reshape(_picked(self.flat.parameters.values, parameters.ravel()), -1, m),
+            self.time,
+            ca.reshape(_picked(self.modes, modes.ravel()), -1, m) if modes.size else ca.SX(0, 1),
+        ]
 
-    def _scalars(self, seen: Occurrence, targets: np.ndarray) -> set[int]:
-        """Solve equations that each determine one node; gives back those it stands in twice."""
-        nodes = self._nodes(seen)
-        hits = nodes == targets[:, None]
-        repeated = hits.sum(axis=1) > 1
-        position = hits.argmax(axis=1)
-        for i in np.unique(position[~repeated]):
-            mask = ~repeated & (position == i)
+    def _numbers(self, seen: Occurrence, nodes: np.ndarray) -> list[np.ndarray | float]:
+        """The same at the generic point."""
+        parameters, modes = self._parameters_and_modes(seen)
+        return [
+            (self._number[nodes] * seen.signs).T,
+            self._parameters[parameters].T,
+            _TIME,
+            self._mode_numbers[modes].T,
+        ]
+
+    def _parameters_and_modes(self, seen: Occurrence) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the parameters and modes of each instance."""
+        group, count = seen.group, len(seen.group.template.modes)
+        modes = group.first_mode + seen.instances[:, None] * count + np.arange(count)
+        return group.parameters[seen.instances], modes
+
+    def _formulas(self, blocks: list[Block]) -> None:
+        """Compute the nodes of blocks that each determine one, in this order."""
+        if not blocks:
+            return
+        incidence = self.reduced.incidence
+        targets = np.array([block.nodes[0] for block in blocks])
+        rows, orders = _columns(blocks)
+        alike = [(p, seen, self._nodes(seen)) for p, seen in incidence.alike(rows, orders)]
+        sums = np.flatnonzero(rows >= incidence.first_sum)
+        terms = self._sum_nodes(rows[sums], orders[sums])
+        used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
+        known = np.setdiff1d(used, targets)
+        values = _picked(self._sx, known)
+        given, symbols = ca.SX.sym("g", len(known)), ca.SX.sym("z", len(targets))
+        if len(known):
+            self._sx[known.tolist()] = given
+        self._sx[targets.tolist()] = symbols
+        meaning = ca.SX.zeros(len(targets))
+        for places, seen, nodes in alike:
+            self._solve_templates(meaning, places, seen, nodes, targets[places])
+        self._solve_sums(meaning, sums, targets[sums], *terms)
+        (found,), _ = ca.substitute_inplace([symbols], [meaning], [])
+        rest = [self.flat.parameters.theta, self.time, self.modes]
+        if len(known):
+            self._sx[known.tolist()] = values
+        function = ca.Function("formulas", [given, *rest], [found])
+        self._sx[targets.tolist()] = function(values, *rest)
+        point = [self._number[known], self.flat.parameters.defaults, _TIME, self._mode_numbers]
+        numbers = np.asarray(function(*point)).ravel()
+        if not np.isfinite(numbers).all():
+            single = ca.Function("single", [symbols, given, *rest], [meaning])
+            numbers = self._repaired(lambda z: np.asarray(single(z, *point)).ravel(), len(targets))
+        self._number[targets] = numbers
+
+    def _repaired(self, single: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
+        """Values of formulas one after the other, any generic value where one is not finite."""
+        generic = self._rng.uniform(0.3, 0.9, count)
+        last, numbers = np.zeros(count), generic
+        while (last != numbers).any():
+            last, found = numbers, single(numbers)
+            numbers = np.where(np.isfinite(found), found, generic)
+        return numbers
+
+    def _solve_templates(
+        self,
+        meaning: ca.SX,
+        places: np.ndarray,
+        seen: Occurrence,
+        nodes: np.ndarray,
+        targets: np.ndarray,
+    ) -> None:
+        """Enter instances of a template equation solved for their targets."""
+        position = (nodes == targets[:, None]).argmax(axis=1)
+        for i in np.unique(position):
+            mask = position == i
             part = Occurrence(
                 seen.group,
                 seen.residual,
@@ -197,52 +244,57 @@ class Values:
                 seen.orders[mask],
                 seen.signs[mask],
             )
-            symbols, numbers = self._arguments(part, nodes[mask])
-            function = seen.residual.solved_for(int(i)).map(int(mask.sum()))
-            self._store(targets[mask], function(*symbols), function(*numbers), part.signs[:, i])
-        return {int(t) for t in targets[repeated]}
-
-    def _store(self, targets: np.ndarray, result: ca.SX, number: object, signs: np.ndarray) -> None:
-        column = ca.vec(result)
-        negative = np.flatnonzero(signs < 0).tolist()
-        if negative:
-            column[negative] = -column[negative]
-        self._sx[targets.tolist()] = column
-        self._number[targets] = self._finite(np.asarray(number).ravel() * signs)
+            function = seen.residual.solved_for(int(i))
+            result = ca.vec(function(*self._arguments(part, nodes[mask])))
+            if (part.signs[:, i] < 0).any():
+                result = result * ca.DM(part.signs[:, i])
+            meaning[places[mask].tolist()] = result
 
     def _finite(self, numbers: np.ndarray) -> np.ndarray:
         """The numbers, with any generic value where one is not finite."""
         return np.where(np.isfinite(numbers), numbers, self._rng.uniform(0.3, 0.9, numbers.shape))
 
-    def _sums(self, members: list[tuple[int, int, int]]) -> None:
-        by_size: dict[int, list[tuple[int, np.ndarray, np.ndarray]]] = defaultdict(list)
-        for row, order, node in members:
-            classes, shifts, signs = self.reduced.incidence.sum_terms(row)
-            nodes = self.reduced.first[classes] + shifts + order
-            own = nodes == node
-            factor = -signs[~own] / signs[own].sum()
-            by_size[int((~own).sum())].append((node, nodes[~own], factor))
-        for size, group in by_size.items():
-            m = len(group)
-            nodes = np.concatenate([g[1] for g in group])
-            factors = np.concatenate([g[2] for g in group])
-            terms = _picked(self._sx, nodes) * ca.DM(factors) if size else ca.SX(0, 1)
-            total = ca.sum1(ca.reshape(terms, size, m)) if size else ca.SX.zeros(1, m)
-            number = (self._number[nodes] * factors).reshape(m, size).sum(axis=1)
-            self._store(np.array([g[0] for g in group]), total, number, np.ones(m))
+    def _sum_nodes(
+        self, rows: np.ndarray, orders: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Terms of flow sums: position of the sum in `rows`, node, coefficient."""
+        places, classes, shifts, signs = self.reduced.incidence.sum_terms(rows)
+        return places, self.reduced.first[classes] + shifts + orders[places], signs
 
-    def _coupled(self, equations: list[tuple[int, int]], nodes: list[int]) -> None:
-        """Solve a block of several equations, linear in its unknowns."""
-        self._sx[nodes] = ca.SX.zeros(len(nodes))
-        self._number[nodes] = 0.0
-        self._sx[nodes], self._number[nodes] = self._solved(equations, nodes)
+    def _solve_sums(
+        self,
+        meaning: ca.SX,
+        sums: np.ndarray,
+        targets: np.ndarray,
+        places: np.ndarray,
+        nodes: np.ndarray,
+        signs: np.ndarray,
+    ) -> None:
+        """Enter flow sums solved for their targets."""
+        own = nodes == targets[places]
+        divisor = np.bincount(places[own], signs[own], len(sums))
+        places, nodes, factors = places[~own], nodes[~own], -signs[~own]
+        counts = np.bincount(places, minlength=len(sums))
+        for count in np.unique(counts[counts > 0]):
+            mask = counts[places] == count
+            some = ca.DM(factors[mask] / divisor[places[mask]])
+            terms = ca.reshape(_picked(self._sx, nodes[mask]) * some, int(count), -1)
+            meaning[sums[counts == count].tolist()] = ca.sum1(terms).T
+
+    def _coupled(self, blocks: list[Block]) -> None:
+        """Solve blocks linear in their unknowns."""
+        nodes = [node for block in blocks for node in block.nodes]
+        if nodes:
+            self._sx[nodes] = ca.SX.zeros(len(nodes))
+            self._number[nodes] = 0.0
+            self._sx[nodes], self._number[nodes] = self._solved(blocks)
 
     def _newton(self, block: Block) -> None:
         """A few iterations of Newton's method, from the guesses, as one expression."""
         nodes = block.nodes
-        self._sx[nodes] = self.guesses[[self.implicit.index(node) for node in nodes]]
+        self._sx[nodes] = self.guesses[[self._place[node] for node in nodes]]
         for iteration in range(_ITERATIONS):
-            step, _ = self._solved(block.equations, nodes)
+            step, _ = self._solved([block])
             self._sx[nodes] = self._sx[nodes] + step
             if iteration == 0:
                 self._number[nodes] = self._converged(nodes)
@@ -254,11 +306,11 @@ class Values:
         inputs = [self.guesses, self.states, self.flat.parameters.theta, self.time, self.modes]
         improve = ca.Function("improve", inputs, [self._sx[nodes]])
         guesses = self._number[self.implicit]
-        places = [self.implicit.index(node) for node in nodes]
+        places = [self._place[node] for node in nodes]
         rest = (
             self._number[self.reduced.states],
             self.flat.parameters.defaults,
-            0.7,
+            _TIME,
             self._mode_numbers,
         )
         for _ in range(100):
@@ -270,166 +322,112 @@ class Values:
             guesses[places] = found
         return begin
 
-    def _solved(
-        self, equations: list[tuple[int, int]], nodes: list[int]
-    ) -> tuple[ca.SX, np.ndarray]:
+    def _solved(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
         """What to add to the present values of nodes so that linearised equations hold."""
-        index = {node: j for j, node in enumerate(nodes)}
-        incidence = self.reduced.incidence
-        rows: list[dict[int, Entry]] = [{} for _ in equations]
-        right: list[tuple[ca.SX, float]] = [(ca.SX(0), 0.0)] * len(equations)
-        alike: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
-        last: dict[int, int] = {}
-        for i, (row, order) in enumerate(equations):
-            if row >= incidence.first_sum:
-                rows[i], right[i] = self._sum_equation(row, order, index)
-            else:
-                origin, place = incidence.place(row)
-                alike[origin, order].append((i, place))
-                reaction = self._reaction(origin, place)
-                if reaction is not None:
-                    if reaction not in index:
-                        raise self._unheld(row)
-                    last[i] = index[reaction]
-        for (origin, order), members in alike.items():
-            places = np.array([place for _, place in members])
-            seen = incidence.occurrence(origin, order, places)
-            found = self._template_equations(seen, index)
-            for (i, _), equation in zip(members, found, strict=True):
-                rows[i], right[i] = equation
-        try:
-            result = solve(rows, right, last)
-        except SingularBlockError as error:
-            lost = [equations[i][0] for i in error.args[0]]
-            raise self._singular(lost, nodes) from None
+        incidence, tape = self.reduced.incidence, Tape()
+        column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
+        numbers, orders = _columns(blocks)
+        rows: list[dict[int, Entry]] = [{} for _ in numbers]
+        right: list[tuple[Term, float]] = [(tape.zero, 0.0) for _ in numbers]
+        for places, seen in incidence.alike(numbers, orders):
+            self._template_equations(seen, places, column, tape, rows, right)
+        sums = np.flatnonzero(numbers >= incidence.first_sum)
+        self._sum_equations(sums, numbers[sums], orders[sums], column, tape, rows, right)
+        found: list[tuple[Term, float]] = []
+        for block in blocks:
+            own = slice(len(found), len(found) + len(block.nodes))
+            try:
+                found += solve(rows[own], right[own], tape, self._last(block))
+            except SingularBlockError as error:
+                lost = [block.equations[i][0] for i in error.args[0]]
+                raise singular_block(self.reduced, lost, block.nodes) from None
         return (
-            ca.vertcat(*(expression for expression, _ in result)),
-            self._finite(np.array([number for _, number in result])),
+            tape.expressions([term for term, _ in found]),
+            self._finite(np.array([number for _, number in found])),
         )
 
-    def _reaction(self, origin: int, place: int) -> int | None:
-        """Node of the reaction, if an equation is that of a constraint that holds or slides."""
-        incidence = self.reduced.incidence
-        stick = incidence.stick(origin)
-        if stick is None:
-            return None
-        group, _, instances, _ = incidence.blocks[origin]
-        return self.reduced.node(int(group.unknowns[instances[place], stick.reaction[0]]))
+    def _last(self, block: Block) -> dict[int, int]:
+        """Equations of constraints that hold or slide, and the place of the reaction of each."""
+        if not self._reactions:
+            return {}
+        place = {node: j for j, node in enumerate(block.nodes)}
+        found: dict[int, int] = {}
+        for i, (row, _) in enumerate(block.equations):
+            reaction = self._reactions.get(row)
+            if reaction is not None:
+                if reaction not in place:
+                    raise unheld(self.reduced.incidence, row)
+                found[i] = place[reaction]
+        return found
 
-    def _unheld(self, row: int) -> SingularModelError:
-        incidence = self.reduced.incidence
-        group, _, instances, _ = incidence.blocks[incidence.place(row)[0]]
-        name = group.names[int(instances[incidence.place(row)[1]])] or self.flat.name
-        return SingularModelError(
-            f"{self.flat.name}: {name} holds and slides, but one of its sides has no inertia, so "
-            "that its reaction is known and its speed is not while it slides. Put an Inertia or "
-            f"Mass on each side of {name}."
-        )
-
-    def _is_implicit(self, block: Block) -> bool:
-        """Whether the equations of a block are not linear in its unknowns."""
-        incidence = self.reduced.incidence
-        for row, order in block.equations:
-            if row >= incidence.first_sum:
-                continue
-            origin, place = incidence.place(row)
-            group, e = incidence.blocks[origin][:2]
-            affine = group.template.residual(e, order).affine
-            if affine.all():
-                continue
-            nodes = self._nodes(incidence.occurrence(origin, order, np.array([place])))[0]
-            inside = np.flatnonzero(np.isin(nodes, block.nodes))
-            if not affine[np.ix_(inside, inside)].all():
-                return True
-        return False
-
-    def _sum_equation(
-        self, row: int, order: int, index: dict[int, int]
-    ) -> tuple[dict[int, Entry], tuple[ca.SX, float]]:
-        """Coefficients of the unknowns in a flow sum, and minus its residual."""
-        classes, shifts, signs = self.reduced.incidence.sum_terms(row)
-        entries: dict[int, Entry] = {}
-        total, number = ca.SX(0), 0.0
-        for node, sign in zip(self.reduced.first[classes] + shifts + order, signs, strict=True):
-            total -= float(sign) * self._sx[int(node)]
-            number -= float(sign) * self._number[node]
-            if int(node) in index:
-                _add(entries, index[int(node)], Entry(ca.SX(sign), CONSTANT, float(sign)))
-        return entries, (total, number)
+    def _sum_equations(
+        self,
+        sums: np.ndarray,
+        numbers: np.ndarray,
+        orders: np.ndarray,
+        column: dict[int, int],
+        tape: Tape,
+        rows: list[dict[int, Entry]],
+        right: list[tuple[Term, float]],
+    ) -> None:
+        """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
+        places, nodes, signs = self._sum_nodes(numbers, orders)
+        terms = tape.given(-_picked(self._sx, nodes) * ca.DM(signs))
+        factors = tape.given(ca.SX(ca.DM(signs)))
+        parts = zip(sums[places].tolist(), nodes.tolist(), signs.tolist(), strict=True)
+        for k, (i, node, sign) in enumerate(parts):
+            total, number = right[i]
+            right[i] = (total + terms[k], number - sign * self._number[node])
+            if node in column:
+                _add(rows[i], column[node], Entry(factors[k], CONSTANT, sign))
 
     def _template_equations(
-        self, seen: Occurrence, index: dict[int, int]
-    ) -> list[tuple[dict[int, Entry], tuple[ca.SX, float]]]:
+        self,
+        seen: Occurrence,
+        places: np.ndarray,
+        column: dict[int, int],
+        tape: Tape,
+        rows: list[dict[int, Entry]],
+        right: list[tuple[Term, float]],
+    ) -> None:
         """The same for several instances of one template equation, in one call."""
         nodes, residual = self._nodes(seen), seen.residual
         m, n = nodes.shape
-        symbols, numbers = self._arguments(seen, nodes)
-        coefficients, value = residual.coefficients.map(m), residual.value.map(m)
-        partials = ca.vertsplit(ca.vec(coefficients(*symbols)))
-        sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T
-        rests = ca.vertsplit(ca.vec(-value(*symbols)))
+        symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
+        coefficients, value = residual.coefficients, residual.value
+        partials = tape.given(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
+        sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T * seen.signs
+        rests = tape.given(ca.vec(-value(*symbols)))
         rest_sizes = -np.asarray(value(*numbers)).ravel()
-        found = []
-        for k in range(m):
-            entries: dict[int, Entry] = {}
-            for i, node in enumerate(nodes[k].tolist()):
-                if node in index:
-                    sign = float(seen.signs[k, i])
-                    partial = partials[k * n + i]
-                    entry = Entry(
-                        partial if sign > 0 else -partial,
-                        int(residual.kinds[i]),
-                        sign * float(sizes[k, i]),
-                    )
-                    _add(entries, index[node], entry)
-            found.append((entries, (rests[k], float(rest_sizes[k]))))
-        return found
+        kinds = residual.kinds.tolist()
+        for k, i in enumerate(places.tolist()):
+            right[i] = (rests[k], float(rest_sizes[k]))
+            own = zip(
+                nodes[k].tolist(),
+                partials[k * n : k * n + n],
+                kinds,
+                sizes[k].tolist(),
+                strict=True,
+            )
+            for node, partial, kind, size in own:
+                if node in column:
+                    _add(rows[i], column[node], Entry(partial, kind, size))
 
-    def _names(self, nodes: Iterable[int]) -> str:
-        incidence = self.reduced.incidence
-        found = []
-        for node in nodes:
-            number, order = self.reduced.class_and_order(node)
-            name = class_names(incidence, number, 1)[0]
-            found.append("der(" * order + name + ")" * order)
-        return ", ".join(found)
 
-    def _singular(self, rows: list[int], nodes: list[int]) -> SingularModelError:
-        incidence = self.reduced.incidence
-        listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
-        why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
-        what = "Make one of them elastic."
-        zeros = self._zero_parameters(nodes)
-        if zeros:
-            why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
-            what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
-        return SingularModelError(
-            f"{self.flat.name}: these equations determine nothing more, or contradict the rest:\n  "
-            + "\n  ".join(listed)
-            + f"\nUnknowns of the block: {self._names(nodes[:12])}.\n{why}{what}"
-        )
-
-    def _zero_parameters(self, nodes: list[int]) -> list[str]:
-        """Parameters that are zero in the equations of the block that determines the nodes."""
-        block = self.reduced.blocks[self.reduced.block_of[nodes[0]]]
-        return [
-            self.flat.parameters.names[number]
-            for row, order in block.equations
-            for number in factors(self.reduced.incidence, row, order)
-            if self._parameters[number] == 0
-        ]
+def _columns(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the equations of blocks, and how often each is differentiated."""
+    pairs = [pair for block in blocks for pair in block.equations]
+    numbers, orders = np.array(pairs, dtype=int).reshape(-1, 2).T
+    return numbers, orders
 
 
 def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:
-    return vector[[int(i) for i in indices]] if len(indices) else ca.SX(0, 1)
+    return vector[indices.tolist()] if len(indices) else ca.SX(0, 1)
 
 
 def _add(entries: dict[int, Entry], column: int, entry: Entry) -> None:
     old = entries.get(column)
     if old is not None:
-        entry = Entry(
-            old.expression + entry.expression,
-            max(old.kind, entry.kind),
-            old.value + entry.value,
-        )
+        kind = max(old.kind, entry.kind)
+        entry = Entry(old.term + entry.term, kind, old.value + entry.value)
     entries[column] = entry

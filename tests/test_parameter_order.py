@@ -1,4 +1,4 @@
-"""Parameters that must exceed another parameter of their component."""
+"""Parameters that have another parameter of their component as lower limit."""
 
 import pytest
 
@@ -48,3 +48,23 @@ def test_ends_that_cross_for_one_run_are_refused():
     system = lp.assemble(Frame())
     with pytest.raises(ParameterError, match=r"left\.high = 2 N .* left\.low = 7 N"):
         lp.start_point(system, parameters={"left.low": 7.0})
+
+
+class Step(lp.Component):
+    """Two levels: ``y = high - low``."""
+
+    low: lp.Param = lp.param("N", "lower level", 1.0)
+    high: lp.Param = lp.param("N", "upper level", 2.0, min=low)
+    y = lp.Output("N", "height")
+
+    def equations(self):
+        yield self.y == self.high - self.low
+
+
+def test_ends_may_be_equal_where_the_lower_one_is_the_least_value():
+    received = lp.start_point(lp.assemble(lp.compose(part=Step(high=1.0))))["part.y"]
+    expected = 0.0
+    assert received == expected
+    text = r"part\.high = 0.5 N \(upper level\) must be at least part\.low = 1 N \(lower level\)"
+    with pytest.raises(ParameterError, match=text):
+        lp.assemble(lp.compose(part=Step(high=0.5)))

@@ -102,3 +102,17 @@ def test_the_error_shown_is_the_error_raised():
         lp.assemble(Bench())
     received = f"SingularModelError: {caught.value}"
     assert received.strip() == TEXTS[1].strip()
+
+
+def test_the_winch_slips_and_locks_as_friction_torques_say():
+    block = next(block for block in BLOCKS if "Winch" in block)
+    events = executed("import lumped as lp", block)["hoisting"].events
+    changes = [(e.time, e.component, e.after) for e in events if " " not in e.after]
+    # the drum falls for 0.2 s, then the clutch takes 200 N.m from motor and drum
+    w = -30.0 / 3.0 * 0.2
+    locked = 0.5 + (150.0 - w) / (200.0 / 0.2 + 170.0 / 3.0)
+    expected = [(0.3, "brake", "free"), (0.5, "clutch", "backward"), (locked, "clutch", "stuck")]
+    received = [change for change in changes if change[2]]
+    assert [change[1:] for change in received] == [change[1:] for change in expected]
+    times = [change[0] for change in expected]
+    assert [change[0] for change in received] == pytest.approx(times, rel=1e-9)

@@ -38,6 +38,7 @@ from lumped.components import (
     RackAndPinion,
     RelativeAngleSensor,
     SampledPI,
+    SlipCoupling,
     Speed,
     SpeedSensor,
     Spring,
@@ -1464,6 +1465,17 @@ def grounded_twice():
 def limits_crossed():
     """The limits of a controller are in the wrong order."""
     build(pi=LimitedPI(k=2.0, T_i=0.1, y_min=12.0, y_max=-12.0, wanted=1.0, measured=0.0))
+
+
+@wrong(DRIVES, ParameterError, "safety.static = 30 N.m", "at least safety.kinetic = 50 N.m")
+def limits_of_a_slip_coupling_exchanged():
+    """A coupling holds less at rest than it carries while it slips."""
+    build(
+        motor=Inertia(J=1.0),
+        safety=SlipCoupling(static=30.0, kinetic=50.0, u=1.0),
+        load=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.motor, m.safety, m.load),
+    )
 
 
 @wrong(DRIVES, ParameterError, "pi.k = -2 1 (gain)", "pi.T_s = 0 s (sampling time)")

@@ -116,8 +116,9 @@ class Settler:
         self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray, before: np.ndarray
     ) -> Situation:
         was_stuck = self._holds.parts(before)[STUCK]
-        halted = np.zeros_like(was_stuck)
-        return Situation(t, x.copy(), modes.copy(), guess, was_stuck, halted)
+        x = x.copy()
+        self._holds.stop(x, was_stuck)  # implicit steps leave rounding there
+        return Situation(t, x, modes.copy(), guess, was_stuck, np.zeros_like(was_stuck))
 
     def _fitting(self, at: Situation, before: np.ndarray) -> Fitting:
         return Fitting(self._holds, self._sharing, self._impacts, at, before, self._soon)

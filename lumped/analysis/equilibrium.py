@@ -9,6 +9,8 @@ import numpy as np
 from scipy.linalg import lstsq, null_space
 from scipy.sparse import csc_array, eye_array
 
+from lumped.analysis.changeover import Settler
+from lumped.analysis.holds import Holds
 from lumped.analysis.initial import initial_residuals
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import settings_at
@@ -23,6 +25,8 @@ __all__ = ["equilibrium"]
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
+_MOST_MODES = 10
+"""Times that what sticks, slides or switches is chosen anew."""
 _FARTHEST = 1e9
 """A free parameter so many times larger than it was runs away."""
 _REST = (
@@ -76,24 +80,49 @@ def equilibrium(
     """
     places = system.places(free)
     begin = start_point(system, parameters, start)
-    unknowns = {*system._flat.given, *(system._tree.unknown(name) for name in start or {})}
-    held, others = _kept(system, unknowns)
-    still = np.zeros(len(begin.x), dtype=bool)
     if rest:
         _refuse_speeds(system, start)
-        still = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+    unknowns = {*system._flat.given, *(system._tree.unknown(name) for name in start or {})}
+    nodes = (system._reduced.node(unknown) for unknown in unknowns)
+    given = {node for node in nodes if node is not None} - {*system._values.implicit}
+    for _ in range(_MOST_MODES):
+        found = _with_modes(begin, given, places, rest, time, tolerance)
+        begin = _settled(found)
+        if begin is found:
+            system.check_parameters(found.theta)
+            return found
+    raise SolverError(
+        f"{system.name}: no equilibrium near the start values: what sticks or slides changes "
+        "again and again. Give start values nearer to it."
+    )
+
+
+def _with_modes(
+    begin: OperatingPoint,
+    given: set[int],
+    places: list[int],
+    rest: bool,
+    time: float,
+    tolerance: float,
+) -> OperatingPoint:
+    """Equilibrium in which everything sticks, slides and is switched as at the begin."""
+    system = begin.system
+    stuck = _stuck(begin)
+    held, others = _kept(system, given | stuck, initial_residuals(system)[0])
+    still, resting = _kept(system, stuck, ca.SX(0, 1))
+    if rest:
+        still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
     change = csc_array(eye_array(len(still))) if rest else unsteady_part(begin)
     x = np.where(still, 0.0, begin.x)
     implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
     settings = settings_at(system, x, begin.theta, time + 1e-300, implicit, begin.modes)
-    attempts = [(held | still, others)] + [(still, ca.SX(0, 1))] * (not places)
+    attempts = [(held | still, others)] + [(still, resting)] * (not places)
     for fixed, kept in attempts:
         search = _Search(begin, places, time, tolerance, change, kept)
         found = search.near(x, settings, ~fixed, still)
         if found is not None:
             if rest:
                 search.check_rest(found)
-            system.check_parameters(found.theta)
             return found
     raise SolverError(search.fault("rest" if rest else "equilibrium"))
 
@@ -102,12 +131,41 @@ def _order(system: System, node: int) -> int:
     return system._reduced.class_and_order(node)[1]
 
 
-def _kept(system: System, unknowns: set[int]) -> tuple[np.ndarray, ca.SX]:
-    """States that are given, and what else is given or stands in initial equations."""
-    nodes = {system._reduced.node(u) for u in unknowns} - {None, *system._values.implicit}
+def _settled(point: OperatingPoint) -> OperatingPoint:
+    """The point, with what sticks, slides and is switched there; itself if nothing changes.
+
+    What would have to slide backwards on the way there is tried at standstill first.
+    """
+    system, switching = point.system, point.system.switching
+    if not switching:
+        return point
+    modes, guesses = np.split(point.modes, [len(point.modes) - len(system._values.implicit)])
+    holds, time, x = Holds(system, point.theta), point.time + 1e-300, point.x.copy()
+    speed = holds.look(time, x, modes, guesses).v
+    _, forward, backward = holds.parts(modes)
+    turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
+    holds.stop(x, turned)
+    settler = Settler(system, point.theta, 1.0)
+    _, now, changes = settler.settle(time, x, modes, guesses, modes)
+    if not changes:
+        return point
+    return OperatingPoint(system, 0.0, x, point.theta, np.append(now, guesses))
+
+
+def _stuck(point: OperatingPoint) -> set[int]:
+    """Speeds that are held at zero."""
+    switching = point.system.switching
+    if not switching:
+        return set()
+    stuck = point.modes[switching.first_modes] > 0.5
+    return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
+
+
+def _kept(system: System, nodes: set[int], equations: ca.SX) -> tuple[np.ndarray, ca.SX]:
+    """States among the nodes; the other nodes and equations that must keep their values."""
     held = np.array([node in nodes for node in system.states], dtype=bool)
-    others = sorted(n for n in nodes if n is not None and n not in system._reduced.states)
-    expression = ca.vertcat(system._values.of(others), initial_residuals(system)[0])
+    others = sorted(nodes.difference(system._reduced.states))
+    expression = ca.vertcat(system._values.of(others), equations)
     used = uses(expression, system._values).tocoo()
     lost = used.row[~np.isin(used.col, system._in_use)]
     kept = np.setdiff1d(np.arange(expression.numel()), lost).tolist()

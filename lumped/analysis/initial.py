@@ -22,7 +22,7 @@ def initial_residuals(system: System) -> tuple[ca.SX, list[Place]]:
     """
     parts, places = [ca.SX(0, 1)], []
     for group in system._flat.initial:
-        for number in range(len(group.template.equations)):
+        for number in range(group.template.count):
             parts.append(_residuals(system, group, group.template.residual(number)))
             places += [(group, instance, number) for instance in range(len(group.nodes))]
     return ca.vertcat(*parts), places

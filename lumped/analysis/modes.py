@@ -242,6 +242,9 @@ def modes(
 ) -> Modes:
     """Natural frequencies, damping ratios and mode shapes.
 
+    What sticks at the operating point counts as rigid: a drive whose brake holds vibrates against
+    the brake.
+
     Parameters
     ----------
     system : System
@@ -270,7 +273,7 @@ def modes(
         )
     matrix.eliminate_zeros()
     n = matrix.shape[0]
-    used = ~np.isin(system.states, list(system.cyclic))
+    used = ~np.isin(system.states, [*system.cyclic, *system.switching.held(point.modes)])
     count, label = connected_components(matrix, directed=False)
     values: list[complex] = []
     vectors: list[np.ndarray] = []

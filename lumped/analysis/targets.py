@@ -207,8 +207,11 @@ class Targets:
         return chosen.dependent, usable
 
     def _rank(self, node: int) -> int:
+        """Wish to stay at its default; slip speeds yield to the speeds of bodies."""
         unknown = self.system._members.get(node)
-        return RANK["avoid" if unknown is None else self.system._tree.quantity(unknown).wish]
+        if unknown is None or node in _slips(self.system):
+            return RANK["avoid"]
+        return RANK[self.system._tree.quantity(unknown).wish]
 
     def _text(self, row: int) -> str:
         if row < len(self.unknowns):
@@ -307,6 +310,22 @@ def _made(system: System, given: tuple[int, ...], free: tuple[int, ...]) -> _Fun
         system.made[key] = _Function(system, given, free)
     made: _Function = system.made[key]
     return made
+
+
+def _slips(system: System) -> set[int]:
+    """Speeds that holds stop and that are not those of a flange."""
+    if "slips" not in system.made:
+        reduced, tree = system._reduced, system._tree
+        held = {node for node in system.switching.speeds if node >= 0}
+        classes = {reduced.class_and_order(node)[0]: node for node in held}
+        for part in tree.nodes if held else ():
+            for i, quantity in enumerate(part.layout.quantities):
+                if quantity.kind == "potential":
+                    number = int(reduced.aliases.classes[part.first_unknown + i])
+                    classes.pop(number, None)
+        system.made["slips"] = set(classes.values())
+    slips: set[int] = system.made["slips"]
+    return slips
 
 
 def _solved(matrix: _Matrix, right: np.ndarray) -> np.ndarray:

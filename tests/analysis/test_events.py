@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, Torque
+from lumped.components import Brake, Fixed, IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Force, Mass
 from lumped.errors import EquationError, SingularModelError, SolverError
 from lumped.ops import cos, sin, where
@@ -378,3 +378,54 @@ class SwitchedTorque(lp.Component):
     def equations(self):
         height = 0.4 * cos(self.flange.phi) + lp.ops.sqrt(1 - (0.4 * sin(self.flange.phi)) ** 2)
         yield self.flange.tau == where(height >= 1.2, -0.5, 0.0)
+
+
+def test_event_times_can_be_differentiated_by_parameters():
+    """A margin that is used up moves by ``-(dz/dp) / (dz/dt)``."""
+
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == -4 * self.x
+        yield lp.der(self.y) == where(self.x >= self.border, 1.0, -1.0)
+
+    model = one(
+        x=lp.var("m", "position", start=1.0),
+        v=lp.var("m/s", "velocity"),
+        y=lp.var("1", "what switches"),
+        border=lp.param("m", "border", 0.3),
+        equations=equations,
+    )
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=1.0, rtol=1e-11)
+    t = run.events[0].time
+    assert abs(t - 0.5 * np.arccos(0.3)) < 1e-10
+    place = system.places(["border"])
+    before = np.flatnonzero(run.t == t)[0]
+    point = [run.x[before], run.theta, t, run.pieces[0].settings[-1]]
+    margin = system.margins
+    by_border = margin.jacobian()(*point, *margin(*point))[1]
+    rate = system.margin_rates(*point)
+    received = float(-np.asarray(by_border)[0, place[0]] / np.asarray(rate)[0, 0])
+    expected = -0.5 / np.sqrt(1 - 0.3**2)
+    print(f"dt/dborder = {received:.9f} s/m, error {received - expected:.1e}")
+    assert abs(received - expected) < 1e-8
+
+
+def test_a_drive_vibrates_against_a_brake_that_holds_and_freely_once_it_lets_go():
+    model = lp.compose(
+        rotor=Inertia(J=1.0),
+        shaft=Spring(c=100.0),
+        drum=Inertia(J=2.0),
+        brake=Brake(f_max=100.0, u=where(lp.time >= 1.0, 0.0, 1.0)),
+        connections=lambda m: [
+            *lp.chain(m.rotor, m.shaft, m.drum),
+            lp.connect(m.drum.flange_b, m.brake.flange_a),
+        ],
+    )
+    system = lp.assemble(model)
+    held = lp.modes(system)
+    assert held.rigid == 0
+    assert held.hertz == pytest.approx([np.sqrt(100.0) / (2 * np.pi)], rel=1e-12)
+    free = lp.modes(system, at=lp.equilibrium(system, time=2.0))
+    assert free.rigid == 1
+    assert free.hertz == pytest.approx([np.sqrt(150.0) / (2 * np.pi)], rel=1e-12)

@@ -68,6 +68,9 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 }
 """Parameters for which a random number is none."""
 
+POSITIVE = {electrical.VariableResistor: ["R"]}
+"""Inputs that make no sense below zero."""
+
 BASES = {thermal.Heated}
 """What only stands before another component."""
 
@@ -115,6 +118,7 @@ def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float
         if item.exceeds is not None:
             found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
     found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
     return found | SENSIBLE.get(cls, {})
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import (
+    Clutch,
     Damper,
     EfficientGear,
     Fixed,
@@ -16,6 +17,7 @@ from lumped.components import (
     Heated,
     HeatFlow,
     Inertia,
+    SlipCoupling,
     SpringDamper,
     ThermalConductor,
     translation,
@@ -41,6 +43,18 @@ class HotSlider(Heated, translation.Damper):
 
 class HotRod(Heated, translation.SpringDamper):
     """Rod that warms up."""
+
+
+class HotClutch(Heated, Clutch):
+    """Clutch that warms its faces."""
+
+
+class HotCoupling(Heated, SlipCoupling):
+    """Coupling that warms up while it slips."""
+
+
+class HotPair(Heated, translation.FrictionPair):
+    """Guide that warms up."""
 
 
 def test_two_bodies_share_their_heat():
@@ -77,8 +91,13 @@ def test_a_heated_body_approaches_the_temperature_at_which_it_loses_as_much():
     assert run["body.T"] == pytest.approx(expected, rel=1e-9)
 
 
-ROTATING = [HotDamper(d=2.0), HotShaft(c=30.0, d=0.4)]
-SLIDING = [HotSlider(d=2.0), HotRod(c=30.0, d=0.4)]
+ROTATING = [
+    HotDamper(d=2.0),
+    HotShaft(c=30.0, d=0.4),
+    HotClutch(f_max=6.0, u=1.0),
+    HotCoupling(kinetic=3.0, static=4.0, u=1.0),
+]
+SLIDING = [HotSlider(d=2.0), HotRod(c=30.0, d=0.4), HotPair(f_max=6.0, u=1.0)]
 
 
 @pytest.mark.parametrize("part", [*ROTATING, *SLIDING], ids=lambda part: type(part).__name__)
@@ -99,7 +118,7 @@ def test_energy_that_motion_loses_arrives_as_heat(part):
     run = lp.simulate(lp.assemble(model, keep=["oil.T"]), until=3.0, rtol=1e-10)
     heat = 7.0 * (run["oil.T"] - 293.15)
     stored = 0.5 * run["body.v" if slides else "body.w"] ** 2 / 2
-    if "Damper" not in type(part).__name__ and "Slider" not in type(part).__name__:
+    if isinstance(part, HotShaft | HotRod):
         twist = run["part.s_rel" if slides else "part.phi_rel"]
         stored = stored + 30.0 * twist**2 / 2
     assert heat[-1] > 10.0

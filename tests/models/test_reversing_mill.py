@@ -1,75 +1,36 @@
 """Reversing cold mill 400 against closed forms, published numbers and reference files.
 
-The files in tests/data/reversing_mill were computed apart from this project, in closed form or by
-modal sums, from the parameters printed in the source; their header lines name the columns.
 Everything written by hand here is in the source's units, kgf, m and s.
 """
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 import pytest
+from mill_by_hand import (
+    C1,
+    C2,
+    CLOSED,
+    J1,
+    J3,
+    JR,
+    OPEN,
+    amplitudes,
+    data,
+    hertz,
+    relative,
+    step_torques,
+)
 
 import lumped as lp
 from lumped.components import Inertia, Spring
-from lumped.models import reversing_mill as mill
-from lumped.models.reversing_mill import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
-
-DATA = Path(__file__).resolve().parents[1] / "data/reversing_mill"
-
-J1, J3, JR = 3.01, 2.45, 0.16 + 0.0001
-C1, C2 = 2.62e4, 0.918e4
-
-# Bodies and springs of the closed gap: upper motor, upper gearbox, all rolls, lower motor and
-# gearbox. A spring's first body leads when its torque is positive.
-CLOSED = ((J1, J3, 2 * JR, J1 + J3), ((0, 1, C1), (1, 2, C2), (3, 2, C2)))
-# The same with the rolls apart: the lower rolls come last.
-OPEN = ((J1, J3, JR, J1 + J3, JR), ((0, 1, C1), (1, 2, C2), (3, 4, C2)))
+from lumped.models import reversing_mill
+from lumped.models import reversing_mill_stand as mill
+from lumped.models.reversing_mill_stand import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
 
 MOTOR_ONLY = {"gearbox.J": J1 * KGF / 2, "motor.J": J1 * KGF / 2}
 
 
-def data(name: str) -> np.ndarray:
-    return np.genfromtxt(DATA / f"{name}.csv", delimiter=",", skip_header=1)
-
-
-def chain(bodies: Sequence[float], springs: Sequence[tuple[int, int, float]]):
-    """Square roots of J and C, and singular value decomposition of M^-1/2 B C^1/2."""
-    root_J = np.sqrt(bodies)
-    root_C = np.sqrt([c for _, _, c in springs])
-    B = np.zeros((len(bodies), len(springs)))
-    for k, (leading, following, _) in enumerate(springs):
-        B[leading, k], B[following, k] = 1, -1
-    return root_J, root_C, np.linalg.svd(B / root_J[:, None] * root_C, full_matrices=False)
-
-
-def hertz(bodies: Sequence[float], springs: Sequence[tuple[int, int, float]]) -> np.ndarray:
-    return np.sort(chain(bodies, springs)[2][1]) / (2 * np.pi)
-
-
-def amplitudes(bodies, springs, torques) -> tuple[np.ndarray, np.ndarray]:
-    """Circular frequencies, and torque amplitudes (spring, mode) of a step from rest.
-
-    The torque of a spring is the sum over the modes of amplitude * (1 - cos(omega t)).
-    """
-    root_J, root_C, (U, omega, V) = chain(bodies, springs)
-    return omega, root_C[:, None] * V.T * (U.T @ (torques / root_J) / omega)
-
-
-def step_torques(bodies, springs, torques, times: np.ndarray) -> np.ndarray:
-    omega, parts = amplitudes(bodies, springs, np.asarray(torques, dtype=float))
-    return (1 - np.cos(np.outer(times, omega))) @ parts.T
-
-
 def found(model: lp.Component, parameters: dict | None = None) -> lp.Modes:
     return lp.modes(lp.assemble(model), parameters=parameters)
-
-
-def relative(received, expected) -> float:
-    error = float(np.max(np.abs(np.asarray(received) / np.asarray(expected) - 1)))
-    print(f"largest relative error {error:.2e}")
-    return error
 
 
 class TestModes:
@@ -386,14 +347,14 @@ class TestRows:
     def test_printed_values_differ_as_much_as_rounding_explains(self):
         received = {
             row.published: round(100 * (row.computed / row.published - 1), 2)
-            for row in mill.rows()
+            for row in reversing_mill.rows()
             if row.published is not None
         }
         expected = {39.8: -0.41, 21.7: -0.36, 38.9: -0.60, 9.55: -0.01, 6.36: 0.10}
         assert received == expected
 
     def test_unpublished_values_agree_with_the_reference_they_name(self):
-        for row in mill.rows():
+        for row in reversing_mill.rows():
             if row.published is None:
                 expected = row.remark.split()[0]
                 decimals = len(expected.partition(".")[2])

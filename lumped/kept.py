@@ -1,0 +1,67 @@
+"""Templates that are kept for later models with equal equations."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import fields
+
+from lumped.component import Component
+from lumped.expression import Call, Compare, Constant, Equation, Expr, Ref, Where, walk
+from lumped.quantity import Param
+from lumped.switch import Hold, Single, When
+from lumped.template import Place, Template
+
+__all__ = ["template_of"]
+
+_MOST = 1000
+"""Templates that are kept."""
+
+_known: dict[Hashable, Template] = {}
+
+
+def template_of(component: Component, place: Place, items: list[Single]) -> Template:
+    """The template of some equations, made once for all models with equal ones."""
+    key = _content(place, tuple(items))
+    found = _known.get(key)
+    if found is None:
+        found = Template(component, place, items)
+        if len(_known) >= _MOST:
+            del _known[next(iter(_known))]
+        _known[key] = found
+    return found
+
+
+def _content(place: Place, what: object) -> Hashable:
+    """All that a template is made from, with names relative to the component."""
+    if isinstance(what, Expr):
+        return _tree(place, what)
+    if isinstance(what, Equation):
+        return _tree(place, what.left - what.right)
+    if isinstance(what, Compare):
+        return what.strict, _tree(place, what.greater), _tree(place, what.less)
+    if isinstance(what, tuple):
+        return tuple(_content(place, part) for part in what)
+    if isinstance(what, Hold | When):
+        parts = (getattr(what, field.name) for field in fields(what))
+        return (type(what), *(_content(place, part) for part in parts))
+    if what is None:
+        return None
+    raise TypeError(what)
+
+
+def _tree(place: Place, root: Expr) -> Hashable:
+    numbers: dict[int, int] = {}
+    found: list[Hashable] = []
+    for node in walk(root):
+        what: Hashable = getattr(node, "name", None)
+        if isinstance(node, Constant):
+            what = repr(node.value)
+        elif isinstance(node, Call):
+            what = node.op
+        elif isinstance(node, Where):
+            what = node.condition.strict
+        elif isinstance(node, Ref):
+            what = (place(node.owner), node.name, isinstance(node.quantity, Param))
+        numbers[id(node)] = len(numbers)
+        found.append((type(node), what, *(numbers[id(child)] for child in node.children())))
+    return tuple(found)

@@ -1,0 +1,63 @@
+"""Texts that say why a block of equations cannot be solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lumped.diagnosis import class_names, equation_text, factors
+from lumped.errors import SingularModelError
+from lumped.incidence import Incidence
+from lumped.reduce import Reduced
+
+__all__ = ["singular_block", "unheld"]
+
+
+def singular_block(reduced: Reduced, rows: list[int], nodes: list[int]) -> SingularModelError:
+    """The error for a block that determines `nodes` and has no pivot left in `rows`."""
+    incidence = reduced.incidence
+    listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
+    why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
+    what = "Make one of them elastic."
+    zeros = _zero_parameters(reduced, nodes)
+    if zeros:
+        why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
+        what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
+    return SingularModelError(
+        f"{incidence.flat.name}: these equations determine nothing more, "
+        "or contradict the rest:\n  "
+        + "\n  ".join(listed)
+        + f"\nUnknowns of the block: {_names(reduced, nodes[:12])}.\n{why}{what}"
+    )
+
+
+def unheld(incidence: Incidence, row: int) -> SingularModelError:
+    """The error for a constraint whose reaction is known and whose speed is not."""
+    block, place = incidence.place(row)
+    group, _, instances, _ = incidence.blocks[block]
+    model = incidence.flat.name
+    name = group.names[int(instances[place])] or model
+    return SingularModelError(
+        f"{model}: {name} holds and slides, but one of its sides has no inertia, so that its "
+        "reaction is known and its speed is not while it slides. Put an Inertia or Mass on each "
+        f"side of {name}."
+    )
+
+
+def _names(reduced: Reduced, nodes: Iterable[int]) -> str:
+    found = []
+    for node in nodes:
+        number, order = reduced.class_and_order(node)
+        name = class_names(reduced.incidence, number, 1)[0]
+        found.append("der(" * order + name + ")" * order)
+    return ", ".join(found)
+
+
+def _zero_parameters(reduced: Reduced, nodes: list[int]) -> list[str]:
+    """Parameters that are zero in the equations of the block that determines the nodes."""
+    parameters = reduced.incidence.flat.parameters
+    return [
+        parameters.names[number]
+        for row, order in reduced.blocks[reduced.block_of[nodes[0]]].equations
+        for number in factors(reduced.incidence, row, order)
+        if parameters.numbers[number] == 0
+    ]

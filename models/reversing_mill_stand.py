@@ -1,0 +1,167 @@
+"""Stand drive of the reversing cold rolling mill 400: two motors meet in the roll gap.
+
+Source: Filatov's calculation of the torsional vibrations of this drive, equations (43) to (56).
+The copy at hand is damaged: title, year and page numbers are lost, so that places are given by
+the equations to which a number belongs. Marks: [P] printed, [R] restored by derivation and in
+agreement with the damaged print, [I] inferred, [A] assumed because the source does not give it.
+
+Each backup roll has its own drive, everything referred to the motor shaft (43), (44) [R]:
+
+    upper branch   motor J1 - long shaft B1 - gearbox J3 - spindle B2 - rolls       3 masses
+    lower branch   motor and gearbox on the short, rigid shaft B4 - spindle B3 - rolls    2 masses
+
+The branches meet only in the roll gap. Without strip it is open. Under load the rolls roll on
+each other through the strip: joined (56), or with creep, M_u = (K_s / 2)(w_v - w_n) [R]; the
+print (55) leaves out the inertia of the rolls and is wrong for small K_s. Torques, speeds and
+angles of both branches count positive in the direction of rolling, and a shaft torque is
+positive when the motor drives. The motions are deviations from steady idling.
+
+The printed frequencies follow from the printed parameters to 0.6 % and no better, but within the
+rounding of every J and C (for example J1 = 3.0102, J3 = 2.4467, backup roll 0.15842 kgf m s2,
+C1 = 26233, C2 = 9180 kgf m) all three come within half a unit of the printed digit. The statement
+that the mass of the shafts changes them by less than 0.1 Hz needs dimensions that are not given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Damper, Inertia, Spring, Torque
+
+KGF = 9.80665  # N
+RATED = 365 * KGF  # N.m       rated torque of one motor [P]
+J_MOTOR = 3.01 * KGF  # kg.m2      J1 [P]
+J_GEARBOX = 2.45 * KGF  # kg.m2      J3, at the motor shaft [P]
+J_BACKUP = 0.16 * KGF  # kg.m2      backup roll, referred [P]
+J_WORK = 0.0001 * KGF  # kg.m2      work roll, referred [P]; implausibly small, but used in print
+C_SHAFT = 2.62e4 * KGF  # N.m/rad    C1', shaft B1 [P]
+C_SPINDLE = 0.918e4 * KGF  # N.m/rad    C2', spindles B2 and B3, referred [P]
+CREEP = 300 * KGF  # N.m.s/rad  K_s, the middle of a plausible 210 to 420 kgf m s [A]
+BACKUP_DIAMETER = 0.5  # m          from (47) and the printed 9.55 Hz at 15 m/s [I]
+
+SHAFTS = ("upper.shaft.tau", "upper.spindle.tau", "lower.spindle.tau")
+SHAFT_LABELS = ("shaft B1", "upper spindle B2", "lower spindle B3")
+
+
+class UpperBranch(lp.Component):
+    """Motor, long shaft B1, gearbox, spindle B2, backup and work roll."""
+
+    barrel = lp.Flange(free=True)
+    drive: lp.Component = Torque(tau=0.0)
+    motor: Inertia = Inertia(J=J_MOTOR)
+    shaft: Spring = Spring(c=C_SHAFT)
+    gearbox: Inertia = Inertia(J=J_GEARBOX)
+    spindle: Spring = Spring(c=C_SPINDLE)
+    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+    load: Torque = Torque(tau=0.0)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        # From the rolls to the motor: a spring torque is positive when flange b leads.
+        yield from lp.chain(
+            self.rolls, self.spindle, self.gearbox, self.shaft, self.motor, self.drive
+        )
+        yield lp.connect(self.barrel, self.rolls.flange_a, self.load.flange)
+
+
+class LowerBranch(lp.Component):
+    """Motor and gearbox on a rigid shaft (B4 [R]), spindle B3, backup and work roll."""
+
+    barrel = lp.Flange(free=True)
+    drive: lp.Component = Torque(tau=0.0)
+    motor: Inertia = Inertia(J=J_MOTOR)
+    gearbox: Inertia = Inertia(J=J_GEARBOX)
+    spindle: Spring = Spring(c=C_SPINDLE)
+    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+    load: Torque = Torque(tau=0.0)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.motor, self.drive)
+        yield lp.connect(self.barrel, self.rolls.flange_a, self.load.flange)
+
+
+class OpenGap(lp.Component):
+    """No strip: the two branches turn without each other."""
+
+    upper: UpperBranch = UpperBranch()
+    lower: LowerBranch = LowerBranch()
+
+
+class ClosedGap(OpenGap):
+    """Rolls joined by the strip: one body."""
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.upper.barrel, self.lower.barrel)
+
+
+class CreepingGap(OpenGap):
+    """Rolls that creep against each other under the torque M_u = (K_s / 2)(w_v - w_n)."""
+
+    K_s: lp.Param = lp.param("N.m.s/rad", "creep coefficient", CREEP, min=0)
+    creep: Damper = Damper(d=K_s / 2)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.upper.barrel, self.creep, self.lower.barrel)
+
+
+def strip_entry(
+    gap: OpenGap, motor_torque: float = 0.0, until: float = 0.2, **options: Any
+) -> lp.Trajectory:
+    """Load of rated torque on each pair of rolls from the time zero.
+
+    Parameters
+    ----------
+    gap : OpenGap, ClosedGap or CreepingGap
+        Stand.
+    motor_torque : float
+        Step of each motor's torque at the same instant, N.m; zero leaves the motors unchanged.
+    until : float
+        End, s.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    return lp.simulate(
+        lp.assemble(gap),
+        until=until,
+        parameters={
+            "upper.drive.tau": motor_torque,
+            "lower.drive.tau": motor_torque,
+            "upper.load.tau": -RATED,
+            "lower.load.tau": -RATED,
+        },
+        **options,
+    )
+
+
+def eccentricity_hertz(speed: float) -> float:
+    """Frequency of the backup rolls' eccentricity at a strip speed in m/s, (47) [I]."""
+    return speed / (np.pi * BACKUP_DIAMETER)
+
+
+def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.ndarray:
+    """Shaft torques in the steady state under a harmonic torque on the rolls, order 1.
+
+    Parameters
+    ----------
+    gap : OpenGap, ClosedGap or CreepingGap
+        Stand.
+    speeds : array_like, shape (k,)
+        Strip speeds, m/s.
+    torque : float
+        Amplitude on each pair of rolls.
+
+    Returns
+    -------
+    ndarray of complex, shape (k, 3)
+        Amplitudes of the torques `SHAFTS`.
+    """
+    line = lp.linearise(
+        lp.assemble(gap), inputs=["upper.load.tau", "lower.load.tau"], outputs=SHAFTS
+    )
+    push = line.B.sum(axis=1) * torque
+    omegas = 2 * np.pi * eccentricity_hertz(1) * np.asarray(speeds)
+    unit = np.eye(len(push))
+    return np.array([line.C @ np.linalg.solve(1j * w * unit - line.A, push) for w in omegas])

@@ -1,0 +1,98 @@
+"""Two speed controllers of the reversing mill on rolls of unequal diameter, in closed form."""
+
+import numpy as np
+import pytest
+from mill_by_hand import changes, relative
+
+import lumped as lp
+from lumped.components import Damper
+from lumped.models import reversing_mill_scenes as scenes
+from lumped.models.reversing_mill_scenes import DIFFERENCE, GAIN, INTEGRAL_TIME, SPEED
+from lumped.models.reversing_mill_stand import C_SHAFT, C_SPINDLE, KGF, RATED, SHAFTS
+
+
+class TestDroop:
+    """Two drives with droop on rolls of unequal diameter."""
+
+    @pytest.mark.parametrize(("s", "printed"), [(0.03, 0.033), (0.01, 0.100)])
+    def test_equalizing_torque_is_the_difference_of_diameters_over_twice_the_droop(
+        self, s, printed
+    ):
+        system = lp.assemble(scenes.with_droop(s))
+        rolling = lp.equilibrium(system, parameters={"eps": DIFFERENCE})
+        # torques beta ((1 + s) w_0 - w) of both drives against the loads, with w_n = r w_v
+        r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
+        w_v = (beta * top * (1 + r) - RATED * (1 + r)) / (beta * (1 + r**2))
+        half_difference = beta * (r - 1) * w_v / 2
+        received = (rolling["upper.spindle.tau"] - rolling["lower.spindle.tau"]) / 2
+        assert relative(received, half_difference) < 1e-8
+        assert relative(rolling["gap.tau"], beta * (top - w_v) - RATED) < 1e-8
+        assert abs(received / RATED - DIFFERENCE / (2 * s)) < 1.01 * DIFFERENCE * printed
+        assert abs(received / RATED - printed) < 5.1e-4
+
+    def test_creep_takes_its_part(self):
+        s, K_s = 0.01, 300 * KGF
+        stand = scenes.with_droop(s).with_({"gap": Damper(d=K_s / 2)})
+        rolling = lp.equilibrium(lp.assemble(stand), parameters={"eps": DIFFERENCE})
+        beta = RATED / (s * SPEED)
+        expected = DIFFERENCE * SPEED / (2 / beta + 2 / K_s)
+        assert abs(rolling["gap.tau"] / expected - 1) < 2 * DIFFERENCE
+
+    def test_weak_friction_limits_it_and_the_rolls_slip_by_the_rest(self):
+        s, M_k = 0.01, 0.05 * RATED
+        system = lp.assemble(scenes.with_droop(s))
+        limits = {"eps": DIFFERENCE, "M_s": 0.06 * RATED, "M_k": M_k}
+        rolling = lp.equilibrium(system, parameters=limits)
+        r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
+        w_v, w_n = top - (RATED + M_k) / beta, top - (RATED - M_k / r) / beta
+        assert relative(rolling["gap.w_rel"], w_v - w_n / r) < 1e-7
+        assert relative(rolling["gap.tau"], M_k) < 1e-12
+
+
+class TestPIControllers:
+    """Two PI speed controllers on rolls of unequal diameter."""
+
+    k_i, r = GAIN / INTEGRAL_TIME, 1 + DIFFERENCE
+    c_u = 1 + k_i * (1 / C_SHAFT + 1 / C_SPINDLE)
+    c_l = 1 + k_i / C_SPINDLE
+    w_v = SPEED * (1 / c_u + r / c_l) / (1 / c_u + r**2 / c_l)
+    upper = k_i * (SPEED - w_v) / c_u  # rates of the torques in the shafts
+    lower = k_i * (SPEED - r * w_v) / c_l
+
+    def ramp(self) -> dict[str, float]:
+        """Start values of the steady rise, from rated torques on."""
+        gearbox = self.w_v + self.upper / C_SPINDLE
+        motor, low = gearbox + self.upper / C_SHAFT, self.r * self.w_v + self.lower / C_SPINDLE
+        speeds = {"rolls": self.w_v, "gearbox": gearbox, "motor": motor}
+        start = dict.fromkeys(SHAFTS, RATED)
+        start |= {f"upper.{name}.w": w for name, w in speeds.items()} | {"lower.motor.w": low}
+        for side, w in (("upper", motor), ("lower", low)):
+            start[f"{side}.drive.control.x"] = RATED / GAIN - (SPEED - w)
+        return start
+
+    def test_equalizing_torque_rises_steadily_until_the_gap_skids(self):
+        system = lp.assemble(scenes.ControlledStand(eps=DIFFERENCE))
+        run = lp.simulate(system, until=2.5, start=self.ramp(), rtol=1e-10)
+        t_skid, mode = changes(run)[0]
+        before = run.t < t_skid
+        received = run.table(SHAFTS)[before]
+        rates = np.array([self.upper, self.upper, self.lower])
+        expected = RATED + run.t[before][:, None] * rates
+        assert np.abs(received - expected).max() < 1e-6 * RATED
+        half_difference = (received[:, 1] - received[:, 2]) / 2
+        slope = np.polyfit(run.t[before], half_difference, 1)[0]
+        assert relative(slope, (self.upper - self.lower) / 2) < 1e-7
+        assert relative(slope, self.k_i * DIFFERENCE * SPEED / 2) < 0.1
+        assert mode == "forward"
+        assert relative(t_skid, scenes.STATIC / self.upper) < 1e-7
+
+    def test_load_share_trim_removes_the_static_part(self):
+        system = lp.assemble(scenes.TrimmedStand(eps=DIFFERENCE))
+        rolling = lp.equilibrium(system)
+        assert relative(rolling["upper.drive.tau"], RATED) < 1e-8
+        assert relative(rolling["lower.drive.tau"], RATED) < 1e-8
+        assert relative(rolling["trim.y"], DIFFERENCE * SPEED) < 1e-8
+        run = scenes.unequal_rolls(scenes.TrimmedStand(), until=12.0)
+        assert changes(run) == []
+        assert abs(run["gap.tau"][-1]) < 1e-4 * RATED
+        assert np.abs(run["gap.tau"]).max() > 0.05 * RATED
