@@ -107,9 +107,8 @@ class Advance:
     def take(self, system: System) -> None:
         """Integrate the states of this system from now on."""
         self._system = system
-        nominal = [_nominal(system, name) for name in system.state_names]
         # not below the rounding of what a state is integrated from
-        self.atol = self._relative_atol * np.array(nominal)
+        self.atol = self._relative_atol * _nominals(system)
 
     def through(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
@@ -286,8 +285,14 @@ def _rows(modes: np.ndarray, guesses: np.ndarray) -> np.ndarray:
     return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
 
-def _nominal(system: System, name: str) -> float:
-    return system.quantity(name).nominal if "(" not in name else 1.0
+def _nominals(system: System) -> np.ndarray:
+    """Nominal value of each state."""
+    if "nominals" not in system.made:
+        names = system.state_names
+        found = [system.quantity(n).nominal if "(" not in n else 1.0 for n in names]
+        system.made["nominals"] = np.array(found)
+    nominals: np.ndarray = system.made["nominals"]
+    return nominals
 
 
 def _stepper(system: System, method: Method, dense: bool) -> Stepper:
