@@ -30,9 +30,9 @@ from lumped.components import (
     SquareRootController,
     Switch,
 )
-from lumped.models.rotary_arm_arm import EPS, ETA, FAST, J_ROTOR, RATIO, SLOW, Arm
 from lumped.models.rotary_arm_cycle import ADOPTED
 from lumped.models.rotary_arm_loads import MAXIMUM, load_inertia, static_torque
+from lumped.models.rotary_arm_parts import EPS, ETA, FAST, J_ROTOR, RATIO, SLOW, Arm
 
 BRAKING = 1.0  # rad/s2  a_p of the profile and the square-root law [A]
 GAIN = 6.0  # 1/s     K near the aim [A]

@@ -2,9 +2,9 @@
 
 Twelve points, speeds and the ramp are printed, the angles of the points are lost. Model [A]: from
 rest at S to the slow speed, over P, where the mandrel is taken, to A; there to the fast speed; at E
-down to the slow speed, over R, where it is put down, to F; fast; from I to rest at S + 360 deg. The
-nine seconds then fix the sum of the slow angles. B, C, D, G and H do not enter the torque [A]: B, D,
-G and H clear one mandrel diameter, C lies a stopping angle and 0.1 s before D.
+down to the slow speed, over R, where it is put down, to F; fast; from I to rest at S + 360 deg.
+The nine seconds then fix the sum of the slow angles. B, C, D, G and H do not enter the torque [A]:
+B, D, G and H clear one mandrel diameter, C lies a stopping angle and 0.1 s before D.
 
 With pick-up and release exactly horizontal and equal slow zones the RMS torque is 4064 N.m with
 nothing fitted; the printed 4100 N.m comes with both 1.469 deg lower, which is adopted. Other
@@ -21,7 +21,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Speed
-from lumped.models.rotary_arm_arm import (
+from lumped.models.rotary_arm_parts import (
     EPS,
     FAST,
     PICK_UP,
@@ -75,11 +75,19 @@ class Cycle:
         a, f = self.pick_up + pa, self.release + rf
         clear = np.arcsin(2 * R_X / R_H)
         stopping = FAST**2 / (2 * self.ramp)
+        d = self.release - clear
         return {
-            **{"S": s, "P": self.pick_up, "A": a, "B": self.pick_up + clear},
-            **{"C": self.release - clear - stopping - 0.1 * FAST, "D": self.release - clear},
-            **{"E": self.release - er - change, "R": self.release, "F": f},
-            **{"G": self.release + clear, "H": self.release + 2 * clear},
+            "S": s,
+            "P": self.pick_up,
+            "A": a,
+            "B": self.pick_up + clear,
+            "C": d - stopping - 0.1 * FAST,
+            "D": d,
+            "E": self.release - er - change,
+            "R": self.release,
+            "F": f,
+            "G": self.release + clear,
+            "H": self.release + 2 * clear,
             "I": s + 2 * np.pi - stopping,
         }
 
@@ -101,6 +109,7 @@ class Cycle:
             if way:
                 t.append(float(t[-1] + way / wanted))
                 w.append(wanted)
+        t[-1] = self.duration  # but for rounding it is
         return t, w
 
 

@@ -37,7 +37,7 @@ def torque_over_angle(**body: float) -> tuple[np.ndarray, np.ndarray]:
 
 def draw_swinging_mass() -> Figure:
     """Torques over a turn, and a pendulum that a journal stops."""
-    figure = Figure((7.5, 3.0), layout="constrained")
+    figure = Figure((6.8, 2.7), layout="constrained")
     turn, swing = figure.subplots(1, 2)
     for label, body in (("arm", {"m": 10.0, "R": 0.5}), ("counterweight", {"m": 8.0, "R": -0.4})):
         turn.plot(*torque_over_angle(**body), label=f"{label}, R = {body['R']:g} m")
@@ -85,7 +85,7 @@ def draw_speed_profile() -> Figure:
     speed.plot(phi, run["ramp.y"], label="after Minimum and RateLimiter")
     speed.set(title="Move by 4 rad, slow about 0.15 and 2.15 rad", ylim=(0, 1.2))
     speed.set_ylabel("speed, rad/s")
-    speed.legend(fontsize=8)
+    speed.legend(fontsize=8, loc=(0.33, 0.03))
     latch.plot(phi, run["carried.y"], color="C3")
     latch.set(ylabel="Latch", xlabel="angle, rad", yticks=(0, 1), xlim=(0, 4.05))
     for axis in (speed, latch):

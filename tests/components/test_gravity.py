@@ -1,5 +1,7 @@
 """Masses on arms in gravity and journals under load, against closed forms and energy integrals."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.special import ellipk
@@ -132,7 +134,7 @@ def test_a_pendulum_in_a_journal_loses_its_energy_swing_by_swing_and_sticks():
     turns = [e.time for e in run.events if e.after in ("forward", "backward", "stuck")]
     phi = [-0.5, *(run["bob.phi"][np.abs(run.t - t).argmin()] for t in turns)]
     assert len(turns) > 5
-    for one, other in zip(phi, phi[1:], strict=False):
+    for one, other in itertools.pairwise(phi):
         lost = m * G * R * (np.sin(one) - np.sin(other))
         assert lost == pytest.approx(grip * abs(one - other), abs=1e-8)
     assert run["journal.mode"][-1] == 0
