@@ -21,6 +21,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Speed
+from lumped.errors import ParameterError
 from lumped.models.rotary_arm_parts import (
     EPS,
     FAST,
@@ -57,6 +58,22 @@ class Cycle:
     ramp: float = EPS
     duration: float = 9.0
     zones: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what leaves no time or no way.
+
+        Raises
+        ------
+        ParameterError
+            If the ramps, zones and speeds do not fit into the turn and its duration.
+        """
+        t, _ = self.speed() if self.ramp > 0 and min(self.zones) > 0 else ([1.0, 0.0], [])
+        if not (np.isfinite(t).all() and np.diff(t).min() > 0 and self.slow > 0):
+            raise ParameterError(
+                f"Cycle: ramps of {self.ramp:g} rad/s2 and slow zones {self.zones} between "
+                f"{SLOW:g} and {FAST:g} rad/s do not make one turn in {self.duration:g} s. Give "
+                "positive ramps and zones, and enough, but not too much time."
+            )
 
     @property
     def slow(self) -> float:
