@@ -32,7 +32,7 @@ def _draw_cycle() -> Figure:
     for name, angle in ADOPTED.points.items():
         t = np.interp(angle, full["arm.phi"], full.t)
         speed.axvline(t, color="grey", linewidth=0.5)
-        speed.text(t, 1.08, name, ha="center")
+        speed.text(t, 1.08, name, ha="left" if name == "E" else "center")
     speed.set(ylabel="speed of the arm, rad/s", ylim=(0, 1.2))
     speed.set_title("One turn in 9 s by prescribed motion; mandrel on the arm from P to R")
     torque.plot(full.t, motor_torque(full) / 1e3, label="with rotor, loss, g = 9.80665 m/s2")
