@@ -42,8 +42,16 @@ from lumped.components.electrical import (
     VoltageSensor,
     VoltageSource,
 )
-from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
+from lumped.components.friction import (
+    BearingFriction,
+    Brake,
+    Clutch,
+    JournalFriction,
+    OneWayClutch,
+    SlipCoupling,
+)
 from lumped.components.gears import IdealGear, Planetary, RackAndPinion
+from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
 from lumped.components.loads import (
@@ -72,6 +80,7 @@ from lumped.components.sensors import (
     SpeedSensor,
     TorqueSensor,
 )
+from lumped.components.sequence import Latch, Minimum, SpeedProfile, Switch
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
 from lumped.components.thermal import (
@@ -117,11 +126,14 @@ __all__ = [
     "Inertia",
     "InverseTorque",
     "Inverter",
+    "JournalFriction",
+    "Latch",
     "LimitedPI",
     "Limiter",
     "LinearTorque",
     "LoadShare",
     "LossyGear",
+    "Minimum",
     "OneWayClutch",
     "PController",
     "PIController",
@@ -146,6 +158,7 @@ __all__ = [
     "SlipCoupling",
     "Speed",
     "SpeedDrive",
+    "SpeedProfile",
     "SpeedSensor",
     "Spring",
     "SpringDamper",
@@ -154,6 +167,8 @@ __all__ = [
     "Stop",
     "Stribeck",
     "Sum",
+    "SwingingMass",
+    "Switch",
     "Table",
     "ThermalConductor",
     "Torque",
@@ -162,5 +177,6 @@ __all__ = [
     "Vehicle",
     "VoltageSensor",
     "VoltageSource",
+    "Weight",
     "translation",
 ]

@@ -16,7 +16,14 @@ from lumped.components.characteristic import Characteristic, dry_friction, frict
 from lumped.ops import maximum
 from lumped.switch import Item, hold
 
-__all__ = ["BearingFriction", "Brake", "Clutch", "OneWayClutch", "SlipCoupling"]
+__all__ = [
+    "BearingFriction",
+    "Brake",
+    "Clutch",
+    "JournalFriction",
+    "OneWayClutch",
+    "SlipCoupling",
+]
 
 
 class _OnShaft(Component):
@@ -111,6 +118,33 @@ class Brake(_OnShaft):
             grip=self.c_geo * self.f_n,
             engaged=self.f_n > 0,
             peak=self.peak,
+            mode=self.mode,
+        )
+
+
+class JournalFriction(_OnShaft):
+    """Friction of a journal under a load: ``tau = mu f_n d / 2`` against the motion.
+
+    The shaft goes through from flange a to flange b. The load `f_n` on its journals may change
+    during a run, as where a body is picked up. At standstill the friction bears up to `peak` times
+    that torque.
+    """
+
+    mu: Param = param("1", "friction coefficient, with the factor of the bearing's play", min=0)
+    d: Param = param("m", "diameter of the journal", above=0)
+    f_n = Input("N", "load on the journals, not negative")
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        grip = self.mu * self.f_n * self.d / 2
+        yield hold(
+            self.tau,
+            self.w,
+            forward=grip,
+            backward=-grip,
+            upper=self.peak * grip,
+            lower=-self.peak * grip,
+            engaged=self.f_n > 0,
             mode=self.mode,
         )
 

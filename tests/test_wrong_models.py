@@ -29,6 +29,8 @@ from lumped.components import (
     IdealGear,
     InductionMotor,
     Inertia,
+    JournalFriction,
+    Latch,
     LimitedPI,
     LossyGear,
     Planetary,
@@ -40,6 +42,7 @@ from lumped.components import (
     SampledPI,
     SlipCoupling,
     Speed,
+    SpeedProfile,
     SpeedSensor,
     Spring,
     Stribeck,
@@ -1345,6 +1348,16 @@ def stribeck_curve_upside_down():
     rubbing(Stribeck(coulomb=3.0, static=2.0, decay=1.0))
 
 
+@wrong(FRICTION, ParameterError, "journal.mu = -0.15 1", "journal.d = 0 m")
+def journal_that_drives():
+    """A journal has a negative friction coefficient and no diameter."""
+    build(
+        lambda m: lp.chain(m.motor, m.journal),
+        motor=Inertia(J=1.0),
+        journal=JournalFriction(mu=-0.15, d=0.0, f_n=100.0),
+    )
+
+
 @wrong(FRICTION, ParameterError, "bearing.peak = 0.8", "at least 1")
 def peak_below_one():
     """Static friction is said to be smaller than kinetic friction."""
@@ -1476,6 +1489,24 @@ def limits_of_a_slip_coupling_exchanged():
         load=Inertia(J=1.0),
         connections=lambda m: lp.chain(m.motor, m.safety, m.load),
     )
+
+
+@wrong(DRIVES, ParameterError, "switch.off = 1 1", "greater than switch.on = 2 1")
+def latch_that_opens_before_it_closes():
+    """A position switch opens before it closes."""
+    build(switch=Latch(on=2.0, off=1.0, u=0.0))
+
+
+@wrong(DRIVES, EquationError, "profile (SpeedProfile)", "increase", "3 -> 2")
+def sections_in_the_wrong_order():
+    """The sections of a speed profile are not in the order of the way."""
+    build(profile=SpeedProfile(sections=((0.0, 0.2), (3.0, 1.0), (2.0, 0.2)), a=1.0, u=0.0))
+
+
+@wrong(DRIVES, EquationError, "profile (SpeedProfile)", "speed -0.2", "not negative")
+def section_for_the_way_back():
+    """A speed profile is to serve for the way back, too."""
+    build(profile=SpeedProfile(sections=((0.0, 1.0), (3.0, -0.2)), a=1.0, u=0.0))
 
 
 @wrong(DRIVES, ParameterError, "pi.k = -2 1 (gain)", "pi.T_s = 0 s (sampling time)")

@@ -21,10 +21,12 @@ from lumped.components import (
     contact,
     electrical,
     friction,
+    gravity,
     impact,
     loads,
     lossy_gear,
     motors,
+    sequence,
     signals,
     sources,
     thermal,
@@ -55,6 +57,7 @@ FIELDS = {
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -68,7 +71,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 }
 """Parameters for which a random number is none."""
 
-POSITIVE = {electrical.VariableResistor: ["R"]}
+POSITIVE = {electrical.VariableResistor: ["R"], friction.JournalFriction: ["f_n"]}
 """Inputs that make no sense below zero."""
 
 BASES = {thermal.Heated}
@@ -388,9 +391,20 @@ def rolling(at: Motion) -> float:
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
 
 
+def swinging(at: Motion) -> complex:
+    p = at.p
+    height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
+    return (p["J"] + p["m"] * p["R"] ** 2) * at.v["flange"] ** 2 / 2 + p["m"] * p["g"] * height
+
+
+def lowered(at: Motion) -> float:
+    return -at.p["f"] * at.p["R"] * np.cos(at.q["flange"] + at.p["phi0"]) * at.v["flange"]
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     contact.ElastoBacklash: play_energy,
+    gravity.SwingingMass: swinging,
     impact.PickUp: carried("J"),
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
@@ -435,6 +449,7 @@ DISSIPATED: dict[type[lp.Component], Power] = {
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
+    gravity.Weight: lowered,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
     motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),

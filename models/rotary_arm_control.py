@@ -1,0 +1,111 @@
+"""Square-root position control of the rotary arm, and the first motor, which could not lift.
+
+The wanted speed is the lesser of a speed profile over the angle (slow about pick-up and release,
+fast between) and of the square-root law of the way to the aim [R from the wording]. A ramp limiter
+follows it, which near the aim, where the law is linear, is bypassed. A PI speed controller with
+anti-windup sets the torque of the motor. Gains, decelerations and the lag of the torque [A].
+
+The arm starts at rest with the torque that holds it. Friction in journals and reducer keeps it
+there until the controller has built up what lifting takes, after 5 ms; a calculation in which
+friction acts forward all the time lets it sag meanwhile, and comes to the pick-up 1.5 microseconds
+later.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import (
+    EfficientGear,
+    Gain,
+    Latch,
+    Minimum,
+    RateLimiter,
+    SpeedDrive,
+    SpeedProfile,
+    SquareRootController,
+    Switch,
+)
+from lumped.models.rotary_arm_cycle import ADOPTED
+from lumped.models.rotary_arm_loads import MAXIMUM, load_inertia, static_torque
+from lumped.models.rotary_arm_parts import EPS, ETA, FAST, J_ROTOR, RATIO, SLOW, Arm
+
+BRAKING = 1.0  # rad/s2  a_p of the profile and the square-root law [A]
+GAIN = 6.0  # 1/s     K near the aim [A]
+BANDWIDTH = 30.0  # rad/s   of the speed control, with the mandrel on the arm [A]
+LAG = 0.005  # s       of the torque [A]
+SECTOR = 0.02  # rad/s   error below which the ramp limiter is a lag [A]
+BEGIN = ADOPTED.points["S"]
+AIM = BEGIN + 2 * np.pi
+NEAR = AIM - BRAKING / GAIN**2  # rad  where the square-root law becomes linear
+J_M = J_ROTOR + load_inertia(loaded=True) / RATIO**2  # kg.m2
+PROFILE = (
+    (BEGIN, SLOW),
+    (ADOPTED.points["A"], FAST),
+    (ADOPTED.points["E"] + (FAST**2 - SLOW**2) / (2 * EPS), SLOW),
+    (ADOPTED.points["F"], FAST),
+)
+
+
+class Controlled(lp.Component):
+    """Arm on a speed-controlled motor that a square-root controller leads to its aim."""
+
+    bandwidth: lp.Param = lp.param("1/s", "bandwidth of the speed control", BANDWIDTH, above=0)
+
+    aim: SquareRootController = SquareRootController(wanted=AIM, K=GAIN, a=BRAKING)
+    profile: SpeedProfile = SpeedProfile(sections=PROFILE, a=BRAKING)
+    slower: Minimum = Minimum()
+    ramp: RateLimiter = RateLimiter(rate=EPS, T=SECTOR / EPS)
+    near: Latch = Latch(on=NEAR)
+    wanted: Switch = Switch()
+    at_motor: Gain = Gain(k=RATIO)
+    motor: SpeedDrive = SpeedDrive(
+        J=J_ROTOR, k=bandwidth * J_M, T_i=5 / bandwidth, T=LAG, tau_max=MAXIMUM, P_max=1e9
+    )
+    reducer: EfficientGear = EfficientGear(ratio=RATIO, eta=ETA)
+    arm: Arm = Arm()
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.motor, self.reducer, self.arm.shaft)
+        yield lp.connect(self.arm.phi, self.aim.measured, self.profile.u, self.near.u)
+        yield lp.connect(self.aim.y, self.slower.a)
+        yield lp.connect(self.profile.y, self.slower.b)
+        yield lp.connect(self.slower.y, self.ramp.u, self.wanted.a)
+        yield lp.connect(self.ramp.y, self.wanted.b)
+        yield lp.connect(self.near.y, self.wanted.u)
+        yield lp.connect(self.wanted.y, self.at_motor.u)
+        yield lp.connect(self.at_motor.y, self.motor.wanted)
+
+
+def controlled(
+    until: float = 10.98,
+    parameters: dict[str, float] | None = None,
+    start: dict[str, float] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
+    """The cycle under position control, from rest at S.
+
+    Parameters
+    ----------
+    until : float
+        End, s.
+    parameters : dict
+        Changed parameters, such as ``reducer.eta``, ``motor.tau_max``, ``bandwidth``.
+    start : dict
+        Start values instead of rest at S.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    changed = parameters or {}
+    held = static_torque(BEGIN, changed.get("reducer.eta", ETA))
+    gain = changed.get("bandwidth", BANDWIDTH) * J_M
+    begin = {"arm.phi": BEGIN, "motor.tau": held, "motor.x": held / gain}
+    resting = {"arm.mandrel.phi": changed.get("arm.pick_up", ADOPTED.pick_up), "arm.table.gap": 0.0}
+    system = lp.assemble(Controlled(), keep=["arm.angle.phi"])
+    return lp.simulate(
+        system, until=until, parameters=changed, start=begin | resting | (start or {}), **options
+    )

@@ -1,0 +1,96 @@
+"""Position switches, choices among signals and speed profiles, against closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Expression, Latch, Minimum, Sine, SpeedProfile, Switch
+from lumped.errors import EquationError
+
+
+def fed(part, until, grid=400, **signals):
+    """Run of a block whose inputs are functions of the time."""
+    model = lp.compose(
+        part=part,
+        signals={name: Expression(value=value) for name, value in signals.items()},
+        connections=lambda m: [
+            lp.connect(m.signals[name].y, getattr(m.part, name)) for name in signals
+        ],
+    )
+    return lp.simulate(lp.assemble(model), until=until, grid=grid, rtol=1e-10)
+
+
+def test_the_smaller_of_two_signals_changes_where_they_meet():
+    run = fed(Minimum(), 3.0, a=lp.time, b=2.0 - lp.time**2)
+    assert run["part.y"] == pytest.approx(np.minimum(run.t, 2 - run.t**2), abs=1e-12)
+    (meeting,) = (event.time for event in run.events if event.component == "part")
+    assert meeting == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_switch_takes_the_first_signal_while_the_command_is_above_one_half():
+    run = fed(Switch(), 2.0, u=lp.time, a=5.0 + lp.time, b=-1.0 + 0.0 * lp.time)
+    late = run["part.y"] > 0
+    assert late[run.t > 0.5].all()
+    assert not late[run.t < 0.5].any()
+    assert run["part.y"][run.t > 0.5] == pytest.approx(5 + run.t[run.t > 0.5])
+
+
+def test_a_latch_remembers_and_does_not_mind_a_signal_that_falls_back():
+    # sin t rises through 0.5 at pi/6 and through 0.9 at asin 0.9, and then again each turn
+    model = lp.compose(
+        wave=Sine(amplitude=1.0, frequency=1 / (2 * np.pi)),
+        latch=Latch(on=0.5, off=0.9),
+        memory=Latch(on=0.5),
+        connections=lambda m: [lp.connect(m.wave.y, m.latch.u, m.memory.u)],
+    )
+    run = lp.simulate(lp.assemble(model), until=4 * np.pi, grid=1000, rtol=1e-10)
+    turn = run.t % (2 * np.pi)
+    closed = (turn > np.pi / 6) & (turn < np.arcsin(0.9))
+    near = np.abs(turn[:, None] - [np.pi / 6, np.arcsin(0.9)]).min(axis=1) < 1e-6
+    assert (run["latch.y"][~near] == closed[~near]).all()
+    assert (run["memory.y"][~near] == (run.t > np.pi / 6)[~near]).all()
+    changes = [e.time for e in run.events if e.component == "latch" and ">=" in e.after]
+    first = [np.pi / 6, np.arcsin(0.9)]
+    expected = [t + 2 * np.pi * turn for turn in range(2) for t in first]
+    assert changes == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_latch_begins_as_it_is_told():
+    latch = Latch(on=1.0, off=2.0, x=1.0)
+    run = fed(latch, 3.0, u=lp.time)
+    assert (run["part.y"] == np.where(run.t < 2, 1.0, 0.0))[np.abs(run.t - 2) > 1e-6].all()
+
+
+def test_a_speed_profile_brakes_to_each_lower_section_in_time():
+    sections, a = ((0.0, 0.5), (2.0, 3.0), (9.0, 1.2), (10.0, 0.4), (12.0, 2.0)), 0.7
+    run = fed(SpeedProfile(sections=sections, a=a), 14.0, u=lp.time - 1.0, grid=3000)
+
+    def allowed(s):
+        here = max([i for i, (begin, _) in enumerate(sections) if begin <= s], default=0)
+        ahead = [
+            np.sqrt(v**2 + 2 * a * (begin - s)) for begin, v in sections[here + 1 :] if begin > s
+        ]
+        return min([sections[here][1], *ahead])
+
+    s = run.t - 1.0
+    clear = np.abs(s[:, None] - [0.0, 2.0, 9.0, 10.0, 12.0]).min(axis=1) > 1e-6
+    expected = np.array([allowed(x) for x in s])
+    assert run["part.y"][clear] == pytest.approx(expected[clear], abs=1e-9)
+    # what follows the profile never has to brake harder than a: d(y^2/2)/ds >= -a
+    falling = np.diff(run["part.y"] ** 2 / 2)[clear[1:] & clear[:-1]]
+    assert (falling >= -a * np.diff(s)[clear[1:] & clear[:-1]] - 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("sections", "text"),
+    [
+        ((), "no rows of two numbers"),
+        (((0.0, 1.0), (0.0, 2.0)), "0 -> 0"),
+        (((0.0, -1.0),), "speed -1"),
+        ("fast", "no rows of two numbers"),
+    ],
+)
+def test_sections_that_make_no_sense_are_refused(sections, text):
+    with pytest.raises(EquationError, match=text) as refused:
+        fed(SpeedProfile(sections=sections, a=1.0), 1.0, u=lp.time)
+    assert "part (SpeedProfile)" in str(refused.value)

@@ -1,0 +1,228 @@
+"""The rotary arm under position control: reference file, pick-up, stalls, energy, extremes."""
+
+import numpy as np
+import pytest
+from arm_by_hand import EMPTY, LOADED, ROTOR, data, friction, gravity
+from scipy.integrate import solve_ivp
+
+import lumped as lp
+from lumped.models.rotary_arm import instants, jump
+from lumped.models.rotary_arm_control import AIM, BANDWIDTH, BEGIN, J_M, Controlled, controlled
+from lumped.models.rotary_arm_cycle import ADOPTED
+from lumped.models.rotary_arm_loads import FIRST, static_torque
+
+FIRST_MOTOR = {"motor.tau_max": 2 * FIRST}
+COLUMNS = ("arm.phi", "arm.trays.w", "ramp.x", "motor.x", "motor.tau")
+P, R = ADOPTED.points["P"], ADOPTED.points["R"]
+
+
+def test_it_follows_the_reference_file_from_its_second_line_on():
+    # the first 22 ms start from rest, where the file's friction acts forward all the time
+    reference = data("closed_loop")[1:]
+    t0, phi, w, ramp, integral, torque, _ = reference[0]
+    start = {"arm.phi": phi, "arm.trays.w": w, "ramp.x": ramp}
+    start |= {"motor.x": integral / (BANDWIDTH * J_M), "motor.tau": torque}
+    times = reference[:, 0] - t0
+    run = controlled(until=times[-1], grid=times, rtol=1e-11, start=start)
+    row = [np.abs(run.t - t).argmin() for t in times]
+    for column, name in enumerate(COLUMNS, 1):
+        scale = BANDWIDTH * J_M if name == "motor.x" else 1.0
+        error = np.abs(scale * run[name][row] - reference[:, column]).max()
+        error /= np.ptp(reference[:, column])
+        print(f"{name}: {error:.1e} of the range")
+        assert error < 1e-6
+    for found, event in zip(instants(run), data("closed_loop_events"), strict=True):
+        assert found + t0 == pytest.approx(event[0], abs=3e-9)
+
+
+def test_from_rest_the_arm_waits_until_the_torque_suffices():
+    # a second formulation with stiction: the arm stands while 50 eta tau <= gravity + friction
+    J_m = 12.8 + LOADED / 2500
+    assert pytest.approx(J_m, rel=1e-12) == J_M
+
+    def rates(t, y):
+        phi, w, ramp, integral, tau = y
+        error = 50 * (ramp - w)
+        wanted = 30 * J_m * error + integral
+        drive = 42.5 * tau - gravity(phi, 0) - friction(0)
+        a = drive / (EMPTY + 0.85 * ROTOR) if w > 0 or drive > 0 else 0.0
+        return [
+            w,
+            a,
+            1.38 * np.clip((0.17 - ramp) / 0.02, -1, 1),
+            180 * J_m * error,
+            200 * (wanted - tau),
+        ]
+
+    held = gravity(BEGIN, 0) / 42.5
+    assert static_torque(BEGIN) == pytest.approx(held, rel=1e-12)
+    start = [BEGIN, 0.0, 0.0, held, held]
+    times = np.linspace(0.0, 0.4, 21)
+    # first to the breakaway, then on, so that the kink is met
+    away = lambda t, y: 42.5 * y[4] - gravity(y[0], 0) - friction(0)  # noqa: E731
+    away.terminal = True
+    tight = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
+    still = solve_ivp(rates, (0, 0.1), start, events=away, **tight)
+    y = still.y[:, -1] + [0, 1e-15, 0, 0, 0]
+    begin = still.t[-1]
+    moving = solve_ivp(rates, (begin, 0.4), y, t_eval=times[1:], max_step=1e-3, **tight)
+    run = controlled(until=0.4, grid=20, rtol=1e-11)
+    row = [np.abs(run.t - t).argmin() for t in times[1:]]
+    assert begin == pytest.approx(0.0054, abs=1e-4)
+    assert next(e.time for e in run.events if e.component == "arm.journal") == pytest.approx(
+        begin, abs=1e-9
+    )
+    for name, values in zip(COLUMNS, moving.y, strict=True):
+        scale = 30 * J_m if name == "motor.x" else 1.0
+        assert scale * run[name][row] == pytest.approx(values, rel=1e-6, abs=1e-8)
+
+
+def test_from_rest_it_passes_the_published_instants():
+    run = controlled(until=13.0, grid=499, rtol=1e-10)
+    # friction at rest instead of friction that drives: 1.5 us earlier at P
+    expected = data("closed_loop_events")[:, 0]
+    np.testing.assert_allclose(instants(run), expected, atol=2e-6)
+    assert np.abs(run["arm.phi"][run.t >= 9.99] - AIM).max() < 1e-3
+    assert abs(run["arm.phi"][-1] - AIM) == pytest.approx(7e-10, rel=0.02)
+    assert (run["arm.trays.w"][(run.t > 0.02)] > 0).all()
+    assert run["motor.tau"].max() == pytest.approx(9948, abs=0.05)
+
+
+def test_momentum_is_kept_at_the_pick_up_and_speed_at_the_release():
+    run = controlled(until=6.0, rtol=1e-10)
+    taken, put, _ = instants_until_release(run)
+    ratio = (EMPTY + ROTOR) / (LOADED + ROTOR)
+    assert ratio == pytest.approx(0.52448, abs=5e-6)
+    assert jump(run, taken) == pytest.approx(ratio, rel=1e-12)
+    assert jump(run, put) == pytest.approx(1.0, abs=1e-14)
+    k = np.nonzero(run.t == taken)[0]
+    assert run["arm.phi"][k] == pytest.approx(P, abs=1e-10)
+    assert run["arm.phi"][run.t == put] == pytest.approx(R, abs=1e-10)
+    # the energy of the plastic impact, and that of the mandrel which the rollers stop
+    before, after = run["arm.trays.w"][k[[0, -1]]]
+    losses = {e.time: e.loss for e in run.events if e.loss}
+    lost = (EMPTY + ROTOR) * before**2 / 2 - (LOADED + ROTOR) * after**2 / 2
+    assert losses[taken] == pytest.approx(lost, rel=1e-9)
+    last = run["arm.trays.w"][run.t == put][0]
+    assert losses[put] == pytest.approx((LOADED - EMPTY) * last**2 / 2, rel=1e-9)
+    assert np.abs(run["arm.mandrel.w"][run.t > put]).max() < 1e-14
+
+
+def instants_until_release(run):
+    found = {e.after: e.time for e in reversed(run.events) if e.component == "arm.carried"}
+    return found["u >= on"], found["u >= off"], None
+
+
+# -- stalls and the table ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("eta", [0.60, 0.80, 0.83])
+def test_the_first_motor_stalls_past_the_pick_up_and_holds_the_mandrel(eta):
+    run = controlled(until=8.0, grid=800, parameters=FIRST_MOTOR | {"reducer.eta": eta})
+    rest = max(e.time for e in run.events if e.component == "arm.journal")
+    late = run.t > rest
+    assert late.sum() > 100
+    assert (run["arm.trays.w"][late] == 0).all()
+    assert np.ptp(run["arm.phi"][late]) < 1e-16
+    phi = run["arm.phi"][-1]
+    assert P < phi < P + 1e-2 * (1 if eta < 0.83 else 2)
+    assert run["arm.carried.y"][-1] == 1
+    # its greatest torque is between what moves the arm up and what lets it down
+    torque = run["motor.tau"][-1]
+    assert torque == pytest.approx(2 * FIRST, rel=1e-9)
+    assert (gravity(phi, 1) - friction(1)) * eta < 50 * torque
+    assert 50 * torque * eta < gravity(phi, 1) + friction(1)
+
+
+@pytest.mark.parametrize("eta", [0.835, 0.85])
+def test_above_the_critical_efficiency_it_lifts(eta):
+    assert (gravity(0.0, 1) + friction(1)) / 100 / FIRST == pytest.approx(0.832, abs=5e-4)
+    run = controlled(until=8.0, parameters=FIRST_MOTOR | {"reducer.eta": eta})
+    assert run["arm.phi"].max() > np.pi / 2
+
+
+def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_suffices():
+    run = controlled(until=2.0, grid=4000, rtol=1e-9, parameters={"bandwidth": 10.0})
+    taken = next(e.time for e in run.events if e.component == "arm.carried")
+    closed = next(e.time for e in run.events if e.component == "arm.table" and e.after == "closed")
+    # what the journals bear, and what the table, does not matter before they slide
+    slides = [(e.time, e.after) for e in run.events if e.component == "arm.journal"]
+    leaves, way = slides[-1]
+    assert way == "forward"
+    assert taken < closed < leaves < 2.0
+    rests = (run.t > closed) & (run.t < leaves)
+    assert np.abs(run["arm.trays.w"][rests]).max() < 1e-12
+    assert run["arm.phi"][rests] == pytest.approx(P, abs=1e-9)
+    assert run["arm.table.tau"][rests].max() < 1e-6
+    assert run["arm.phi"].min() >= BEGIN - 1e-12
+    torque = run["motor.tau"][np.abs(run.t - leaves).argmin()]
+    assert torque == pytest.approx((gravity(P, 1) + friction(1)) / 42.5, rel=1e-6)
+
+
+# -- extremes and energy -----------------------------------------------------------------------
+
+
+def test_without_a_linear_zone_it_chatters_at_the_aim():
+    def last_two_seconds(K):
+        free = {"arm.mu": 0.0, "reducer.eta": 1.0}
+        changed = {"aim.K": K, "near.on": AIM - 1 / K**2}
+        run = controlled(until=12.0, grid=6000, rtol=1e-8, parameters=free | changed)
+        seconds = [(run.t > t) & (run.t < t + 1) for t in (10, 11)]
+        error = [np.abs(run["arm.phi"][k] - AIM).max() for k in seconds]
+        turns = [(np.diff(np.sign(run["arm.trays.w"][k])) != 0).sum() for k in seconds]
+        return error, turns
+
+    error, turns = last_two_seconds(6.0)
+    assert turns == [0, 0]
+    assert error[1] < 0.02 * error[0]
+    error, turns = last_two_seconds(1000.0)
+    assert min(turns) > 40
+    assert error[1] > 0.9 * error[0]
+
+
+class Audited(lp.Component):
+    """The drive with the energies that pass through it."""
+
+    rig: Controlled = Controlled()
+    work: lp.Var = lp.var("J", "work of the motor", state="always")
+    heat: lp.Var = lp.var("J", "losses of reducer and journals", state="always")
+    turned: lp.Var = lp.var("J", "energy turned over", state="always")
+
+    def equations(self):
+        motor, reducer, journal = self.rig.motor, self.rig.reducer, self.rig.arm.journal
+        power = motor.tau * motor.w
+        yield lp.der(self.work) == power
+        yield lp.der(self.turned) == abs(power)
+        yield lp.der(self.heat) == reducer.tau_loss * reducer.w + journal.tau * journal.w
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"arm.mu": 0.0, "reducer.eta": 1.0}, {"bandwidth": 10.0}, FIRST_MOTOR],
+    ids=["full", "lossless", "resting", "first motor"],
+)
+def test_energy(changes):
+    held = static_torque(BEGIN, changes.get("reducer.eta", 0.85))
+    gain = changes.get("bandwidth", BANDWIDTH) * J_M
+    start = {"arm.phi": BEGIN, "motor.tau": held, "motor.x": held / gain}
+    start |= {"arm.mandrel.phi": P, "arm.table.gap": 0.0}
+    run = lp.simulate(
+        lp.assemble(Audited(), keep=["rig.arm.angle.phi", "work", "heat", "turned"]),
+        until=8.0,
+        rtol=1e-10,
+        parameters={f"rig.{name}": value for name, value in changes.items()},
+        start={f"rig.{name}": value for name, value in start.items()},
+    )
+    phi, w, height = run["rig.arm.phi"], run["rig.arm.trays.w"], run["rig.arm.mandrel.phi"]
+    mandrel = run["rig.arm.mandrel.w"]
+    stored = (EMPTY + ROTOR) * w**2 / 2 + (LOADED - EMPTY) * mandrel**2 / 2
+    stored += gravity(0.0, 0) * np.sin(phi)
+    stored += (gravity(0.0, 1) - gravity(0.0, 0)) * np.sin(height)
+    lost = sum(event.loss for event in run.events)
+    error = run["work"][-1] - (stored[-1] - stored[0]) - run["heat"][-1] - lost
+    print(f"{error:.1e} J of {run['turned'][-1]:.4g} J; heat {run['heat'][-1]:.4g} J")
+    assert abs(error) < 1e-6 * run["turned"][-1]
+    if changes.get("arm.mu") == 0.0:
+        assert run["heat"][-1] == pytest.approx(0.0, abs=1e-6)
+    else:
+        assert (np.diff(run["heat"]) >= -1e-6).all()
