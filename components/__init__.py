@@ -43,7 +43,7 @@ from lumped.components.electrical import (
     VoltageSource,
 )
 from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClutch, SlipCoupling
-from lumped.components.gears import IdealGear, Planetary, RackAndPinion
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion, SelectableGear
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
 from lumped.components.loads import (
@@ -82,6 +82,7 @@ from lumped.components.thermal import (
     ThermalConductor,
 )
 from lumped.components.vehicle import Vehicle
+from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
     "AccelerationSensor",
@@ -91,6 +92,7 @@ __all__ = [
     "Brake",
     "Capacitor",
     "Clutch",
+    "Coil",
     "Constant",
     "ConverterDrive",
     "Coupling",
@@ -139,6 +141,7 @@ __all__ = [
     "RelativeSpeedSensor",
     "Resistor",
     "SampledPI",
+    "SelectableGear",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
     "SignTorque",
@@ -153,6 +156,8 @@ __all__ = [
     "Step",
     "Stop",
     "Stribeck",
+    "Strip",
+    "StripPath",
     "Sum",
     "Table",
     "ThermalConductor",
