@@ -81,7 +81,8 @@ class SelectableGear(Component):
     engaged and both sides turn freely. Speeds count from the support. Meant to be changed at
     standstill: where a gear is engaged while its dogs turn against each other (`w_1`, `w_2`, at
     side b), the speeds of everything that is rigidly joined jump to common ones, with momentum
-    kept, and the energy lost is the `loss` of the event. Torques: ``tau_b = -ratio tau_a``.
+    kept, and the energy lost is the `loss` of the event. A run that starts turning is given both
+    speeds. Torques: ``tau_b = -ratio tau_a``.
     """
 
     flange_a = Flange()

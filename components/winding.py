@@ -46,7 +46,7 @@ class Coil(Component):
     mandrel. Bending the strip plastically takes ``M_b = sigma_s b h^2 / 4`` against the motion,
     at standstill up to that.
 
-    Begin a run with some strip wound by a start value, ``Coil(R=0.45)``. `state` changes, with an
+    Begin a run with some strip wound by a start value, ``Coil(..., L=120.0)``. `state` changes, with an
     event, where the coil grows beyond `R_max` and where it is pulled off below the bare mandrel.
     """
 
@@ -155,16 +155,17 @@ class StripPath(Component):
     d: Param = param("m", "distance of the roll from the axis of the turret", above=r_t)
     phi_0: Param = param("rad", "angle of the coil on the turret where phi_carrier = 0", 0.0)
     R = Input("m", "radius of the coil")
+    alpha: Var = var("rad", "angle of the coil from the direction roll to turret", state="prefer")
     length: Var = var("m", "free length of the strip")
     psi: Var = var("rad", "direction of the strip", state="avoid")
 
     def equations(self) -> Iterator[Item]:
-        alpha = self.phi_0 + self.carrier.phi
-        across, along = self.r_t * sin(alpha), self.d + self.r_t * cos(alpha)
+        yield self.alpha == self.phi_0 + self.carrier.phi
+        across, along = self.r_t * sin(self.alpha), self.d + self.r_t * cos(self.alpha)
         D = sqrt(across**2 + along**2)
         free = sqrt(across**2 + along**2 - self.R**2)
         direction = atan2(across, along) - asin(self.R / D)
-        f, at = self.line.f, self.carrier.phi
+        f, at = self.line.f, self.alpha
         turned = Partial(direction, at)
         yield self.length == free
         yield self.psi == direction
