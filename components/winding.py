@@ -46,8 +46,8 @@ class Coil(Component):
     mandrel. Bending the strip plastically takes ``M_b = sigma_s b h^2 / 4`` against the motion,
     at standstill up to that.
 
-    Begin a run with some strip wound by a start value, ``Coil(..., L=120.0)``. `state` changes, with an
-    event, where the coil grows beyond `R_max` and where it is pulled off below the bare mandrel.
+    Begin a run with some strip wound by a start value, ``Coil(..., L=120.0)``. `state` changes,
+    with an event, where the coil grows beyond `R_max` and where it is pulled off the mandrel.
     """
 
     flange = Flange()
@@ -160,13 +160,14 @@ class StripPath(Component):
     psi: Var = var("rad", "direction of the strip", state="avoid")
 
     def equations(self) -> Iterator[Item]:
-        yield self.alpha == self.phi_0 + self.carrier.phi
-        across, along = self.r_t * sin(self.alpha), self.d + self.r_t * cos(self.alpha)
+        f, at = self.line.f, self.carrier.phi
+        alpha = self.phi_0 + at
+        across, along = self.r_t * sin(alpha), self.d + self.r_t * cos(alpha)
         D = sqrt(across**2 + along**2)
         free = sqrt(across**2 + along**2 - self.R**2)
         direction = atan2(across, along) - asin(self.R / D)
-        f, at = self.line.f, self.alpha
         turned = Partial(direction, at)
+        yield self.alpha == alpha
         yield self.length == free
         yield self.psi == direction
         yield self.line.s == self.strip.s + self.length

@@ -1,4 +1,4 @@
-"""Gear of two ratios against closed forms: both gears, neutral, changes at rest and while turning."""
+"""Gear of two ratios against closed forms: neutral, changes at rest and while turning."""
 
 import numpy as np
 import pytest

@@ -184,7 +184,7 @@ class TestStripPath:
     R, r_t, d = 0.45, 1.25, 4.4
 
     def model(self, **coil):
-        """A coil of thin strip on a turret that is turned, the strip at the roll held by a force."""
+        """A coil on a turret that is turned, the strip at the roll pulled by a force."""
 
         def connections(m: lp.Component) -> Iterator[lp.Connection]:
             yield lp.connect(m.turret.flange, m.path.carrier)
