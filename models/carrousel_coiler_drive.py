@@ -63,22 +63,23 @@ class WindingDrive(lp.Component):
     """Motor, gear, mandrel and coil; the strip is joined to `coil.strip` by what surrounds it."""
 
     strip = lp.LinearFlange()
-    radius = lp.Output("m", "radius of the coil")
-    tangent = lp.Flange(grounded=True)
     h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, min=0)
+    eta: lp.Param = lp.param("1", "efficiency of the gears", ETA, above=0, max=1)
+    mu: lp.Param = lp.param("1", "friction of the bearings", MU, min=0)
+    sigma_s: lp.Param = lp.param("Pa", "yield stress of the strip", YIELD, min=0)
     motor: lp.Component = Position(phi=0.0)
     rotor: Inertia = Inertia(J=J_MOTOR)
     gear: SelectableGear = SelectableGear(ratio_1=I_HIGH, ratio_2=I_LOW, u=HIGH)
-    mesh: EfficientGear = EfficientGear(ratio=1.0, eta=ETA)
+    mesh: EfficientGear = EfficientGear(ratio=1.0, eta=eta)
     mandrel: Inertia = Inertia(J=J_MANDREL)
-    bearing: Brake = Brake(characteristic=((0.0, MU),), c_geo=BEARING / 2, f_max=1.0)
+    bearing: Brake = Brake(characteristic=((0.0, 1.0),), c_geo=mu * BEARING / 2, f_max=1.0)
     coil: Coil = Coil(
         r=MANDREL,
-        R_max=RADIUS * (1 + 1e-9),  # a coil wound to the full radius is not over-full by rounding
+        R_max=RADIUS + h,  # over-full is what is one layer more than full
         h=h,
         b=WIDTH,
         rho=DENSITY,
-        sigma_s=YIELD,
+        sigma_s=sigma_s,
         m_0=M_MANDREL,
     )
 
@@ -87,8 +88,6 @@ class WindingDrive(lp.Component):
         yield lp.connect(self.mandrel.flange_b, self.bearing.flange_a, self.coil.flange)
         yield lp.connect(self.coil.load, self.bearing.u)
         yield lp.connect(self.coil.strip, self.strip)
-        yield lp.connect(self.coil.tangent, self.tangent)
-        yield lp.connect(self.coil.R, self.radius)
 
 
 class UnderTension(lp.Component):
@@ -149,6 +148,11 @@ def line_speed(
     return travel, speed, acceleration, slows + v / b
 
 
+def turned(length: lp.Expr) -> lp.Expr:
+    """Angle of the mandrel from the wound length in m, without difference of large numbers."""
+    return 2 * length / (MANDREL + sqrt(MANDREL**2 + THICKNESS * length / pi))
+
+
 def checked_length(length: float, h: float = THICKNESS) -> float:
     """Length of a strip that the coil can take.
 
@@ -162,12 +166,19 @@ def checked_length(length: float, h: float = THICKNESS) -> float:
         grown = np.sqrt(MANDREL**2 + h * length / np.pi)
         raise OptionError(
             f"A strip of {length:g} m and {1e3 * h:g} mm makes a coil of {grown:.4g} m radius; the "
-            f"full coil has {RADIUS:g} m. At most {full:.6g} m can be wound: shear the strip before."
+            f"full coil has {RADIUS:g} m. At most {full:.6g} m fit: shear the strip."
         )
     return length
 
 
-def winding(length: float | None = None, gear: float = HIGH, **options: Any) -> lp.Trajectory:
+def winding(
+    length: float | None = None,
+    gear: float = HIGH,
+    v: float = SPEED,
+    a: float = ACCELERATION,
+    b: float = DECELERATION,
+    **options: Any,
+) -> lp.Trajectory:
     """Whole winding run at given tension and line speed: the torque at the motor follows.
 
     Parameters
@@ -176,6 +187,8 @@ def winding(length: float | None = None, gear: float = HIGH, **options: Any) -> 
         Length of the strip, m; that of a full coil unless given.
     gear : float
         `HIGH` or `LOW`.
+    v, a, b : float
+        Line speed m/s, acceleration and deceleration m/s2.
     **options
         Passed to `lumped.simulate`.
 
@@ -185,9 +198,8 @@ def winding(length: float | None = None, gear: float = HIGH, **options: Any) -> 
         If the coil would be over-full, or the strip too short.
     """
     length = checked_length(capacity() if length is None else length)
-    travel, _, _, end = line_speed(length)
-    radius = sqrt(MANDREL**2 + THICKNESS * travel / pi)
+    travel, _, _, end = line_speed(length, v, a, b)
     ratio = I_HIGH if gear == HIGH else I_LOW
-    turned = 2 * travel / (MANDREL + radius)
-    model = UnderTension().with_({"drive.motor.phi": ratio * turned, "drive.gear.u": gear})
+    motion = {"drive.motor.phi": ratio * turned(travel), "drive.gear.u": gear}
+    model = UnderTension().with_(motion)
     return lp.simulate(lp.assemble(model), until=end, **({"rtol": 1e-11} | options))

@@ -46,10 +46,10 @@ def tension_power(T: float = TENSION, v: float = SPEED) -> float:
 
 
 def speed_range(i: float = I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> float:
-    """Range of motor speeds for speeds v_max in gear i and v_min in low or high gear, (3.11) [R].
+    """Range of motor speeds: `v_max` in high gear, `v_min` in the gear i, (3.11) [R].
 
-    The ratio of the gear at `v_max` is the high gear; `i` is that of the gear at `v_min` over it:
-    the gear is chosen for a strip at standstill, never changed while it is wound.
+    From the empty coil at `v_max` to the full coil at `v_min`. The gear is chosen for a strip at
+    standstill, never changed while it is wound.
     """
     return RADIUS / MANDREL * v_max / v_min * I_HIGH / i
 
