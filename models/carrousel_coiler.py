@@ -55,8 +55,8 @@ UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ("elastic strip at 10 s, not compensated", "N", None, NOT, "67070.5 by DOP853, no loss"),
     ("elastic strip at 10 s, compensated", "N", None, NOT, "80000.0 by DOP853, no loss"),
     ("energy lost by a gear change at 20 rad/s", "kJ", None, NOT, "15.649 from momentum"),
-    ("turret drive, least torque of half a turn", "kN.m", None, NOT, "-174 from plane geometry"),
-    ("turret drive, greatest torque", "kN.m", None, NOT, "-29 from plane geometry"),
+    ("turret drive, least torque of half a turn", "kN.m", None, NOT, "29 from plane geometry"),
+    ("turret drive, greatest torque", "kN.m", None, NOT, "174 from plane geometry"),
 )
 
 
@@ -75,7 +75,7 @@ def rows() -> list[Row]:
         elastic_winding(share, until=10.0, grid=at, rtol=1e-9, parameters={"eta": 1.0, "mu": 0.0})
         for share in (0.0, 1.0)
     ]
-    turret = half_turn(grid=1200)["turn.flange.tau"]
+    turret = -half_turn(grid=1200)["turn.flange.tau"]
     computed = [
         motor.power / 1e3,
         sizing.speed_range(),

@@ -148,9 +148,9 @@ def line_speed(
     return travel, speed, acceleration, slows + v / b
 
 
-def turned(length: lp.Expr) -> lp.Expr:
+def turned(length: lp.Expr, h: lp.Expr | float = THICKNESS) -> lp.Expr:
     """Angle of the mandrel from the wound length in m, without difference of large numbers."""
-    return 2 * length / (MANDREL + sqrt(MANDREL**2 + THICKNESS * length / pi))
+    return 2 * length / (MANDREL + sqrt(MANDREL**2 + h * length / pi))
 
 
 def checked_length(length: float, h: float = THICKNESS) -> float:

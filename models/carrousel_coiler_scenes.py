@@ -181,7 +181,9 @@ class PlacedDrive(WindingDrive):
     L_0: lp.Param = lp.param("m", "wound length at the time zero", 0.0, min=0)
     v: lp.Param = lp.param("m/s", "speed at the time zero", 0.0)
     a: lp.Param = lp.param("m/s2", "acceleration", 0.0)
-    motor: Position = Position(phi=I_HIGH * turned(L_0 + v * lp.time + a * lp.time**2 / 2))
+    motor: Position = Position(
+        phi=I_HIGH * turned(L_0 + v * lp.time + a * lp.time**2 / 2, WindingDrive.h)
+    )
 
 
 class Placed(UnderTension):
@@ -190,7 +192,9 @@ class Placed(UnderTension):
     drive: WindingDrive = PlacedDrive(eta=1.0, mu=0.0, sigma_s=0.0)
 
 
-def tension_deviation(radii: np.ndarray, v: float = SPEED, a: float = 0.0) -> np.ndarray:
+def tension_deviation(
+    radii: np.ndarray, v: float = SPEED, a: float = 0.0, h: float = THICKNESS
+) -> np.ndarray:
     """Deviation of the tension without compensation, N, from the motor torque of a free strip.
 
     A / R^4 + B at steady speed, (3.9) [I]; -a J / R^2 at rest with an acceleration.
@@ -201,12 +205,14 @@ def tension_deviation(radii: np.ndarray, v: float = SPEED, a: float = 0.0) -> np
         Radii of the coil, m.
     v, a : float
         Line speed m/s and acceleration m/s2.
+    h : float
+        Thickness of the strip, m.
     """
     system = lp.assemble(Placed(T=0.0))
     found = []
     for radius in np.asarray(radii):
-        at = {"drive.L_0": capacity(radius), "drive.v": v, "drive.a": a}
-        wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / THICKNESS}
+        at = {"drive.L_0": capacity(radius, h), "drive.v": v, "drive.a": a, "drive.h": h}
+        wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / h}
         point = lp.start_point(system, parameters=at, start=wound)
         found.append(point["drive.motor.flange.tau"] * I_HIGH / radius)
     return np.array(found)
