@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.errors import OptionError
 from lumped.models import carrousel_coiler
 from lumped.models import carrousel_coiler_drive as coiler
 from lumped.models import carrousel_coiler_scenes as scenes
