@@ -65,7 +65,7 @@ class Coil(Component):
     m_0: Param = param("kg", "mass of the mandrel, for the load on the bearings alone", 0.0, min=0)
     g: Param = param("m/s2", "acceleration of gravity", 9.80665, min=0)
     theta: Var = var("rad", "angle wound on the bare mandrel", state="prefer")
-    w_wound: Var = var("rad/s", "rate of the angle wound", state="prefer")
+    w_wound: Var = var("rad/s", "rate of the angle wound")
     w: Var = var("rad/s", "angular velocity", state="avoid")
     L: Var = var("m", "wound length")
     J: Var = var("kg.m2", "moment of inertia of the wound strip")

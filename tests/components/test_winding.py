@@ -180,20 +180,26 @@ class TestStrip:
         assert lost[0] > 0.9 * np.pi / 2 / w
 
 
+def joined(m: lp.Component) -> Iterator[lp.Connection]:
+    """A coil on a turret, its drives and the pull on its strip."""
+    yield lp.connect(m.turret.flange, m.path.carrier)
+    yield lp.connect(m.mandrel.flange, m.coil.flange)
+    yield lp.connect(m.coil.strip, m.path.strip)
+    yield lp.connect(m.coil.tangent, m.path.tangent)
+    yield lp.connect(m.coil.R, m.path.R)
+    yield lp.connect(m.path.line, m.pull.flange)
+
+
+def probed(m: lp.Component) -> Iterator[lp.Connection]:
+    yield from joined(m)
+    yield lp.connect(m.path.line, m.probe.flange)
+
+
 class TestStripPath:
     R, r_t, d = 0.45, 1.25, 4.4
 
     def model(self, **coil):
         """A coil on a turret that is turned, the strip at the roll pulled by a force."""
-
-        def connections(m: lp.Component) -> Iterator[lp.Connection]:
-            yield lp.connect(m.turret.flange, m.path.carrier)
-            yield lp.connect(m.mandrel.flange, m.coil.flange)
-            yield lp.connect(m.coil.strip, m.path.strip)
-            yield lp.connect(m.coil.tangent, m.path.tangent)
-            yield lp.connect(m.coil.R, m.path.R)
-            yield lp.connect(m.path.line, m.pull.flange, m.probe.flange)
-
         return lp.compose(
             probe=translation.SpeedSensor(),
             turret=Speed(w=0.5),
@@ -201,7 +207,7 @@ class TestStripPath:
             path=StripPath(r_t=self.r_t, d=self.d),
             coil=Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0).with_(coil),
             pull=translation.Force(f=-8e4),
-            connections=connections,
+            connections=probed,
         )
 
     def geometry(self, run):
@@ -217,6 +223,19 @@ class TestStripPath:
         run = lp.simulate(lp.assemble(self.model(), keep=["path.alpha"]), until=12.0, grid=40)
         _, contact, along = self.geometry(run)
         assert contact == pytest.approx(run["path.length"] * along, rel=1e-12, abs=1e-12)
+
+    @pytest.mark.parametrize("order", [1, -1])
+    def test_angles_of_coil_and_turret_lead_in_any_order_of_the_parts(self, order):
+        parts = {
+            "turret": Speed(w=0.5),
+            "coil": Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0),
+            "path": StripPath(r_t=self.r_t, d=self.d),
+            "mandrel": Speed(w=8.0),
+            "pull": translation.Force(f=-8e4),
+        }
+        parts = dict(list(parts.items())[::order])
+        system = lp.assemble(lp.compose(**parts, connections=joined))
+        assert set(system.state_names) == {"coil.theta", "path.alpha"}
 
     def test_the_turret_carries_the_moment_of_the_tension(self):
         run = lp.simulate(lp.assemble(self.model(), keep=["path.alpha"]), until=12.0, grid=40)

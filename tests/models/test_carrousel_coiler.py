@@ -142,7 +142,7 @@ class TestWindingRun:
         assert tau * run["drive.rotor.w"][i] / 1e3 == pytest.approx(power, abs=0.06)
 
     def test_work_at_the_mandrel_is_that_of_tension_and_losses_less_what_the_strip_brought(self):
-        run = coiler.winding(rtol=1e-11, grid=200_000)
+        run = coiler.winding(rtol=1e-11, grid=20_000)
         brought = rho * b * h / 2 * (20.0**4 / 4 * (1 + 1 / 1.25) + 20.0**3 * 124.467299849480)
         assert brought == pytest.approx(5.2385915e6, rel=1e-7)
         angle = np.diff(run["drive.coil.theta"])
