@@ -50,7 +50,7 @@ from lumped.components.friction import (
     OneWayClutch,
     SlipCoupling,
 )
-from lumped.components.gears import IdealGear, Planetary, RackAndPinion
+from lumped.components.gears import IdealGear, Planetary, RackAndPinion, SelectableGear
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
@@ -91,6 +91,7 @@ from lumped.components.thermal import (
     ThermalConductor,
 )
 from lumped.components.vehicle import Vehicle
+from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
     "AccelerationSensor",
@@ -100,6 +101,7 @@ __all__ = [
     "Brake",
     "Capacitor",
     "Clutch",
+    "Coil",
     "Constant",
     "ConverterDrive",
     "Coupling",
@@ -151,6 +153,7 @@ __all__ = [
     "RelativeSpeedSensor",
     "Resistor",
     "SampledPI",
+    "SelectableGear",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
     "SignTorque",
@@ -166,6 +169,8 @@ __all__ = [
     "Step",
     "Stop",
     "Stribeck",
+    "Strip",
+    "StripPath",
     "Sum",
     "SwingingMass",
     "Switch",

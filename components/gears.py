@@ -1,12 +1,27 @@
-"""Gears without inertia and loss."""
+"""Gears without inertia and without loss in the mesh."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Flange, LinearFlange, Param, lossless, param
+from lumped import (
+    Component,
+    Equation,
+    Flange,
+    Input,
+    LinearFlange,
+    Param,
+    Var,
+    der,
+    hold,
+    lossless,
+    param,
+    var,
+)
+from lumped.ops import where
+from lumped.switch import Item
 
-__all__ = ["IdealGear", "Planetary", "RackAndPinion"]
+__all__ = ["IdealGear", "Planetary", "RackAndPinion", "SelectableGear"]
 
 
 class IdealGear(Component):
@@ -57,3 +72,42 @@ class RackAndPinion(Component):
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
         a, b = self.flange_a, self.flange_b
         yield lossless(b.s == self.radius * a.phi, a, b)
+
+
+class SelectableGear(Component):
+    """Gear of two ratios and a neutral position: ``w_a = ratio_1 w_b`` or ``w_a = ratio_2 w_b``.
+
+    The command `u` engages gear 1 between 0.5 and 1.5, gear 2 from 1.5 on; below 0.5 no gear is
+    engaged and both sides turn freely. Speeds count from the support. Meant to be changed at
+    standstill: where a gear is engaged while its dogs turn against each other (`w_1`, `w_2`, at
+    side b), the speeds of everything that is rigidly joined jump to common ones, with momentum
+    kept, and the energy lost is the `loss` of the event. A run that starts turning is given both
+    speeds. Torques: ``tau_b = -ratio tau_a``.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    support = Flange(grounded=True)
+    ratio_1: Param = param("1", "speed of a over speed of b in gear 1", nonzero=True)
+    ratio_2: Param = param("1", "speed of a over speed of b in gear 2", nonzero=True)
+    u = Input("1", "command: 0 neutral, 1 and 2 the gears")
+    phi_1: Var = var("rad", "angle between the dogs of gear 1", state="avoid")
+    phi_2: Var = var("rad", "angle between the dogs of gear 2", state="avoid")
+    w_1: Var = var("rad/s", "speed between the dogs of gear 1", state="prefer")
+    w_2: Var = var("rad/s", "speed between the dogs of gear 2", state="prefer")
+    tau_1: Var = var("N.m", "torque of gear 1 against w_1")
+    tau_2: Var = var("N.m", "torque of gear 2 against w_2")
+
+    def equations(self) -> Iterator[Item]:
+        a, b, housing = self.flange_a, self.flange_b, self.support
+        phi_a, phi_b = a.phi - housing.phi, b.phi - housing.phi
+        yield self.phi_1 == phi_a / self.ratio_1 - phi_b
+        yield self.phi_2 == phi_a / self.ratio_2 - phi_b
+        yield self.w_1 == der(self.phi_1)
+        yield self.w_2 == der(self.phi_2)
+        yield a.tau == self.tau_1 / self.ratio_1 + self.tau_2 / self.ratio_2
+        yield b.tau == -self.tau_1 - self.tau_2
+        yield housing.tau == -a.tau - b.tau
+        first = where(self.u < 1.5, self.u, 0.0)
+        yield hold(self.tau_1, self.w_1, engaged=first > 0.5)
+        yield hold(self.tau_2, self.w_2, engaged=self.u >= 1.5)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["MACHINES", "Machine", "Row", "machine"]
 
 MACHINES = {
+    "carrousel_coiler": "Winding drive of a carrousel coiler",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
 }

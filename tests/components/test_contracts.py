@@ -32,6 +32,7 @@ from lumped.components import (
     thermal,
     translation,
     vehicle,
+    winding,
 )
 from lumped.components import compliance as rotation
 from lumped.quantity import Quantity
@@ -48,7 +49,7 @@ UNITS = {
     *("V", "A", "Ohm", "H", "F", "N.m/A", "N.m/A2", "V.s"),
     *("1/s", "1/s2", "rad/(s.N.m)"),
     *("K", "J/K", "W/K", "1/K"),
-    *("m2", "kg/m3"),
+    *("m2", "kg/m3", "Pa"),
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
@@ -68,6 +69,8 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
+    winding.Coil: {"r": 10.0, "R_max": 30.0},
+    winding.StripPath: {"r_t": 2.0, "d": 10.0},
 }
 """Parameters for which a random number is none."""
 
@@ -338,6 +341,32 @@ def carried(mass: str) -> Energy:
     return lambda at: at.p[mass] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
 
 
+def strip_energy(at: Motion) -> complex:
+    return at.p["c"] * at.rel(at.q) ** 2 / 2 if at.rel(at.q).real > 0 else 0.0
+
+
+def strip_heat(at: Motion) -> float:
+    tension = at.p["c"] * max(0.0, at.rel(at.q))
+    return np.clip(at.p["d"] * at.rel(at.v), -tension, tension) * at.rel(at.v)
+
+
+def coil_radius(at: Motion) -> complex:
+    turns = (at.q["flange"] - at.q["tangent"]) / (2 * np.pi)
+    return at.p["r"] + at.p["h"] / at.p["fill"] * turns
+
+
+def coil_energy(at: Motion) -> complex:
+    J = np.pi * at.p["rho"] * at.p["b"] * at.p["fill"] / 2 * (coil_radius(at) ** 4 - at.p["r"] ** 4)
+    return J * at.v["flange"] ** 2 / 2
+
+
+def strip_brought_in(at: Motion) -> float:
+    """Kinetic energy of the strip that enters, with the speed of the coil's surface."""
+    p, R = at.p, coil_radius(at)
+    mass_flow = p["rho"] * p["b"] * p["h"] * R * (at.v["flange"] - at.v["tangent"])
+    return mass_flow * (R * at.v["flange"]) ** 2 / 2
+
+
 def voltage(at: Motion) -> complex:
     return at.v["p"] - at.v["n"]
 
@@ -429,6 +458,8 @@ STORED: dict[type[lp.Component], Energy] = {
     vehicle.Vehicle: lambda at: (
         (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
     ),
+    winding.Coil: coil_energy,
+    winding.Strip: strip_energy,
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     contact.ElastoBacklash: play_heat,
@@ -446,6 +477,7 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     ),
     motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     vehicle.Vehicle: rolling,
+    winding.Strip: strip_heat,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
@@ -465,6 +497,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     translation.InverseForce: against("f", lambda p, v: inverse(v, p["v_nominal"], p["v0"])),
     thermal.HeatFlow: lambda at: at.p["Q"],
     vehicle.Vehicle: downhill_and_wind,
+    winding.Coil: strip_brought_in,
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
 PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}

@@ -1,0 +1,205 @@
+"""Winding drive of a carrousel coiler: motor, two-speed gear, mandrel, growing coil, strip.
+
+Source: the design calculation of the winding drive of a carrousel coiler behind the mill "2030",
+equations (3.1) to (3.54). The copy at hand is damaged: nearly all formulas are lost, title, year
+and page numbers too, so that places are given by the numbers of equations and examples. Marks: [P]
+printed, [R] restored by derivation and in agreement with the damaged print, [I] inferred, [A]
+assumed because the source does not give it. Everything inertial and the strip are [A].
+
+    motor - two-speed gear - mesh loss - mandrel and bearings - coil - strip
+
+The text adds a motor torque ``w dJ/dt`` (3.5), although the strip that enters brings just this
+momentum along; `lumped.components.Coil` keeps the balance of the open system. At 1 mm and 20 m/s
+the difference is 3.9 kN.m on the full coil, 4.9 % of the torque of the tension.
+
+Angles count positive in the sense of winding, which is clockwise as the coiler is drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import (
+    Brake,
+    Coil,
+    EfficientGear,
+    Inertia,
+    Position,
+    SelectableGear,
+    translation,
+)
+from lumped.errors import OptionError
+from lumped.ops import pi, sqrt, where
+
+TENSION = 80e3  # N  T [P]
+RADIUS = 1.0  # m  R, full coil [P]
+MANDREL = 0.305  # m  r [P]
+SPEED = 20.0  # m/s  v_max of example 3.1 [P]; example 3.2 has 1300 m/min
+I_HIGH = 1.354  # 1  high gear, the smaller ratio [P]
+I_LOW = 2.0  # 1  low gear [P]
+ETA = 0.92  # 1  [P]
+
+WIDTH = 1.25  # m  [A]
+THICKNESS = 1e-3  # m  [A]
+DENSITY = 7850.0  # kg/m3  [A]
+YIELD = 300e6  # Pa  [A]
+J_MOTOR = 600.0  # kg.m2  at the motor shaft [A]
+J_MANDREL = 500.0  # kg.m2  gears and mandrel, at the mandrel [A]
+M_MANDREL = 2500.0  # kg  [A]
+MU = 0.003  # 1  friction of the bearings [A]
+BEARING = 0.40  # m  their diameter [A]
+ACCELERATION = 1.0  # m/s2  [A]
+DECELERATION = 1.25  # m/s2  [A]
+
+HIGH, LOW = 1.0, 2.0
+"""Commands of the gear."""
+
+
+class WindingDrive(lp.Component):
+    """Motor, gear, mandrel and coil; the strip is joined to `coil.strip` by what surrounds it."""
+
+    strip = lp.LinearFlange()
+    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, min=0)
+    eta: lp.Param = lp.param("1", "efficiency of the gears", ETA, above=0, max=1)
+    mu: lp.Param = lp.param("1", "friction of the bearings", MU, min=0)
+    sigma_s: lp.Param = lp.param("Pa", "yield stress of the strip", YIELD, min=0)
+    motor: lp.Component = Position(phi=0.0)
+    rotor: Inertia = Inertia(J=J_MOTOR)
+    gear: SelectableGear = SelectableGear(ratio_1=I_HIGH, ratio_2=I_LOW, u=HIGH)
+    mesh: EfficientGear = EfficientGear(ratio=1.0, eta=eta)
+    mandrel: Inertia = Inertia(J=J_MANDREL)
+    bearing: Brake = Brake(characteristic=((0.0, 1.0),), c_geo=mu * BEARING / 2, f_max=1.0)
+    coil: Coil = Coil(
+        r=MANDREL,
+        R_max=RADIUS + h,  # over-full is what is one layer more than full
+        h=h,
+        b=WIDTH,
+        rho=DENSITY,
+        sigma_s=sigma_s,
+        m_0=M_MANDREL,
+    )
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.motor, self.rotor, self.gear, self.mesh, self.mandrel)
+        yield lp.connect(self.mandrel.flange_b, self.bearing.flange_a, self.coil.flange)
+        yield lp.connect(self.coil.load, self.bearing.u)
+        yield lp.connect(self.coil.strip, self.strip)
+
+
+class UnderTension(lp.Component):
+    """Winding drive against a strip of given tension."""
+
+    T: lp.Param = lp.param("N", "tension", TENSION)
+    drive: WindingDrive = WindingDrive()
+    line: translation.Force = translation.Force(f=-T)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.drive.strip, self.line.flange)
+
+
+def capacity(radius: float = RADIUS, h: float = THICKNESS) -> float:
+    """Length of strip in a coil of this radius, m: pi (R^2 - r^2) / h, (3.8) [I]."""
+    return float(np.pi * (radius**2 - MANDREL**2) / h)
+
+
+def line_speed(
+    length: float, v: float = SPEED, a: float = ACCELERATION, b: float = DECELERATION
+) -> tuple[lp.Expr, lp.Expr, lp.Expr, float]:
+    """Wound length, speed and acceleration over the time while a strip is wound from rest to rest.
+
+    Parameters
+    ----------
+    length : float
+        Length of the strip, m.
+    v, a, b : float
+        Line speed m/s, acceleration and deceleration m/s2.
+
+    Returns
+    -------
+    tuple of Expr, Expr, Expr and float
+        Length m, speed m/s, acceleration m/s2, and the whole time s.
+
+    Raises
+    ------
+    OptionError
+        If the strip is too short to reach the speed.
+    """
+    ramps = v**2 / 2 * (1 / a + 1 / b)
+    if not length > ramps:
+        raise OptionError(
+            f"line_speed: a strip of {length:g} m does not reach {v:g} m/s; acceleration and "
+            f"deceleration take {ramps:g} m. Give a lower speed or a longer strip."
+        )
+    t, reached = lp.time, v / a
+    slows = reached + (length - ramps) / v
+    late = t - slows
+    at_slows = v * (slows - reached / 2)
+    steady = (v * (t - reached / 2), v + 0 * t, 0 * t)
+    falling = (at_slows + v * late - b * late**2 / 2, v - b * late, -b + 0 * t)
+    rising = (a * t**2 / 2, a * t, a + 0 * t)
+    travel, speed, acceleration = (
+        where(t >= slows, late_, where(t >= reached, middle, early))
+        for early, middle, late_ in zip(rising, steady, falling, strict=True)
+    )
+    return travel, speed, acceleration, slows + v / b
+
+
+def turned(length: lp.Expr, h: lp.Expr | float = THICKNESS) -> lp.Expr:
+    """Angle of the mandrel from the wound length in m, without difference of large numbers."""
+    return 2 * length / (MANDREL + sqrt(MANDREL**2 + h * length / pi))
+
+
+def checked_length(length: float, h: float = THICKNESS) -> float:
+    """Length of a strip that the coil can take.
+
+    Raises
+    ------
+    OptionError
+        If the coil would be over-full.
+    """
+    full = capacity(h=h)
+    if length > full * (1 + 1e-9):
+        grown = np.sqrt(MANDREL**2 + h * length / np.pi)
+        raise OptionError(
+            f"A strip of {length:g} m and {1e3 * h:g} mm makes a coil of {grown:.4g} m radius; the "
+            f"full coil has {RADIUS:g} m. At most {full:.6g} m fit: shear the strip."
+        )
+    return length
+
+
+def winding(
+    length: float | None = None,
+    gear: float = HIGH,
+    v: float = SPEED,
+    a: float = ACCELERATION,
+    b: float = DECELERATION,
+    **options: Any,
+) -> lp.Trajectory:
+    """Whole winding run at given tension and line speed: the torque at the motor follows.
+
+    Parameters
+    ----------
+    length : float, optional
+        Length of the strip, m; that of a full coil unless given.
+    gear : float
+        `HIGH` or `LOW`.
+    v, a, b : float
+        Line speed m/s, acceleration and deceleration m/s2.
+    **options
+        Passed to `lumped.simulate`.
+
+    Raises
+    ------
+    OptionError
+        If the coil would be over-full, or the strip too short.
+    """
+    length = checked_length(capacity() if length is None else length)
+    travel, _, _, end = line_speed(length, v, a, b)
+    ratio = I_HIGH if gear == HIGH else I_LOW
+    motion = {"drive.motor.phi": ratio * turned(travel), "drive.gear.u": gear}
+    model = UnderTension().with_(motion)
+    return lp.simulate(lp.assemble(model), until=end, **({"rtol": 1e-11} | options))

@@ -1,0 +1,132 @@
+"""Figures of the carrousel coiler."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from lumped.models import carrousel_coiler_sizing as sizing
+from lumped.models.carrousel_coiler_drive import I_HIGH, I_LOW, MANDREL, RADIUS, TENSION, winding
+from lumped.models.carrousel_coiler_scenes import elastic_winding, gear_change, tension_deviation
+from lumped.models.carrousel_coiler_turret import half_turn
+
+__all__ = ["figures"]
+
+
+def figures() -> dict[str, Figure]:
+    """Figures by name."""
+    return {
+        "winding_run": _draw_run(),
+        "tension_deviation": _draw_deviation(),
+        "elastic_strip": _draw_elastic(),
+        "gear_map": _draw_gears(),
+        "gear_change": _draw_change(),
+        "turret": _draw_turret(),
+    }
+
+
+def _draw_run() -> Figure:
+    run = winding(grid=1000, rtol=1e-9)
+    motor = sizing.chosen_motor()
+    torque, w = -run["drive.motor.flange.tau"], run["drive.rotor.w"]
+    figure = Figure((8, 8), layout="constrained")
+    coil, torques, powers = figure.subplots(3, sharex=True)
+    coil.plot(run.t, run["drive.coil.R"], label="radius, m")
+    coil.plot(run.t, run["drive.coil.J"] / 1e4, label="inertia of the coil, 10$^4$ kg m$^2$")
+    coil.plot(run.t, w / 100, label="motor speed, 100 rad/s")
+    coil.set(title="Strip of 1 mm wound at 20 m/s under 80 kN in high gear")
+    limit = motor.power / np.maximum(w, motor.base)
+    torques.plot(run.t, torque / 1e3, label="motor torque")
+    torques.plot(run.t, limit / 1e3, "--", label="limit of the motor")
+    torques.set_ylabel("torque, kN m")
+    powers.plot(run.t, torque * w / 1e6, label="motor power")
+    powers.axhline(sizing.tension_power() / 1e6, color="grey", linestyle="--", label="(3.4)")
+    powers.set(ylabel="power, MW", xlabel="time, s", xlim=(0, run.t[-1]))
+    _finish(figure)
+    return figure
+
+
+def _draw_deviation() -> Figure:
+    radii = np.linspace(MANDREL, RADIUS, 80)
+    figure = Figure((8, 5), layout="constrained")
+    axis = figure.subplots()
+    for v, a, label in (
+        (20.0, 0.0, "20 m/s, steady"),
+        (10.0, 0.0, "10 m/s, steady"),
+        (0.0, 1.0, "1 m/s$^2$ from rest"),
+    ):
+        axis.plot(radii, tension_deviation(radii, v, a) / 1e3, label=label)
+    axis.set(title="Deviation of the tension without inertia compensation")
+    axis.set(xlabel="radius of the coil, m", ylabel="tension - wanted, kN", xlim=(MANDREL, RADIUS))
+    _finish(figure)
+    return figure
+
+
+def _draw_elastic() -> Figure:
+    figure = Figure((8, 5), layout="constrained")
+    axis = figure.subplots()
+    for share in (0.0, 0.8, 1.0):
+        run = elastic_winding(share, grid=6000)
+        axis.plot(run.t, run["strip.T"] / 1e3, linewidth=1, label=f"{100 * share:g} % compensated")
+    axis.axhline(TENSION / 1e3, color="grey", linestyle="--", linewidth=0.8)
+    axis.set(title="Tension of 10 m of elastic strip under torque control")
+    axis.set(xlabel="time, s", ylabel="tension, kN", xlim=(0, run.t[-1]))
+    _finish(figure)
+    return figure
+
+
+def _draw_gears() -> Figure:
+    speeds = np.concatenate([np.arange(100.0, 1300, 10), [812.4, 812.5, 1199.9, 1200.1]])
+    speeds = np.sort(speeds)
+    motor = sizing.chosen_motor()
+    drawn = sizing.Motor(sizing.DRAWN / motor.base, sizing.DRAWN, motor.speed)
+    figure = Figure((8, 5), layout="constrained")
+    axis = figure.subplots()
+    for found, line, name in ((motor, "-", "2348 kW"), (drawn, "--", "2160 kW")):
+        for ratio, color, gear in ((I_HIGH, "C0", "high"), (I_LOW, "C1", "low")):
+            tension = sizing.greatest_tension(found, speeds / 60, ratio)
+            axis.plot(speeds, tension / 1e3, line, color=color, label=f"{gear} gear, {name}")
+    for v, T in ((1200, 80), (780, 100), (400, 110), (1080, 90)):
+        axis.plot(v, T, "ok")
+        gear = sizing.gear_for(v / 60, 1e3 * T) or "none"
+        axis.annotate(gear, (v, T), (5, 5), textcoords="offset points")
+    axis.set(title="Tension from the empty to the full coil; dots: gear chosen for a strip")
+    axis.set(xlabel="line speed, m/min", ylabel="tension, kN", ylim=(0, 135))
+    _finish(figure)
+    return figure
+
+
+def _draw_change() -> Figure:
+    run = gear_change()
+    figure = Figure((8, 4), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(run.t, run["drive.rotor.w"], label="motor")
+    axis.plot(run.t, run["drive.mandrel.w"], label="mandrel")
+    axis.set(title="Low to high gear while turning: speeds jump, momentum is kept")
+    axis.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))
+    _finish(figure)
+    return figure
+
+
+def _draw_turret() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    speeds, torques, radius = figure.subplots(3, sharex=True)
+    run, still = half_turn(grid=600), half_turn(turning=False, grid=600)
+    speeds.plot(run.t, run["coil.w"], label="mandrel")
+    speeds.plot(still.t, still["coil.w"], ":", color="C0", label="mandrel, turret at rest")
+    speeds.set(title="Half a turn of the turret while winding at 5 m/s under 80 kN")
+    speeds.set_ylabel("speed, rad/s")
+    torques.plot(run.t, -run["held.motor.tau"] / 1e3, label="on the sun")
+    torques.plot(run.t, -run["turn.flange.tau"] / 1e3, label="on the turret")
+    torques.set_ylabel("torque of the drive, kN m")
+    radius.plot(run.t, run["coil.R"], label="radius of the coil")
+    radius.plot(run.t, run["path.length"] / 10, label="free strip, 10 m")
+    radius.set(ylabel="length, m", xlabel="time, s", xlim=(0, run.t[-1]))
+    _finish(figure)
+    return figure
+
+
+def _finish(figure: Figure) -> None:
+    for axis in figure.axes:
+        axis.grid(alpha=0.3)
+        axis.legend(fontsize="small")

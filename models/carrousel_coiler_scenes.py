@@ -1,0 +1,232 @@
+"""Carrousel coiler with an elastic strip: inertia compensation, lost tension, gear changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Position, Strip, Torque, translation
+from lumped.errors import SolverError
+from lumped.models.carrousel_coiler_drive import (
+    ACCELERATION,
+    BEARING,
+    DECELERATION,
+    DENSITY,
+    ETA,
+    HIGH,
+    I_HIGH,
+    I_LOW,
+    J_MANDREL,
+    J_MOTOR,
+    LOW,
+    M_MANDREL,
+    MANDREL,
+    MU,
+    SPEED,
+    TENSION,
+    THICKNESS,
+    WIDTH,
+    YIELD,
+    UnderTension,
+    WindingDrive,
+    capacity,
+    checked_length,
+    line_speed,
+    turned,
+)
+from lumped.ops import pi, sqrt, where
+
+MODULUS = 2.1e11  # Pa  [A]
+FREE = 10.0  # m  strip before the coil [A]
+DAMPING = 0.05  # 1  of the empty drive on the strip [A]
+J_EMPTY = J_MANDREL + J_MOTOR * I_HIGH**2  # kg.m2  at the mandrel, high gear
+
+
+class TensionControl(lp.Component):
+    """Motor torque for a tension that is not measured: ``tau = (T R + M_s + M_f) / (i eta)``.
+
+    With the compensation it adds ``J_m i dw + (J_0 + J_c) dw / (i eta)``, where
+    ``dw = a / R - h v^2 / (2 pi R^3)`` and J_c is the inertia of the coil. Both are written for a
+    motor that drives. R is measured, v and a are those of the line.
+    """
+
+    R = lp.Input("m", "radius of the coil")
+    v = lp.Input("m/s", "line speed")
+    a = lp.Input("m/s2", "acceleration of the line")
+    tau = lp.Output("N.m", "motor torque")
+    compensation: lp.Param = lp.param("1", "share of the inertia compensated", 1.0)
+    T: lp.Param = lp.param("N", "wanted tension", TENSION)
+    i: lp.Param = lp.param("1", "ratio of the gear", I_HIGH)
+    eta: lp.Param = lp.param("1", "efficiency", ETA)
+    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS)
+    mu: lp.Param = lp.param("1", "friction of the bearings", MU)
+
+    def equations(self) -> Iterator[lp.Equation]:
+        R, v, h = self.R, self.v, self.h
+        mass = pi * DENSITY * WIDTH * (R**2 - MANDREL**2)
+        J = J_MANDREL + mass * (R**2 + MANDREL**2) / 2
+        bending = YIELD * WIDTH * h**2 / 4
+        load = sqrt(self.T**2 + (9.80665 * (mass + M_MANDREL)) ** 2)
+        static = self.T * R + bending + self.mu * BEARING / 2 * load
+        dw = self.a / R - h * v**2 / (2 * pi * R**3)
+        share = self.compensation * dw
+        at_mandrel = static + share * J
+        yield self.tau == at_mandrel / (self.i * self.eta) + share * J_MOTOR * self.i
+
+
+class ControlledDrive(WindingDrive):
+    """Winding drive whose motor torque is set for a tension."""
+
+    motor: Torque = Torque()
+    control: TensionControl = TensionControl(
+        h=WindingDrive.h, eta=WindingDrive.eta, mu=WindingDrive.mu
+    )
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.coil.R, self.control.R)
+        yield lp.connect(self.control.tau, self.motor.tau)
+
+
+class ElasticStrip(lp.Component):
+    """Winding drive on an elastic strip whose far end runs with the line."""
+
+    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, above=0)
+    free: lp.Param = lp.param("m", "length of the strip before the coil", FREE, above=0)
+    eta: lp.Param = lp.param("1", "efficiency", ETA, above=0, max=1)
+    mu: lp.Param = lp.param("1", "friction of the bearings", MU, min=0)
+    drive: ControlledDrive = ControlledDrive(h=h, eta=eta, mu=mu)
+    strip: Strip = Strip(
+        c=MODULUS * WIDTH * h / free,
+        d=2 * DAMPING / MANDREL * sqrt(J_EMPTY * MODULUS * WIDTH * h / free),
+    )
+    line: translation.Speed = translation.Speed(v=0.0)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        # The strip is stretched by what the coil is ahead of the line.
+        yield from lp.chain(self.line, self.strip)
+        yield lp.connect(self.strip.flange_b, self.drive.strip)
+
+
+def elastic_winding(
+    compensation: float = 1.0,
+    length: float | None = None,
+    until: float | None = None,
+    v: float = SPEED,
+    a: float = ACCELERATION,
+    b: float = DECELERATION,
+    parameters: dict[str, float] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
+    """Winding under torque control, from rest to rest, the strip at the wanted tension before.
+
+    Parameters
+    ----------
+    compensation : float
+        Share of the inertia that the motor torque compensates.
+    length : float, optional
+        Length of the strip, m; that of a full coil unless given.
+    until : float, optional
+        End, s; that of the strip unless given.
+    v, a, b : float
+        Line speed m/s, acceleration and deceleration m/s2.
+    parameters : mapping, optional
+        Other parameters of `ElasticStrip`, such as ``{"h": 5e-3}``.
+    **options
+        Passed to `lumped.simulate`.
+
+    Raises
+    ------
+    OptionError
+        If the coil would be over-full, or the strip too short to reach the speed.
+    SolverError
+        If the strip loses its tension; `partial` is the run.
+    """
+    given = parameters or {}
+    h, free = given.get("h", THICKNESS), given.get("free", FREE)
+    length = checked_length(capacity(h=h) if length is None else length, h)
+    _, speed, acceleration, end = line_speed(length, v, a, b)
+    model = ElasticStrip().with_(
+        {"line.v": speed, "drive.control.v": speed, "drive.control.a": acceleration}
+    )
+    run = lp.simulate(
+        lp.assemble(model),
+        until=end if until is None else until,
+        parameters=given | {"drive.control.compensation": compensation},
+        start={"strip.s_rel": TENSION * free / (MODULUS * WIDTH * h)},
+        **options,
+    )
+    _refuse_lost_tension(run)
+    return run
+
+
+def _refuse_lost_tension(run: lp.Trajectory) -> None:
+    lost = next((event.time for event in run.events if event.component == "strip"), None)
+    if lost is not None:
+        radius, v = (np.interp(lost, run.t, run[name]) for name in ("drive.coil.R", "line.v"))
+        raise SolverError(
+            f"The strip loses its tension, T = 0 N instead of {TENSION:g} N, at t = {lost:.4g} s, "
+            f"coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. Compensate the inertia "
+            "or accelerate less.",
+            run,
+        )
+
+
+class PlacedDrive(WindingDrive):
+    """Winding drive at an instant: wound length, speed and acceleration of the strip are given."""
+
+    L_0: lp.Param = lp.param("m", "wound length at the time zero", 0.0, min=0)
+    v: lp.Param = lp.param("m/s", "speed at the time zero", 0.0)
+    a: lp.Param = lp.param("m/s2", "acceleration", 0.0)
+    motor: Position = Position(
+        phi=I_HIGH * turned(L_0 + v * lp.time + a * lp.time**2 / 2, WindingDrive.h)
+    )
+
+
+class Placed(UnderTension):
+    """The same under a strip of given tension, without the losses."""
+
+    drive: WindingDrive = PlacedDrive(eta=1.0, mu=0.0, sigma_s=0.0)
+
+
+def tension_deviation(
+    radii: np.ndarray, v: float = SPEED, a: float = 0.0, h: float = THICKNESS
+) -> np.ndarray:
+    """Deviation of the tension without compensation, N, from the motor torque of a free strip.
+
+    A / R^4 + B at steady speed, (3.9) [I]; -a J / R^2 at rest with an acceleration.
+
+    Parameters
+    ----------
+    radii : array_like, shape (n,)
+        Radii of the coil, m.
+    v, a : float
+        Line speed m/s and acceleration m/s2.
+    h : float
+        Thickness of the strip, m.
+    """
+    system = lp.assemble(Placed(T=0.0))
+    found = []
+    for radius in np.asarray(radii):
+        at = {"drive.L_0": capacity(radius, h), "drive.v": v, "drive.a": a, "drive.h": h}
+        wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / h}
+        point = lp.start_point(system, parameters=at, start=wound)
+        found.append(point["drive.motor.flange.tau"] * I_HIGH / radius)
+    return np.array(found)
+
+
+def gear_change(at: float = 5.0, until: float = 10.0, **options: Any) -> lp.Trajectory:
+    """Gear changed from low to high while the empty mandrel turns freely at 20 rad/s.
+
+    Never done on the machine: speeds jump so that momentum is kept, and the event tells the energy
+    lost in the dogs.
+    """
+    drive = WindingDrive(motor=Torque(tau=0.0), mu=0.0, sigma_s=0.0, eta=1.0, h=0.0)
+    model = UnderTension(T=0.0, drive=drive).with_(
+        {"drive.gear.u": where(lp.time >= at, HIGH, LOW)}
+    )
+    start = {"drive.mandrel.w": 20.0, "drive.rotor.w": 20.0 * I_LOW}
+    return lp.simulate(lp.assemble(model), until=until, start=start, **options)

@@ -1,0 +1,114 @@
+"""Sizing of the winding drive of the carrousel coiler: power, motor, speed ranges, gears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import ConverterDrive, Speed
+from lumped.models.carrousel_coiler_drive import (
+    ETA,
+    I_HIGH,
+    I_LOW,
+    J_MOTOR,
+    MANDREL,
+    RADIUS,
+    SPEED,
+    TENSION,
+)
+
+K = 1.08  # 1  bending and friction over tension [P]
+AMPLIFICATION = 1.25  # 1  a, from the printed 2347 kW [I]
+DRAWN = 2160e3  # W  motor on the drawing [P]
+SPEED_2 = 1300 / 60  # m/s  v_max of example 3.2 [P]
+SPEED_MIN = 400 / 60  # m/s  v_min of example 3.2 [P]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Motor with field weakening: rated torque N.m, rated power W, greatest speed rad/s."""
+
+    torque: float
+    power: float
+    speed: float
+
+    @property
+    def base(self) -> float:
+        """Base speed, rad/s."""
+        return self.power / self.torque
+
+
+def tension_power(T: float = TENSION, v: float = SPEED) -> float:
+    """Power of tension, bending and friction at the motor, W: K T v / eta, (3.4) [R]."""
+    return K * T * v / ETA
+
+
+def speed_range(i: float = I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> float:
+    """Range of motor speeds: `v_max` in high gear, `v_min` in the gear i, (3.11) [R].
+
+    From the empty coil at `v_max` to the full coil at `v_min`. The gear is chosen for a strip at
+    standstill, never changed while it is wound.
+    """
+    return RADIUS / MANDREL * v_max / v_min * I_HIGH / i
+
+
+def chosen_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
+    """Motor of example 3.1, (3.4), (3.12), (3.13) [R].
+
+    Its greatest speed is that at the empty coil in high gear. Its power is `a` times that of the
+    tension, as its speed range ``n_max / n_N`` is smaller than that of the radii by this factor.
+    """
+    fastest = I_HIGH * v / MANDREL
+    power = a * tension_power(v=v)
+    base = fastest * a / (RADIUS / MANDREL)
+    return Motor(power / base, power, fastest)
+
+
+def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarray:
+    """Tension that the motor can hold from the empty to the full coil at steady speed.
+
+    Parameters
+    ----------
+    motor : Motor
+        Torque and power limits.
+    speeds : array_like, shape (n,)
+        Line speeds, m/s.
+    ratio : float
+        Speed of the motor over that of the mandrel.
+
+    Returns
+    -------
+    ndarray of float, shape (n,)
+        Tension, N; zero where the motor would turn too fast on the empty coil.
+    """
+    speeds = np.asarray(speeds)
+    radii = np.linspace(MANDREL, RADIUS, 41)
+    turning = ratio * speeds[:, None] / radii
+    allowed = speeds * ratio / MANDREL <= motor.speed * (1 + 1e-12)
+    tension = _limit(motor, turning) * ratio * ETA / (K * radii)
+    return np.where(allowed, tension.min(axis=1), 0.0)
+
+
+def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
+    """Greatest torque at speeds, from a motor that is brought through all of them."""
+    rig = lp.compose(
+        turn=Speed(w=lp.time),
+        motor=ConverterDrive(
+            J=J_MOTOR, tau_max=motor.torque, P_max=motor.power, T=0.01, wanted=0.0
+        ),
+        connections=lambda m: [lp.connect(m.turn.flange, m.motor.flange)],
+    )
+    times, place = np.unique(speeds, return_inverse=True)
+    run = lp.simulate(lp.assemble(rig), until=float(times[-1]), grid=times)
+    return np.asarray(run["motor.limit"])[place].reshape(speeds.shape)
+
+
+def gear_for(v: float, T: float, motor: Motor | None = None) -> str | None:
+    """Gear for a strip: "high" if that will do, else "low", else None."""
+    motor = chosen_motor() if motor is None else motor
+    for name, ratio in (("high", I_HIGH), ("low", I_LOW)):
+        if T <= greatest_tension(motor, np.array([v]), ratio)[0] * (1 + 1e-12):
+            return name
+    return None

@@ -1,0 +1,106 @@
+"""Turret of the carrousel coiler: half a turn while strip is wound.
+
+The sun wheel on the axis of the turret drives the wheel of the mandrel, one external mesh of ratio
+k on the turret as carrier: ``w_mandrel = Omega (1 + k) - k w_sun`` (Willis) [R]. The dimensions
+are [A]. Angles count positive in the sense of winding and of the turret, clockwise as drawn.
+
+The mass of coil and mandrel on the turret is left out: it is balanced by what stands on the other
+side only in part, but the source gives neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Coil, IdealGear, Position, StripPath
+from lumped.models.carrousel_coiler_drive import (
+    MANDREL,
+    RADIUS,
+    TENSION,
+    THICKNESS,
+    WIDTH,
+    capacity,
+)
+from lumped.ops import pi, where
+
+CIRCLE = 1.25  # m  radius of the circle of the mandrels [A]
+ROLL = (-4.0, 1.8)  # m  fixed point of the strip, from the axis of the turret, upward [A]
+RADIUS_0 = 0.45  # m  coil at the begin [A]
+RATIO = 1.0  # 1  k, teeth of sun over wheel of the mandrel [A]
+LINE = 5.0  # m/s  [A]
+DURATION = 12.0  # s  of half a turn [A]
+RAMP = 3.0  # s  of speeding up and slowing down [A]
+
+DISTANCE = float(np.hypot(*ROLL))
+BEGIN = float(-np.pi + np.arctan2(*ROLL[::-1]) - np.pi)
+"""Angle of the mandrel at the begin, opposite to the side where the turn ends, from the direction
+of the roll to the turret."""
+
+
+class HeldTension(lp.Component):
+    """Line that gives the strip both its motion ``s`` and its tension ``T``, and a motor for that.
+
+    The motor has whatever torque and speed that takes: inverse dynamics of a drive.
+    """
+
+    line = lp.LinearFlange()
+    motor = lp.Flange()
+    s = lp.Input("m", "position of the strip")
+    T = lp.Input("N", "tension")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.line.s == self.s
+        yield self.line.f == self.T
+
+
+class Turret(lp.Component):
+    """Turret, sun drive, coil and strip to the fixed roll."""
+
+    rho: lp.Param = lp.param("kg/m3", "density of the strip; 0: without inertia", 0.0, min=0)
+    k: lp.Param = lp.param("1", "teeth of the sun over those of the mandrel", RATIO, above=0)
+    turn: Position = Position(phi=0.0)
+    gear: IdealGear = IdealGear(ratio=-1 / k)
+    coil: Coil = Coil(r=MANDREL, R_max=RADIUS, h=THICKNESS, b=WIDTH, rho=rho)
+    path: StripPath = StripPath(r_t=CIRCLE, d=DISTANCE, phi_0=BEGIN)
+    held: HeldTension = HeldTension(s=0.0, T=TENSION)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.held.motor, self.gear.flange_a)
+        yield lp.connect(self.gear.flange_b, self.coil.flange)
+        yield lp.connect(self.turn.flange, self.gear.support, self.path.carrier)
+        yield lp.connect(self.coil.tangent, self.path.tangent)
+        yield lp.connect(self.coil.strip, self.path.strip)
+        yield lp.connect(self.coil.R, self.path.R)
+        yield lp.connect(self.path.line, self.held.line)
+
+
+def half_turn_angle() -> lp.Expr:
+    """Angle of the turret over the time: even acceleration, steady turning, even slowing down."""
+    t, top = lp.time, np.pi / (DURATION - RAMP)
+    left = DURATION - t
+    ends = where(left <= RAMP, pi - top * left**2 / (2 * RAMP), top * (t - RAMP / 2))
+    return where(t < RAMP, top * t**2 / (2 * RAMP), where(left <= 0, pi + 0 * t, ends))
+
+
+def half_turn(turning: bool = True, **options: Any) -> lp.Trajectory:
+    """Half a turn while winding at `LINE`; `held.motor` is the sun, `turn` the turret drive.
+
+    Parameters
+    ----------
+    turning : bool
+        Whether the turret turns.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    begin = CIRCLE * np.exp(1j * BEGIN) + DISTANCE
+    position = capacity(RADIUS_0) + np.sqrt(abs(begin) ** 2 - RADIUS_0**2) + LINE * lp.time
+    given: dict[str, Any] = {"held.s": position}
+    if turning:
+        given["turn.phi"] = half_turn_angle()
+    wound = 2 * np.pi * (RADIUS_0 - MANDREL) / THICKNESS
+    system = lp.assemble(Turret().with_(given), keep=["turn.phi"])
+    return lp.simulate(system, until=DURATION, start={"coil.theta": wound}, **options)

@@ -1,0 +1,268 @@
+"""Winding against closed forms, momentum and energy balances, and plane geometry."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Coil,
+    Inertia,
+    Position,
+    Speed,
+    Strip,
+    StripPath,
+    Torque,
+    translation,
+)
+from lumped.errors import ParameterError
+from lumped.ops import pi, sqrt
+
+r, h, b, rho = 0.3, 2e-3, 1.2, 7850.0
+COIL = Coil(r=r, R_max=1.0, h=h, b=b, rho=rho)
+
+
+def wound(coil=COIL, f=-5e4, **drive):
+    """A coil on a mandrel that is driven, strip under a force."""
+
+    def connections(m: lp.Component) -> Iterator[lp.Connection]:
+        yield lp.connect(m.drive.flange, m.mandrel.flange_a)
+        yield lp.connect(m.mandrel.flange_b, m.coil.flange)
+        yield lp.connect(m.coil.strip, m.pull.flange, m.brought.strip)
+
+    return lp.compose(
+        brought=Brought(),
+        mandrel=Inertia(J=400.0),
+        coil=coil,
+        pull=translation.Force(f=f),
+        drive=drive.get("drive", Torque(tau=drive.get("tau", 0.0))),
+        connections=connections,
+    )
+
+
+class Brought(lp.Component):
+    """Kinetic energy that the strip brings in: ``der(E) = q v^2 / 2``."""
+
+    strip = lp.LinearFlange()
+    E: lp.Var = lp.var("J", "energy", state="always")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.strip.f == 0
+        yield lp.der(self.E) == rho * b * h * lp.der(self.strip.s) ** 3 / 2
+
+
+class TestCoil:
+    @pytest.mark.parametrize("fill", [1.0, 0.95])
+    def test_radius_follows_the_wound_length(self, fill):
+        coil = COIL.with_({"fill": fill})
+        run = lp.simulate(lp.assemble(wound(coil, drive=Speed(w=20.0))), until=60.0, grid=50)
+        assert run["coil.R"] ** 2 == pytest.approx(r**2 + h / fill * run["coil.L"] / pi, rel=1e-13)
+        layers = 20.0 * run.t / (2 * pi)
+        assert run["coil.R"] == pytest.approx(r + layers * h / fill, rel=1e-9)
+        volume = pi * (run["coil.R"] ** 2 - r**2) * b * fill
+        assert run["coil.m"] == pytest.approx(rho * volume, rel=1e-10, abs=1e-9)
+        J = pi * rho * b * fill / 2 * (run["coil.R"] ** 4 - r**4)
+        assert run["coil.J"] == pytest.approx(J, rel=1e-10, abs=1e-9)
+
+    def test_strip_that_comes_with_the_speed_of_the_coil_does_not_brake_it(self):
+        system = lp.assemble(wound(f=0.0))
+        run = lp.simulate(system, until=30.0, start={"mandrel.w": 40.0}, rtol=1e-11)
+        assert run["mandrel.w"] == pytest.approx(40.0, rel=1e-13)
+        assert run["coil.J"][-1] > 5 * 400.0
+
+    def test_momentum_balance_of_the_open_system(self):
+        tau, f = 2.4e4, -5e4
+        at = np.linspace(0.0, 40.0, 20_001)
+        run = lp.simulate(lp.assemble(wound(tau=tau, f=f)), until=40.0, grid=at, rtol=1e-12)
+        R, w = run["coil.R"], run["mandrel.w"]
+        inflow = rho * b * h * (R * w) * (R * w) * R  # mass flow, speed, lever
+        wanted = tau + R * f + inflow
+        momentum = (400.0 + run["coil.J"]) * w
+        gained = (momentum[2:] - momentum[:-2]) / (at[2:] - at[:-2])
+        scale = np.abs(wanted).max()
+        assert np.abs(gained - wanted[1:-1]).max() < 1e-5 * scale
+        assert np.abs(inflow).max() > 0.05 * scale
+
+    def test_work_is_kinetic_energy_that_did_not_come_with_the_strip(self):
+        tau, f, end = 2.4e4, -5e4, 40.0
+        model = wound(COIL.with_({"sigma_s": 3e8}), tau=tau, f=f)
+        system = lp.assemble(model, keep=["mandrel.phi", "brought.E"])
+        run = lp.simulate(system, until=end, rtol=1e-11)
+        turned, J = run["mandrel.phi"][-1], 400.0 + run["coil.J"][-1]
+        bending = 3e8 * b * h**2 / 4 * turned
+        stored = J * run["mandrel.w"][-1] ** 2 / 2
+        supplied = tau * turned + f * run["coil.L"][-1] + run["brought.E"][-1]
+        assert supplied == pytest.approx(bending + stored, rel=1e-9)
+        assert run["brought.E"][-1] > 0.01 * stored
+
+    def test_prescribed_steady_speed_gives_the_closed_form_of_the_inertia_torque(self):
+        v = 15.0
+        R = sqrt(r**2 + h * v * lp.time / pi)
+        turn = Position(phi=2 * v * lp.time / (r + R))
+        run = lp.simulate(lp.assemble(wound(f=0.0, drive=turn)), until=40.0, grid=100, rtol=1e-12)
+        J0 = 400.0 - pi * rho * b * r**4 / 2
+        radius = np.sqrt(r**2 + h * v * run.t / np.pi)
+        # M / R = J w' / R = -(A / R^4 + B), w' = -h v^2 / (2 pi R^3)
+        expected = -(J0 * h * v**2 / (2 * np.pi) / radius**4 + rho * b * h * v**2 / 4)
+        assert -run["drive.flange.tau"] / radius == pytest.approx(expected, rel=1e-9)
+
+    def test_strip_without_thickness_neither_grows_nor_bends(self):
+        coil = COIL.with_({"h": 0.0, "sigma_s": 3e8})
+        run = lp.simulate(lp.assemble(wound(coil, tau=2e4)), until=5.0, rtol=1e-11)
+        assert np.all(run["coil.R"] == r)
+        assert np.all(run["coil.M_b"] == 0)
+        rate = (2e4 - 5e4 * r) / 400.0
+        assert run["mandrel.w"] == pytest.approx(rate * run.t, rel=1e-9, abs=1e-12)
+
+    def test_bending_holds_a_coil_still_up_to_its_torque(self):
+        coil = COIL.with_({"sigma_s": 3e8})
+        limit = 3e8 * b * h**2 / 4
+        for share, moves in ((0.99, False), (-0.99, False), (1.01, True)):
+            tau = 5e4 * r + share * limit
+            run = lp.simulate(lp.assemble(wound(coil, tau=tau)), until=1.0, rtol=1e-11)
+            assert bool(run["coil.w"][-1] != 0) is moves
+            expected = limit if moves else share * limit
+            assert run["coil.M_b"][-1] == pytest.approx(expected, rel=1e-9)
+
+    def test_growing_beyond_the_full_radius_is_an_event_at_its_instant(self):
+        coil = COIL.with_({"R_max": 0.35})
+        run = lp.simulate(lp.assemble(wound(coil, drive=Speed(w=30.0))), until=8.0)
+        full = 2 * np.pi * (0.35 - r) / h / 30.0
+        assert [(e.time, e.component) for e in run.events] == [(pytest.approx(full), "coil")]
+        assert run["coil.state"][-1] == 1
+
+    def test_pulling_the_strip_off_the_bare_mandrel_is_an_event(self):
+        coil = Coil(r=r, R_max=1.0, h=h, b=b, rho=rho, L=pi * (0.32**2 - r**2) / h)
+        run = lp.simulate(lp.assemble(wound(coil, drive=Speed(w=-30.0))), until=3.0)
+        assert run["coil.R"][0] == pytest.approx(0.32, rel=1e-12)
+        bare = 2 * np.pi * 0.02 / h / 30.0
+        assert [(e.time, e.component) for e in run.events] == [(pytest.approx(bare), "coil")]
+        assert run["coil.state"][-1] == -1
+
+    @pytest.mark.parametrize(
+        ("given", "text"), [({"h": -1e-3}, "h = -0.001 m"), ({"R_max": 0.2}, "R_max = 0.2 m")]
+    )
+    def test_impossible_coils_are_refused(self, given, text):
+        with pytest.raises(ParameterError, match=text):
+            lp.simulate(
+                lp.assemble(wound()),
+                until=1.0,
+                parameters={f"coil.{k}": v for k, v in given.items()},
+            )
+
+
+class TestStrip:
+    def model(self, v=0.0, **given):
+        return lp.compose(
+            line=translation.Speed(v=v),
+            strip=Strip(**({"c": 4e5} | given)),
+            body=translation.Mass(m=100.0),
+            connections=lambda m: lp.chain(m.line, m.strip, m.body),
+        )
+
+    def test_it_swings_with_the_frequency_of_mass_and_spring(self):
+        system = lp.assemble(self.model())
+        run = lp.simulate(system, until=0.02, start={"strip.s_rel": 0.01}, rtol=1e-11)
+        expected = 0.01 * np.cos(np.sqrt(4e5 / 100.0) * run.t)
+        assert run["strip.s_rel"] == pytest.approx(expected, abs=1e-11)
+
+    def test_it_loses_its_tension_and_never_pushes(self):
+        system = lp.assemble(self.model(d=500.0))
+        run = lp.simulate(system, until=0.2, start={"strip.s_rel": 0.01}, rtol=1e-10)
+        lost = [e.time for e in run.events if e.component == "strip"]
+        delta = 500.0 / 200.0
+        w = np.sqrt(4e5 / 100.0 - delta**2)
+        assert len(lost) == 1
+        assert run["strip.T"].min() == 0
+        assert run["strip.T"][run.t > lost[0]].max() == 0
+        # zero where the spring force is: damping is at most as strong
+        assert lost[0] > 0.9 * np.pi / 2 / w
+
+
+def joined(m: lp.Component) -> Iterator[lp.Connection]:
+    """A coil on a turret, its drives and the pull on its strip."""
+    yield lp.connect(m.turret.flange, m.path.carrier)
+    yield lp.connect(m.mandrel.flange, m.coil.flange)
+    yield lp.connect(m.coil.strip, m.path.strip)
+    yield lp.connect(m.coil.tangent, m.path.tangent)
+    yield lp.connect(m.coil.R, m.path.R)
+    yield lp.connect(m.path.line, m.pull.flange)
+
+
+def probed(m: lp.Component) -> Iterator[lp.Connection]:
+    yield from joined(m)
+    yield lp.connect(m.path.line, m.probe.flange)
+
+
+class TestStripPath:
+    R, r_t, d = 0.45, 1.25, 4.4
+
+    def model(self, **coil):
+        """A coil on a turret that is turned, the strip at the roll pulled by a force."""
+        return lp.compose(
+            probe=translation.SpeedSensor(),
+            turret=Speed(w=0.5),
+            mandrel=Speed(w=8.0),
+            path=StripPath(r_t=self.r_t, d=self.d),
+            coil=Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0).with_(coil),
+            pull=translation.Force(f=-8e4),
+            connections=probed,
+        )
+
+    def geometry(self, run):
+        """Axis of the coil, point of contact and direction of the strip, the roll being at zero."""
+        alpha, R = run["path.alpha"], run["coil.R"]
+        axis = np.array([self.d + self.r_t * np.cos(alpha), self.r_t * np.sin(alpha)])
+        psi = run["path.psi"]
+        along = np.array([np.cos(psi), np.sin(psi)])
+        contact = axis + R * np.array([np.sin(psi), -np.cos(psi)])
+        return axis, contact, along
+
+    def test_the_strip_runs_from_the_roll_to_where_it_touches_the_coil(self):
+        run = lp.simulate(lp.assemble(self.model(), keep=["path.alpha"]), until=12.0, grid=40)
+        _, contact, along = self.geometry(run)
+        assert contact == pytest.approx(run["path.length"] * along, rel=1e-12, abs=1e-12)
+
+    @pytest.mark.parametrize("order", [1, -1])
+    def test_angles_of_coil_and_turret_lead_in_any_order_of_the_parts(self, order):
+        parts = {
+            "turret": Speed(w=0.5),
+            "coil": Coil(r=self.R, R_max=2.0, h=h, b=b, rho=0.0),
+            "path": StripPath(r_t=self.r_t, d=self.d),
+            "mandrel": Speed(w=8.0),
+            "pull": translation.Force(f=-8e4),
+        }
+        parts = dict(list(parts.items())[::order])
+        system = lp.assemble(lp.compose(**parts, connections=joined))
+        assert set(system.state_names) == {"coil.theta", "path.alpha"}
+
+    def test_the_turret_carries_the_moment_of_the_tension(self):
+        run = lp.simulate(lp.assemble(self.model(), keep=["path.alpha"]), until=12.0, grid=40)
+        axis, _, along = self.geometry(run)
+        arm = axis - np.array([[self.d], [0.0]])
+        pull = -8e4 * along
+        moment = arm[0] * pull[1] - arm[1] * pull[0]
+        # the mandrel brings the moment of the strip about the axis of the coil by itself
+        assert run["turret.flange.tau"] == pytest.approx(moment, rel=1e-10, abs=1e-6)
+        assert -run["mandrel.flange.tau"] == pytest.approx(8e4 * run["coil.R"], rel=1e-12)
+
+    @pytest.mark.parametrize("thickness", [0.0, h])
+    def test_power_of_both_drives_is_the_power_of_the_strip(self, thickness):
+        system = lp.assemble(self.model(h=thickness))
+        run = lp.simulate(system, until=12.0, grid=40, rtol=1e-11)
+        drives = -run["mandrel.flange.tau"] * 8.0 - run["turret.flange.tau"] * 0.5
+        assert drives == pytest.approx(8e4 * run["probe.v"], rel=1e-11)
+
+    def test_the_material_at_the_roll_moves_as_that_on_the_coil(self):
+        system = lp.assemble(self.model(), keep=["path.alpha", "path.line.s"])
+        at = np.linspace(0.0, 12.0, 4001)
+        run = lp.simulate(system, until=12.0, grid=at, rtol=1e-12)
+        axis, contact, along = self.geometry(run)
+        v_axis = 0.5 * self.r_t * np.array([-np.sin(0.5 * at), np.cos(0.5 * at)])
+        arm = contact - axis
+        v_contact = v_axis + 8.0 * np.array([-arm[1], arm[0]])
+        expected = (v_contact * along).sum(axis=0)
+        s = run["path.line.s"]
+        received = (s[2:] - s[:-2]) / (at[2:] - at[:-2])
+        assert received == pytest.approx(expected[1:-1], abs=1e-4)

@@ -1,0 +1,201 @@
+"""Carrousel coiler: elastic strip, turret, and the extreme cases."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Inertia, Speed
+from lumped.errors import OptionError, SolverError
+from lumped.models import carrousel_coiler_drive as coiler
+from lumped.models import carrousel_coiler_scenes as scenes
+from lumped.models import carrousel_coiler_turret as turret
+
+T, r, R, h, b, rho = 80e3, 0.305, 1.0, 1e-3, 1.25, 7850.0
+J_EMPTY = 500 + 600 * 1.354**2  # at the mandrel, high gear
+LOSSLESS = {"eta": 1.0, "mu": 0.0}
+AT = np.array([0.0, 10.0, 59.9, 150.1])
+
+
+class TestElasticStrip:
+    def test_without_compensation(self):
+        run = scenes.elastic_winding(0.0, grid=AT, until=151.0, rtol=1e-9, parameters=LOSSLESS)
+        digest = [67_070.5, 81_534.7, 101_181.0]
+        assert run["strip.T"][1:4] == pytest.approx(digest, abs=0.55)
+        wound = np.array([50.0, 200 + 20 * 39.9])
+        radius = np.sqrt(r**2 + h * wound / np.pi)
+        v, a = np.array([10.0, 20.0]), np.array([1.0, 0.0])
+        J = J_EMPTY + np.pi * rho * b / 2 * (radius**4 - r**4)
+        quasi_static = T - J / radius * (a / radius - h * v**2 / (2 * np.pi * radius**3))
+        assert run["strip.T"][1:3] == pytest.approx(quasi_static, abs=0.2)
+
+    @pytest.mark.parametrize("parameters", [LOSSLESS, {}], ids=["lossless", "with losses"])
+    def test_compensation_holds_the_tension(self, parameters):
+        run = scenes.elastic_winding(1.0, grid=400, until=160.4, rtol=1e-9, parameters=parameters)
+        assert np.abs(run["strip.T"] - T).max() < 3e-3
+        assert run["drive.coil.R"][-1] == pytest.approx(R, rel=1e-5)
+
+    @pytest.mark.parametrize(("free", "speed"), [(10.0, 39.0), (1.0, 124.0)])
+    def test_a_shorter_strip_swings_faster_to_the_same_tension(self, free, speed):
+        given = LOSSLESS | {"free": free}
+        # slow: the radius stays
+        run = scenes.elastic_winding(
+            0.0, length=20.0, until=4.0, v=1.0, a=0.1, b=5.0, grid=40_000, parameters=given
+        )
+        assert run["strip.T"][-1] == pytest.approx(T - J_EMPTY * 0.1 / r**2, rel=1e-3)
+        early = (run.t > 0) & (run.t < 0.8)
+        swing = (run["strip.T"] - T + J_EMPTY * 0.1 / r**2)[early]
+        crossings = run.t[early][1:][np.diff(np.sign(swing)) != 0]
+        damped = np.pi / np.diff(crossings).mean()
+        assert damped == pytest.approx(speed * np.sqrt(1 - 0.05**2), rel=0.01)
+
+    def test_thick_strip_needs_the_controller(self):
+        given = LOSSLESS | {"h": 5e-3}
+        options = {"until": 28.0, "grid": np.array([0.0, 28.0]), "rtol": 1e-9}
+        run = scenes.elastic_winding(1.0, parameters=given, **options)
+        assert run["strip.T"][-1] == pytest.approx(T, abs=0.01)
+        run = scenes.elastic_winding(0.0, parameters=given, **options)
+        radius = np.sqrt(r**2 + 5e-3 * 360 / np.pi)
+        A = (J_EMPTY - np.pi * rho * b * r**4 / 2) * 5e-3 * 20.0**2 / (2 * np.pi)
+        deviation = A / radius**4 + rho * b * 5e-3 * 20.0**2 / 4
+        assert run["strip.T"][-1] - T == pytest.approx(deviation, rel=1e-3)
+
+    def test_lost_tension_is_refused_with_values_and_units(self):
+        text = r"T = 0 N instead of 80000 N, at t = \d\.\d+ s, coil radius R = 0\.305 m, line speed"
+        with pytest.raises(SolverError, match=text) as caught:
+            scenes.elastic_winding(0.0, a=6.0, until=3.0, grid=300)
+        assert caught.value.partial["strip.T"].min() == 0
+
+
+class TestLimits:
+    def test_a_strip_that_is_too_long_is_refused_before_it_is_wound(self):
+        text = r"3000 m and 1 mm makes a coil of 1\.024 m .* full coil has 1 m\. At most 2849\.35 m"
+        with pytest.raises(OptionError, match=text):
+            coiler.winding(length=3000.0)
+        with pytest.raises(OptionError, match=text):
+            scenes.elastic_winding(length=3000.0)
+
+    def test_a_strip_that_does_not_reach_the_speed_is_refused(self):
+        with pytest.raises(OptionError, match=r"300 m does not reach 20 m/s.*360 m"):
+            coiler.winding(length=300.0)
+
+    def test_an_over_full_coil_is_an_event_at_its_instant(self):
+        model = coiler.UnderTension().with_({"drive.motor.phi": 1.354 * 20 * lp.time})
+        full = 2 * np.pi * (R + h - r) / h
+        wound = full - 100.0
+        start = {"drive.coil.theta": wound}
+        run = lp.simulate(lp.assemble(model), until=10.0, start=start, rtol=1e-10)
+        found = [e.time for e in run.events if e.component == "drive.coil" and "R_max" in e.after]
+        assert found == [pytest.approx(5.0, abs=1e-8)]
+
+    def test_standing_still_divides_by_nothing(self):
+        assert scenes.tension_deviation(np.array([r, R]), v=0.0) == pytest.approx(0, abs=1e-9)
+
+    def test_strip_without_thickness_stays_at_the_radius_of_the_mandrel(self):
+        parameters = {"drive.h": 0.0, "drive.v": 20.0}
+        run = lp.simulate(lp.assemble(scenes.Placed(T=0.0)), until=5.0, parameters=parameters)
+        assert np.all(run["drive.coil.R"] == r)
+        assert run["drive.motor.flange.tau"] == pytest.approx(0, abs=1e-7)
+        assert run["drive.coil.w"] == pytest.approx(20.0 / r)
+
+    def test_inertia_from_the_empty_to_the_full_coil(self):
+        run = coiler.winding(grid=200)
+        J = run["drive.coil.J"] + J_EMPTY
+        assert J[-1] / J[0] == pytest.approx(10.55, abs=0.005)
+        straight = r**2 + h * run["drive.coil.L"] / np.pi
+        assert run["drive.coil.R"] ** 2 == pytest.approx(straight, rel=1e-14)
+        assert run["drive.coil.theta"][-1] / (2 * np.pi) == pytest.approx(695, abs=1e-6)
+        assert run["drive.coil.m"][-1] == pytest.approx(27.96e3, abs=5)
+
+    def test_when_the_power_flows_back_the_loss_is_on_the_other_side(self):
+        tension, brake = 5e3, 6.0
+        run = coiler.winding(
+            length=400.0, v=20.0, b=brake, grid=4000, parameters={"T": tension}, rtol=1e-11
+        )
+        slows = run.t > 20.0 + (400 - 200 - 200 / brake) / 20 + 1e-6
+        radius, w = run["drive.coil.R"], run["drive.coil.w"]
+        v = radius * w
+        dw = -brake / radius - h * v**2 / (2 * np.pi * radius**3)
+        J = 500.0 + np.pi * rho * b / 2 * (radius**4 - r**4)
+        load = np.hypot(tension, 9.80665 * (2500 + run["drive.coil.m"]))
+        at_gear = tension * radius + 93.75 + 0.003 * 0.2 * load + J * dw
+        sides = np.where(at_gear > 0, at_gear / 0.92, at_gear * 0.92)
+        expected = sides / 1.354 + 600 * 1.354 * dw
+        before_end = slows & (run.t < run.t[-1] - 1e-6)
+        received = -run["drive.motor.flange.tau"][before_end]
+        assert (at_gear[before_end] < 0).any()
+        assert received == pytest.approx(expected[before_end], rel=1e-8, abs=1e-4)
+
+
+class TestGearChange:
+    def test_momentum_is_kept_and_the_loss_is_told(self):
+        run = scenes.gear_change()
+        low, high = 500 + 600 * 2.0**2, J_EMPTY
+        assert low - 500 == pytest.approx(2400)
+        assert high - 500 == pytest.approx(1100, abs=0.1)
+        after = (500 + 600 * 1.354 * 2.0) * 20.0 / high
+        assert run["drive.mandrel.w"][-1] == pytest.approx(after, rel=1e-12)
+        lost = (low * 20.0**2 - high * after**2) / 2
+        assert sum(event.loss for event in run.events) == pytest.approx(lost, rel=1e-11)
+        assert {e.component for e in run.events} == {"drive.gear", "drive.gear.u"}
+
+
+@pytest.fixture(scope="module")
+def half():
+    return turret.half_turn(grid=np.linspace(0, 12, 601))
+
+
+class TestTurret:
+    def test_torques_of_plane_geometry(self, half):
+        """As drawn: x to the right, y up, winding clockwise over the top."""
+        theta = half["turn.phi"]
+        axis = 1.25 * np.array([np.cos(np.pi - theta), np.sin(np.pi - theta)])
+        to_roll = np.array([[-4.0], [1.8]]) - axis
+        D = np.hypot(*to_roll)
+        radius = half["coil.R"]
+        psi = np.arctan2(to_roll[1], to_roll[0]) - np.arccos(radius / D)
+        contact = axis + radius * np.array([np.cos(psi), np.sin(psi)])
+        pull = np.array([[-4.0], [1.8]]) - contact
+        pull = T * pull / np.hypot(*pull)
+        drawn = -2 * T * radius - (axis[0] * pull[1] - axis[1] * pull[0])
+        # torque on the turret, anticlockwise; the source takes the opposite, clockwise
+        assert half["turn.flange.tau"] == pytest.approx(drawn, rel=1e-10)
+        assert drawn.max() / 1e3 == pytest.approx(-29, abs=0.5)
+        assert drawn.min() / 1e3 == pytest.approx(-174, abs=0.5)
+        assert np.abs(half["held.motor.tau"]) == pytest.approx(T * radius, rel=1e-12)
+
+    def test_strip_at_the_line_speed(self, half):
+        left = half["coil.L"] + half["path.length"] - turret.LINE * half.t
+        assert left == pytest.approx(np.full(left.shape, left[0]), abs=1e-9)
+
+    def test_power_of_sun_and_turret_is_that_of_the_strip(self, half):
+        top = np.pi / 9  # speeds up and slows down in 3 s each, 12 s in all
+        Omega = top * np.clip(np.minimum(half.t, 12 - half.t) / 3, 0, 1)
+        w_sun = 2 * Omega - half["coil.w"]
+        received = -half["held.motor.tau"] * w_sun - half["turn.flange.tau"] * Omega
+        expected = np.full(half.t.size, T * turret.LINE)
+        print(f"power: {np.abs(received - expected).max():.1e} W")
+        assert received == pytest.approx(expected, rel=1e-12)
+
+    def test_at_rest_it_is_a_plain_gear(self):
+        run = turret.half_turn(turning=False, grid=np.linspace(0, 12, 41))
+        assert run["coil.w"] * run["coil.R"] == pytest.approx(turret.LINE, rel=1e-10)
+        assert run["path.length"] == pytest.approx(
+            np.sqrt(np.hypot(-4 + 1.25, 1.8) ** 2 - run["coil.R"] ** 2), rel=1e-10
+        )
+
+    def test_with_a_small_sun_the_mandrel_turns_with_the_turret(self):
+        k = 1e-9
+        gear = turret.Turret(k=k).gear
+        model = lp.compose(
+            sun=Speed(w=3.0),
+            turn=Speed(w=0.3),
+            gear=gear.with_({"ratio": -1 / k}),
+            mandrel=Inertia(J=1.0),
+            connections=lambda m: [
+                lp.connect(m.sun.flange, m.gear.flange_a),
+                lp.connect(m.turn.flange, m.gear.support),
+                lp.connect(m.gear.flange_b, m.mandrel.flange_a),
+            ],
+        )
+        run = lp.simulate(lp.assemble(model), until=1.0)
+        assert run["mandrel.w"] == pytest.approx(0.3, abs=1e-8)
