@@ -30,6 +30,7 @@ from lumped.components.control import (
     SquareRootController,
     Sum,
 )
+from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
 from lumped.components.electrical import (
     Capacitor,
     CurrentSensor,
@@ -58,6 +59,7 @@ from lumped.components.motors import (
     ConverterDrive,
     DCMotor,
     InductionMotor,
+    InverterInductionMotor,
     QuasiStaticDCMotor,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
@@ -94,6 +96,7 @@ __all__ = [
     "Constant",
     "ConverterDrive",
     "Coupling",
+    "CrankSlider",
     "CurrentController",
     "CurrentSensor",
     "CurrentSource",
@@ -117,6 +120,7 @@ __all__ = [
     "Inertia",
     "InverseTorque",
     "Inverter",
+    "InverterInductionMotor",
     "LimitedPI",
     "Limiter",
     "LinearTorque",
@@ -138,6 +142,7 @@ __all__ = [
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
     "Resistor",
+    "RotatingMass",
     "SampledPI",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
@@ -153,6 +158,7 @@ __all__ = [
     "Step",
     "Stop",
     "Stribeck",
+    "StrokeLoad",
     "Sum",
     "Table",
     "ThermalConductor",
