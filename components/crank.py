@@ -15,13 +15,13 @@ from collections.abc import Iterator
 from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
 from lumped.errors import EquationError
 from lumped.expression import Constant
-from lumped.ops import atan2, cos, maximum, pi, sin, sqrt, where
+from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
 
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 
 
 class CrankSlider(Component):
-    """Crank, rod with mass and slider: ``s = r cos(q) + L cos(psi)``, ``L sin(psi) = e - r sin(q)``.
+    """Crank, heavy rod, slider: ``s = r cos(q) + L cos(psi)``, ``L sin(psi) = e - r sin(q)``.
 
     ``q = phi + phase - axis`` is the angle of the crank against the slide, which has the direction
     `axis` in the plane and passes the crank's centre at the distance `e` to its left. The slider's
@@ -59,7 +59,10 @@ class CrankSlider(Component):
     two_mass: bool = False
     s: Var = var("m", "position of the slider from the crank's centre", state="avoid")
     v: Var = var("m/s", "velocity of the slider", state="avoid")
+    a: Var = var("m/s2", "acceleration of the slider")
     psi: Var = var("rad", "angle of the rod against the slide", state="avoid")
+    w_rod: Var = var("rad/s", "angular velocity of the rod", state="avoid")
+    a_rod: Var = var("rad/s2", "angular acceleration of the rod")
     guide: Var = var("N", "force of the guide on the slider, to the left")
     bearing_x: Var = var("N", "force on the crank bearing along x, without parts that only rotate")
     bearing_y: Var = var("N", "force on the crank bearing along y, without parts that only rotate")
@@ -75,12 +78,15 @@ class CrankSlider(Component):
         along = cos(self.axis), sin(self.axis)
         yield b.s == self.s + x.s * along[0] + y.s * along[1]
         yield self.v == der(self.s)
+        yield self.a == der(self.v)
+        yield self.w_rod == der(psi)
+        yield self.a_rod == der(self.w_rod)
 
         at_pin, at_slider = (1 - self.k) * self.m_rod, self.m + self.k * self.m_rod
         fall = _fall(self)
         spare = self.J_rod - self.m_rod * self.k * (1 - self.k) * L**2
-        spin = Constant(0.0) if self.two_mass else spare * der(der(psi))
-        push = at_slider * (der(self.v) + fall[0] * along[0] + fall[1] * along[1]) - b.f
+        spin = Constant(0.0) if self.two_mass else spare * self.a_rod
+        push = at_slider * (self.a + fall[0] * along[0] + fall[1] * along[1]) - b.f
         # virtual work; psi turns by -r cos(q) / (L cos(psi)) for each radian of the crank
         turn = -r * cos(q) / run
         pin = -fall[0] * sin(angle) + fall[1] * cos(angle)
@@ -95,9 +101,7 @@ class CrankSlider(Component):
             (x.f, cos(angle), self.bearing_x, along[0], fall[0], -along[1]),
             (y.f, sin(angle), self.bearing_y, along[1], fall[1], along[0]),
         ):
-            yield f == (
-                at_pin * (r * der(der(u)) + n) + at_slider * (der(self.v) * w + n) - b.f * w
-            )
+            yield f == (at_pin * (r * der(der(u)) + n) + at_slider * (self.a * w + n) - b.f * w)
             yield bearing == self.guide * side - f
 
     def _run(self, rise: Expr) -> Expr:
@@ -142,8 +146,9 @@ class StrokeLoad(Component):
     """Force against the motion that depends on the place: ``f = -sign(v) F g(z)``.
 
     ``z = (s - s_0) / (s_1 - s_0)`` and ``g = (z/z_m)^p ((1 - z)/(1 - z_m))^q`` with its greatest
-    value 1 at ``z_m = p / (p + q)``: none at the ends of the stroke and beyond, `F` is `forward`
-    from s_0 to s_1 and `backward` on the way back. A run stops where the direction changes.
+    value 1 at ``z_m = p / (p + q)``: none at the ends of the stroke and beyond. `F` is `forward`
+    from s_0 to s_1 and `backward` on the way back. The sign is straight between ``-v_0`` and
+    ``v_0``, so the load slows a standstill but does not hold it.
     """
 
     flange = LinearFlange()
@@ -154,6 +159,7 @@ class StrokeLoad(Component):
     s_1: Param = param("m", "end of the stroke, relative to the support", above=s_0)
     p: Param = param("1", "exponent at the begin", above=0)
     q: Param = param("1", "exponent at the end", above=0)
+    v_0: Param = param("m/s", "speed up to which the force grows", 1e-3, above=0)
     v: Var = var("m/s", "velocity relative to the support")
     f: Var = var("N", "driving force")
 
@@ -163,7 +169,8 @@ class StrokeLoad(Component):
         yield self.v == der(s)
         begin = maximum(s - self.s_0, 0.0) * (p + q) / (p * (self.s_1 - self.s_0))
         end = maximum(self.s_1 - s, 0.0) * (p + q) / (q * (self.s_1 - self.s_0))
-        yield self.f == where(self.v > 0, -self.forward, self.backward) * begin**p * end**q
+        back, forth = (minimum(maximum(u / self.v_0, 0.0), 1.0) for u in (-self.v, self.v))
+        yield self.f == (self.backward * back - self.forward * forth) * begin**p * end**q
         yield self.flange.f == -self.f
         yield self.support.f == self.f
 

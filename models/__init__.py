@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["MACHINES", "Machine", "Row", "machine"]
 
 MACHINES = {
+    "pilger_mill": "Crank drive of the cold pilger mill LG90 with its counterweight",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
 }
 

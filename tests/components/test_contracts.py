@@ -418,7 +418,8 @@ def working(at: Motion) -> float:
     z = (at.q["flange"] - at.q["support"] + 10) / 20
     top = p["p"] / (p["p"] + p["q"])
     shape = (z / top) ** p["p"] * ((1 - z) / (1 - top)) ** p["q"]
-    return abs(v) * (p["forward"] if v > 0 else p["backward"]) * shape
+    force = p["forward"] if v > 0 else p["backward"]
+    return v * bounded(v, p["v_0"]) * force * shape
 
 
 def downhill_and_wind(at: Motion) -> float:
