@@ -25,8 +25,8 @@ FLUCTUATION = {"before": 84439.48, "after": 84516.00}  # N.m  F2 [P]
 POWER = {"before": 510.0, "after": 501.0}  # kW  N [P]
 SLOW = "set P has a plausible speed; this force needs 127.2 1/min or more"
 UNFIT = "no set explains a drop of 9 kW"
-FREE = "the text defines it at the motor's shaft"
-PLAIN = {"P": "at the crank's shaft", "F": FREE}
+FREE = "fitted; the text defines it at the motor's shaft"
+PLAIN = {"P": "fitted; at the crank's shaft", "F": FREE}
 NOT = "not published"
 FINE = 14400  # points of a revolution
 
@@ -81,9 +81,7 @@ def _compared(name: str) -> Iterator[Row]:
     yield Row(f"{head}reduction of F1", "%", 34.672, less, TABLE, "fitted")
     for design in DESIGNS:
         label = f"{head}F2 {design}"
-        yield Row(
-            label, "N.m", FLUCTUATION[design], torque[design], TABLE, f"fitted; {PLAIN[name]}"
-        )
+        yield Row(label, "N.m", FLUCTUATION[design], torque[design], TABLE, PLAIN[name])
     for design in DESIGNS:
         reading = "mean power; " if name == "F" else "greatest power; "
         label = f"{head}motor power {design}"
