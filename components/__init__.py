@@ -30,6 +30,7 @@ from lumped.components.control import (
     SquareRootController,
     Sum,
 )
+from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
 from lumped.components.electrical import (
     Capacitor,
     CurrentSensor,
@@ -66,6 +67,7 @@ from lumped.components.motors import (
     ConverterDrive,
     DCMotor,
     InductionMotor,
+    InverterInductionMotor,
     QuasiStaticDCMotor,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
@@ -105,6 +107,7 @@ __all__ = [
     "Constant",
     "ConverterDrive",
     "Coupling",
+    "CrankSlider",
     "CurrentController",
     "CurrentSensor",
     "CurrentSource",
@@ -128,6 +131,7 @@ __all__ = [
     "Inertia",
     "InverseTorque",
     "Inverter",
+    "InverterInductionMotor",
     "JournalFriction",
     "Latch",
     "LimitedPI",
@@ -152,6 +156,7 @@ __all__ = [
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
     "Resistor",
+    "RotatingMass",
     "SampledPI",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
@@ -171,6 +176,7 @@ __all__ = [
     "Stribeck",
     "Strip",
     "StripPath",
+    "StrokeLoad",
     "Sum",
     "SwingingMass",
     "Switch",

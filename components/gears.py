@@ -62,16 +62,18 @@ class Planetary(Component):
 class RackAndPinion(Component):
     """Pinion on a rack, or wheel that rolls without slip: ``s = radius phi``.
 
-    ``tau = -radius f`` follows from virtual work.
+    ``tau = -radius f`` follows from virtual work. `s` counts from the support, where the axle of a
+    moving rack or the rack of a moving axle is held; an open support stands still.
     """
 
     flange_a = Flange()
     flange_b = LinearFlange()
+    support = LinearFlange(grounded=True)
     radius: Param = param("m", "pitch radius, travel over angle", nonzero=True)
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b = self.flange_a, self.flange_b
-        yield lossless(b.s == self.radius * a.phi, a, b)
+        a, b, base = self.flange_a, self.flange_b, self.support
+        yield lossless(b.s == base.s + self.radius * a.phi, a, b, base)
 
 
 class SelectableGear(Component):

@@ -34,6 +34,7 @@ __all__ = [
     "ConverterDrive",
     "DCMotor",
     "InductionMotor",
+    "InverterInductionMotor",
     "QuasiStaticDCMotor",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
@@ -177,6 +178,25 @@ class InductionMotor(_Machine):
         curve = 2 * (1 + a * s_k) * s_k * s / (s**2 + s_k**2 + 2 * a * s_k**2 * s)
         # a field that turns backward drives backward
         yield self.tau == sign(self.w_s) * self.tau_k * curve
+
+
+class InverterInductionMotor(_Machine):
+    """Induction motor on an inverter that keeps its flux: ``T der(tau) = kloss(w_s - w) - tau``.
+
+    ``kloss(d) = 2 tau_k (d / d_k) / (1 + (d / d_k)^2)`` depends on the slip speed alone, whatever
+    the synchronous speed `w_s`, which is a signal. `T` is the time constant of the rotor's flux.
+    """
+
+    w_s = Input("rad/s", "synchronous speed")
+    tau_k: Param = param("N.m", "breakdown torque", above=0)
+    d_k: Param = param("rad/s", "slip speed at the breakdown torque", above=0)
+    T: Param = param("s", "time constant of the torque", above=0)
+    tau: Var = var("N.m", "driving torque", state="prefer")
+
+    def equations(self) -> Iterator[Equation]:
+        yield from super().equations()
+        d = (self.w_s - self._speed) / self.d_k
+        yield self.T * der(self.tau) == 2 * self.tau_k * d / (1 + d**2) - self.tau
 
 
 class _Converter(_Machine):

@@ -19,6 +19,7 @@ from lumped.components import (
     BearingFriction,
     Clutch,
     Constant,
+    CrankSlider,
     Damper,
     DCMotor,
     EddyCurrentBrake,
@@ -46,6 +47,7 @@ from lumped.components import (
     SpeedSensor,
     Spring,
     Stribeck,
+    StrokeLoad,
     Torque,
     TorqueSensor,
     VoltageSource,
@@ -2148,6 +2150,44 @@ def relay_without_hysteresis():
             yield lp.der(self.x) == lp.ops.where(self.x > 0, -1, 1)
 
     lp.simulate(build(relay=Relay()), until=1.0)
+
+
+# -- cranks ------------------------------------------------------------------------------------
+
+CRANKS = "Cranks"
+
+
+def turned_crank(**given):
+    """A crank-slider on a shaft of prescribed angle."""
+    return build(
+        lambda m: [lp.connect(m.turn.flange, m.crank.flange)],
+        turn=Position(phi=lp.time),
+        crank=CrankSlider(r=0.6, **given),
+    )
+
+
+@wrong(CRANKS, EquationError, "crank (CrankSlider)", "assembly = 2", "the start values choose")
+def unknown_assembly():
+    """The assembly of a crank-slider is given a number that means none."""
+    turned_crank(L=2.0, assembly=2)
+
+
+@wrong(CRANKS, SolverError, "crank.s is not a number", "t = 1", "prescribed motion")
+def prescribed_beyond_reach():
+    """A crank is turned evenly although its rod is too short for a whole turn."""
+    run = lp.simulate(turned_crank(L=0.5), until=2.0, grid=2000)
+    run["crank.s"]
+
+
+@wrong(CRANKS, ParameterError, "press.s_1 = 0 m", "s_0")
+def stroke_backwards():
+    """The end of a working stroke lies before its begin."""
+    model = build(
+        lambda m: [lp.connect(m.press.flange, m.ram.flange_a)],
+        press=StrokeLoad(forward=1.0, backward=0.0, s_0=0.3, s_1=0.0, p=1.0, q=1.0),
+        ram=translation.Mass(m=1.0),
+    )
+    lp.start_point(model)
 
 
 # -- tests and catalogue -----------------------------------------------------------------------

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lumped.analysis.changeover import Change
+from lumped.errors import SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -192,7 +193,16 @@ class Trajectory:
                 if len(p.t)
             ]
             values = [np.zeros(0), *(np.asarray(part, dtype=float).ravel() for part in parts)]
-            self._known[key] = np.concatenate(values)
+            found = np.concatenate(values)
+            bad = np.flatnonzero(np.isnan(found))
+            if len(bad):
+                raise SolverError(
+                    f"{self.system.name}: {key} is not a number at t = {self.t[bad[0]]:g} s "
+                    f"(and at {len(bad) - 1} other times of {len(found)}): zero over zero or a "
+                    "function outside its range, such as a linkage that a prescribed motion asks "
+                    "to go where it cannot. Check the motion and the parameters that enter it."
+                )
+            self._known[key] = found
         return self._known[key]
 
     def table(self, names: Iterable[Name]) -> np.ndarray:

@@ -19,6 +19,7 @@ from lumped.components import (
     Inertia,
     Torque,
     contact,
+    crank,
     electrical,
     friction,
     gravity,
@@ -64,6 +65,8 @@ FIELDS = {
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    crank.CrankSlider: {"L": 6.0},
+    crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     translation.Backlash: {"b": 10.0},
@@ -408,6 +411,49 @@ def inverse(speed: float, nominal: float, least: float) -> float:
     return nominal / speed if abs(speed) >= least else speed / least
 
 
+def in_plane(angle: complex) -> np.ndarray:
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def frame(at: dict[str, complex]) -> np.ndarray:
+    return np.array([at["frame_x"], at["frame_y"]])
+
+
+def crank_slider(at: Motion) -> complex:
+    """Energy of the slider and of the rod by the motion of its own centre, and their weights."""
+    p, along = at.p, in_plane(at.p["axis"])
+    angle, w = at.q["flange"] + p["phase"], at.v["flange"]
+    pin, v_pin = p["r"] * in_plane(angle), p["r"] * w * in_plane(angle + np.pi / 2)
+    s, v = (y["slider"] - frame(y) @ along for y in (at.q, at.v))
+    end = s * along + p["e"] * in_plane(p["axis"] + np.pi / 2)
+    rod, v_rod = end - pin, v * along - v_pin
+    w_rod = (rod[0] * v_rod[1] - rod[1] * v_rod[0]) / p["L"] ** 2
+    mid, v_mid = (
+        frame(y) + z for y, z in ((at.q, pin + p["k"] * rod), (at.v, v_pin + p["k"] * v_rod))
+    )
+    end, v_end = frame(at.q) + end, frame(at.v) + v * along
+    moving = p["m_rod"] * v_mid @ v_mid + p["J_rod"] * w_rod**2 + p["m"] * v_end @ v_end
+    return moving / 2 - p["g"] * in_plane(p["down"]) @ (p["m_rod"] * mid + p["m"] * end)
+
+
+def rotating_mass(at: Motion) -> complex:
+    p, angle = at.p, at.q["flange"] + at.p["phase"]
+    place = frame(at.q) + p["r"] * in_plane(angle)
+    v = frame(at.v) + p["r"] * at.v["flange"] * in_plane(angle + np.pi / 2)
+    moving = p["m"] * v @ v + p["J"] * at.v["flange"] ** 2
+    return moving / 2 - p["g"] * in_plane(p["down"]) @ (p["m"] * place)
+
+
+def working(at: Motion) -> float:
+    """Shape of a beta function, the greatest value 1."""
+    p, v = at.p, at.v["flange"] - at.v["support"]
+    z = (at.q["flange"] - at.q["support"] + 10) / 20
+    top = p["p"] / (p["p"] + p["q"])
+    shape = (z / top) ** p["p"] * ((1 - z) / (1 - top)) ** p["q"]
+    force = p["forward"] if v > 0 else p["backward"]
+    return v * bounded(v, p["v_0"]) * force * shape
+
+
 def downhill_and_wind(at: Motion) -> float:
     p, v = at.p, at.v["coupling"]
     drag = p["rho"] / 2 * p["cd"] * p["A"] * (v - p["v_wind"]) * abs(v - p["v_wind"])
@@ -434,6 +480,8 @@ STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     contact.ElastoBacklash: play_energy,
     gravity.SwingingMass: swinging,
+    crank.CrankSlider: crank_slider,
+    crank.RotatingMass: rotating_mass,
     impact.PickUp: carried("J"),
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
@@ -450,6 +498,7 @@ STORED: dict[type[lp.Component], Energy] = {
     motors.ConverterDrive: rotor,
     motors.DCMotor: armature,
     motors.InductionMotor: rotor,
+    motors.InverterInductionMotor: rotor,
     motors.QuasiStaticDCMotor: rotor,
     motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
     motors.SeriesDCMotor: armature,
@@ -463,6 +512,7 @@ STORED: dict[type[lp.Component], Energy] = {
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     contact.ElastoBacklash: play_heat,
+    crank.StrokeLoad: working,
     rotation.Damper: viscous,
     rotation.SpringDamper: viscous,
     translation.Damper: viscous,
@@ -486,6 +536,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
     motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
     motors.InductionMotor: kloss,
+    motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
     motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),

@@ -1,0 +1,106 @@
+"""The pilger mill LG90 on its motor: steady running and start-up.
+
+The source gives no motor. Assumed [A]: an induction motor on an inverter at constant flux behind a
+rigid gear, with PI speed control; feed and turning gear as a constant torque while running, and as
+dry friction in a start from rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import lumped as lp
+from lumped.components import (
+    IdealGear,
+    Inertia,
+    InverterInductionMotor,
+    PIController,
+    SignTorque,
+    SpeedSensor,
+    SpringDamper,
+    Sum,
+)
+from lumped.models.pilger_mill_stand import SPEED, Mill, mill
+from lumped.ops import minimum
+
+GEAR = 15.6  # 1  i [A]
+J_MOTOR = 30.0  # kg.m2 [A]
+J_SHAFT = 3000.0  # kg.m2  crankshaft and gear wheel [A]
+BREAKDOWN = 13.5e3  # N.m  Tb [A]
+SLIP = 5.2  # rad/s  db, slip speed at breakdown [A]
+LAG = 0.02  # s  tau_e [A]
+GAIN = 0.5  # 1  Kp [A]
+INTEGRAL_GAIN = 2.0  # 1/s  Ki [A]
+RUN_UP = 6.0  # s  ramp of a start from rest [A]
+
+
+class Driven(lp.Component):
+    """Mill on its motor with speed control; rigid gear."""
+
+    wanted = lp.Input("rad/s", "wanted speed of the motor")
+    motor: InverterInductionMotor = InverterInductionMotor(
+        J=J_MOTOR, tau_k=BREAKDOWN, d_k=SLIP, T=LAG
+    )
+    sensor: SpeedSensor = SpeedSensor()
+    control: PIController = PIController(k=GAIN, T_i=GAIN / INTEGRAL_GAIN)
+    command: Sum = Sum()
+    gear: IdealGear = IdealGear(ratio=GEAR)
+    shaft: Inertia = Inertia(J=J_SHAFT)
+    mill: Mill = mill("P")
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.motor.flange, self.gear.flange_a, self.sensor.flange)
+        yield from self.line()
+        yield lp.connect(self.wanted, self.control.wanted, self.command.a)
+        yield lp.connect(self.sensor.w, self.control.measured)
+        yield lp.connect(self.control.y, self.command.b)
+        yield lp.connect(self.command.y, self.motor.w_s)
+
+    def line(self) -> Iterator[lp.Connection]:
+        """What joins gear and mill."""
+        yield from lp.chain(self.gear, self.shaft, self.mill.crank)
+
+
+class ElasticallyDriven(Driven):
+    """The same with an elastic shaft between gear and crank."""
+
+    c: lp.Param = lp.param("N.m/rad", "stiffness of the shaft", above=0)
+    d: lp.Param = lp.param("N.m.s/rad", "damping of the shaft", min=0)
+    twist: SpringDamper = SpringDamper(c=c, d=d)
+
+    def line(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.gear, self.twist, self.shaft, self.mill.crank)
+
+
+def running(part: Driven | None = None, until: float = 1.9, **options: Any) -> lp.Trajectory:
+    """Steady running, from the crank angle zero at the wanted speed without torque.
+
+    Parameters
+    ----------
+    part : Driven, optional
+        Mill and motor; default is set P after the optimisation.
+    until : float
+        End, s.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    w = GEAR * SPEED["P"]
+    part = (Driven() if part is None else part).with_({"wanted": w})
+    system = lp.assemble(part, keep=["mill.crank.phi"])
+    start = options.pop("start", {}) | {"motor.w": w}
+    return lp.simulate(system, until=until, start=start, **options)
+
+
+def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> lp.Trajectory:
+    """Start from rest at the crank angle zero: the wanted speed rises evenly in `RUN_UP`.
+
+    Parameters as for `running`.
+    """
+    w = GEAR * SPEED["P"]
+    friction = SignTorque(tau_nominal=-Mill.M0)
+    part = (Driven() if part is None else part).with_(
+        {"wanted": minimum(lp.time / RUN_UP, 1.0) * w, "mill.feed": friction}
+    )
+    system = lp.assemble(part, keep=["mill.crank.phi"])
+    return lp.simulate(system, until=until, **options)

@@ -1,0 +1,408 @@
+"""Cranks against closed forms, Newton and Euler, and conservation."""
+
+import numpy as np
+import pytest
+from scipy.special import beta
+
+import lumped as lp
+from lumped.components import (
+    CrankSlider,
+    Fixed,
+    Inertia,
+    InverterInductionMotor,
+    Position,
+    RotatingMass,
+    Speed,
+    StrokeLoad,
+    translation,
+)
+from lumped.errors import EquationError, ParameterError, SolverError
+
+R, L, E = 0.59, 4.25, 0.33
+DEGREES = np.arange(0.0, 360.25, 0.5)
+
+
+def turning(parts, w=1.0, begin=0.0, **more):
+    """Parts on a shaft that turns at the speed w."""
+
+    def connections(m):
+        yield lp.connect(m.turn.flange, *(part.flange for part in m.parts))
+        if "ground_x" in more:
+            yield lp.connect(m.ground_x.flange, *(part.frame_x for part in m.parts))
+            yield lp.connect(m.ground_y.flange, *(part.frame_y for part in m.parts))
+
+    turn = Position(phi=begin + w * lp.time)
+    return lp.assemble(lp.compose(turn=turn, parts=parts, **more, connections=connections))
+
+
+def grounded():
+    return {"ground_x": translation.Fixed(), "ground_y": translation.Fixed()}
+
+
+def revolve(parts, w=1.0, degrees=DEGREES, **more):
+    angles = np.radians(degrees)
+    system = turning(parts, w, angles[0], **more)
+    times = (angles - angles[0]) / w
+    return lp.simulate(system, until=times[-1], grid=times)
+
+
+def worst(received, expected):
+    return np.abs(received - expected).max() / np.abs(expected).max()
+
+
+class TestKinematics:
+    @pytest.mark.parametrize("e", [0.0, E, -E])
+    @pytest.mark.parametrize("assembly", [1, -1])
+    def test_velocity_is_that_of_the_closed_form(self, e, assembly):
+        w, q = 3.0, np.radians(DEGREES)
+        run = revolve([CrankSlider(r=R, L=L, e=e, assembly=assembly)], w)
+        psi = np.arcsin((e - R * np.sin(q)) / L)
+        psi = psi if assembly == 1 else np.pi - psi
+        # the rod keeps its length: speeds of both ends along it are equal
+        expected = R * w * np.sin(psi - q) / np.cos(psi)
+        assert worst(run["parts[0].v"], expected) < 1e-12
+        assert worst(run["parts[0].s"], R * np.cos(q) + L * np.cos(psi)) < 1e-14
+        turned = (run["parts[0].psi"] - psi + np.pi) % (2 * np.pi) - np.pi
+        assert np.abs(turned).max() < 1e-14
+        assert worst(run["parts[0].w_rod"], -w * R * np.cos(q) / (L * np.cos(psi))) < 1e-12
+
+    def test_acceleration_has_the_harmonics_of_the_connecting_rod(self):
+        degrees = np.arange(0.0, 360.0, 0.5)
+        run = revolve([CrankSlider(r=R, L=L, e=-E, m=1.0)], degrees=degrees)
+        parts = 2 * np.fft.rfft(run["parts[0].a"]) / len(degrees) / -R
+        # printed to six decimals for the slide on the other side of the crank
+        expected = {1: (1, -0.078459), 2: (0.140795, 0), 3: (0, 0.001741), 4: (-0.000711, 0)}
+        for order, (cosine, sine) in expected.items():
+            received = parts[order].real, -parts[order].imag
+            assert np.abs(np.subtract(received, (cosine, sine))).max() < 5.1e-7, order
+
+    @pytest.mark.parametrize(
+        ("angle", "reach"),
+        [(-np.arcsin(E / (L + R)), L + R), (np.pi - np.arcsin(E / (L - R)), L - R)],
+    )
+    def test_velocity_is_zero_at_the_dead_centres(self, angle, reach):
+        crank = CrankSlider(r=R, L=L, e=-E, m=100.0)
+        point = lp.start_point(turning([crank], begin=angle))
+        assert abs(point["parts[0].v"]) < 1e-15
+        assert abs(point["parts[0].s"] - np.sqrt(reach**2 - E**2)) < 2e-15
+        assert abs(point["turn.flange.tau"]) < 1e-13
+
+    def test_offset_to_the_other_side_is_the_mirror_image(self):
+        there = revolve([CrankSlider(r=R, L=L, e=E, m=2.0)])
+        back = revolve([CrankSlider(r=R, L=L, e=-E, m=2.0)], degrees=DEGREES - 360.0)
+        assert worst(there["parts[0].s"], back["parts[0].s"][::-1]) < 1e-14
+        assert worst(there["parts[0].v"], -back["parts[0].v"][::-1]) < 1e-12
+        assert worst(there["turn.flange.tau"], -back["turn.flange.tau"][::-1]) < 1e-11
+
+    @pytest.mark.parametrize("assembly", [1, -1])
+    def test_closed_linkage_follows_the_assembly_it_starts_in(self, assembly):
+        crank = {"r": R, "L": L, "e": E, "m": 10.0, "m_rod": 3.0, "J_rod": 2.0, "k": 0.4}
+        start = {"parts[0].psi": 0.0 if assembly == 1 else np.pi}
+        system = turning([CrankSlider(**crank, assembly=0)])
+        times = np.radians(DEGREES)
+        run = lp.simulate(system, until=times[-1], grid=times, start=start)
+        fixed = revolve([CrankSlider(**crank, assembly=assembly)])
+        for name in ("parts[0].s", "parts[0].v", "turn.flange.tau", "parts[0].guide"):
+            assert worst(run[name], fixed[name]) < 1e-12
+
+    def test_no_crank_leaves_the_slider_where_it_is(self):
+        run = revolve([CrankSlider(r=0.0, L=L, e=E, m=5.0, m_rod=1.0)])
+        assert np.abs(run["parts[0].s"] - np.sqrt(L**2 - E**2)).max() < 1e-15
+        assert np.abs(run["turn.flange.tau"]).max() == 0
+
+
+class TestVirtualWork:
+    def test_torque_times_speed_is_force_times_velocity(self):
+        model = lp.compose(
+            turn=Position(phi=2.0 * lp.time),
+            crank=CrankSlider(r=R, L=L, e=E),
+            push=translation.Force(f=7.0),
+            connections=lambda m: [
+                lp.connect(m.turn.flange, m.crank.flange),
+                lp.connect(m.push.flange, m.crank.slider),
+            ],
+        )
+        run = lp.simulate(lp.assemble(model), until=np.pi)
+        assert worst(run["turn.flange.tau"] * 2.0, 7.0 * run["crank.v"]) < 1e-13
+
+
+def newton_euler(p, q, w, g):
+    """Forces on a rod by its own balance of forces and moments; crank speed w constant.
+
+    Returns crank torque, guide force to the left, bearing force along and across the slide.
+    `g`: weight per mass, along and across the slide.
+    """
+    r, length, k = p["r"], p["L"], p["k"]
+    psi = np.arcsin((p["e"] - r * np.sin(q)) / length)
+    w_rod = -r * w * np.cos(q) / (length * np.cos(psi))
+    a_rod = (r * w**2 * np.sin(q) + length * w_rod**2 * np.sin(psi)) / (length * np.cos(psi))
+    along, left = (np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)]))
+    pin = -r * w**2 * np.array([np.cos(q), np.sin(q)])
+    rod = pin + k * length * (a_rod * left - w_rod**2 * along)
+    end = pin + length * (a_rod * left - w_rod**2 * along)
+    assert abs(end[1]) < 1e-9
+
+    # unknown: force on the rod at the pin (x, y), guide force; force at the slider from its balance
+    def balance(x):
+        at_pin, guide = x[:2], x[2]
+        at_end = np.array([0.0, guide]) + p["m"] * (g - end)
+        forces = at_pin + at_end + p["m_rod"] * (g - rod)
+        arms = np.cross(-k * length * along, at_pin) + np.cross((1 - k) * length * along, at_end)
+        return np.array([*forces, arms - p["J_rod"] * a_rod])
+
+    zero = balance(np.zeros(3))
+    matrix = np.array([balance(unit) - zero for unit in np.eye(3)]).T
+    x, y, guide = np.linalg.solve(matrix, -zero)
+    arm = r * np.array([np.cos(q), np.sin(q)])
+    return np.cross(arm, [x, y]), guide, -x, -y
+
+
+ROD = {"r": 0.59, "L": 1.7, "e": 0.2, "m": 9.0, "m_rod": 4.0, "J_rod": 0.8, "k": 0.3}
+
+
+class TestRod:
+    @pytest.mark.filterwarnings("ignore:Arrays of 2-dimensional vectors")
+    @pytest.mark.parametrize("axis", [0.0, np.pi / 2, 2.0])
+    def test_forces_are_those_of_newton_and_euler(self, axis):
+        w, g, down = 5.0, 9.81, -1.1
+        run = revolve([CrankSlider(**ROD, axis=axis, phase=0.7, g=g, down=down)], w)
+        turn = np.array([[np.cos(axis), np.sin(axis)], [-np.sin(axis), np.cos(axis)]])
+        weight = g * turn @ [np.cos(down), np.sin(down)]
+        expected = [newton_euler(ROD, q, w, weight) for q in np.radians(DEGREES) + 0.7 - axis]
+        names = ["turn.flange.tau", "parts[0].guide", "parts[0].bearing_x", "parts[0].bearing_y"]
+        tau, guide, x, y = run.table(names).T
+        bearing = turn @ [x, y]
+        received = np.array([-tau, guide, *bearing])
+        for name, got, wanted in zip(names, received, np.transpose(expected), strict=True):
+            assert worst(got, wanted) < 1e-11, name
+
+    def test_two_masses_give_the_same_force_and_another_torque(self):
+        run = revolve([CrankSlider(**ROD)], **grounded())
+        split = revolve([CrankSlider(**ROD, two_mass=True)], **grounded())
+        for end in ("ground_x", "ground_y"):
+            assert worst(split[f"{end}.flange.f"], run[f"{end}.flange.f"]) < 1e-14
+        p = ROD
+        spare = p["J_rod"] - p["m_rod"] * p["k"] * (1 - p["k"]) * p["L"] ** 2
+        expected = spare * run["parts[0].a_rod"] * run["parts[0].w_rod"]  # power at 1 rad/s
+        assert worst(split["turn.flange.tau"] - run["turn.flange.tau"], expected) < 1e-12
+        assert spare < 0
+
+    def test_bodies_in_place_of_two_masses_give_the_same(self):
+        p = ROD
+        split = revolve([CrankSlider(**p, two_mass=True)], **grounded())
+        kinematic = {name: p[name] for name in ("r", "L", "e")}
+        ends = [
+            CrankSlider(**kinematic, m=p["m"] + p["k"] * p["m_rod"]),
+            RotatingMass(m=(1 - p["k"]) * p["m_rod"], r=p["r"]),
+        ]
+        run = revolve(ends, **grounded())
+        for name in ("turn.flange.tau", "ground_x.flange.f", "ground_y.flange.f"):
+            assert worst(run[name], split[name]) < 1e-13
+
+    def test_two_equal_rods_are_one_of_double_mass(self):
+        rod = {name: ROD[name] for name in ("r", "L", "e", "k")}
+        two = revolve([CrankSlider(**rod, m_rod=2.0, J_rod=0.5) for _ in range(2)])
+        one = revolve([CrankSlider(**rod, m_rod=4.0, J_rod=1.0)])
+        assert worst(two["turn.flange.tau"], one["turn.flange.tau"]) < 1e-13
+
+    def test_inertia_torque_does_no_work_over_a_revolution(self):
+        run = revolve([CrankSlider(**ROD, g=9.81)])
+        tau = run["turn.flange.tau"][:-1]
+        assert abs(tau.mean()) < 1e-13 * np.abs(tau).max()
+
+    @pytest.mark.parametrize("length", [42.5, 4250.0, 4.25e6])
+    def test_long_rods_give_a_pure_cosine(self, length):
+        run = revolve([CrankSlider(r=R, L=length, m=1.0)])
+        received = np.abs(run["parts[0].a"] + R * np.cos(np.radians(DEGREES))).max()
+        assert abs(received * length / R**2 - 1) < (R / length) ** 2 + 1e-6
+
+
+class TestMovingFrame:
+    def test_free_frame_keeps_momentum_and_energy(self):
+        """A fly wheel turns a crank-slider on a frame that nothing holds, without weight."""
+        body, p = 30.0, ROD
+        model = lp.compose(
+            fly=Inertia(J=20.0),
+            crank=CrankSlider(**p, axis=0.4),
+            pin=RotatingMass(m=6.0, r=0.5, phase=2.0),
+            frame_x=translation.Mass(m=body),
+            frame_y=translation.Mass(m=body),
+            connections=lambda m: [
+                lp.connect(m.fly.flange_a, m.crank.flange, m.pin.flange),
+                lp.connect(m.frame_x.flange_a, m.crank.frame_x, m.pin.frame_x),
+                lp.connect(m.frame_y.flange_a, m.crank.frame_y, m.pin.frame_y),
+            ],
+        )
+        start = {"fly.w": 6.0, "frame_x.v": 0.3, "frame_y.v": -0.2}
+        run = lp.simulate(lp.assemble(model), until=5.0, start=start, rtol=1e-10)
+        q, w = run["fly.phi"], run["fly.w"]
+        frame = np.array([run["frame_x.v"], run["frame_y.v"]])
+        out = lambda angle: np.array([-np.sin(angle), np.cos(angle)])  # noqa: E731
+        pin = frame + p["r"] * w * out(q)
+        slider = frame + run["crank.v"] * np.array([[np.cos(0.4)], [np.sin(0.4)]])
+        rod = (1 - p["k"]) * pin + p["k"] * slider
+        mass = frame + 0.5 * w * out(q + 2.0)
+        moving = ((body, frame), (p["m"], slider), (p["m_rod"], rod), (6.0, mass))
+        momentum = sum(m * v for m, v in moving)
+        assert np.abs(momentum - momentum[:, :1]).max() < 1e-8 * np.abs(p["m"] * slider).max()
+        energy = sum(m * (v**2).sum(axis=0) for m, v in moving) / 2
+        energy = energy + 10.0 * w**2 + p["J_rod"] * run["crank.w_rod"] ** 2 / 2
+        assert np.ptp(energy) < 1e-8 * energy[0]
+        assert np.ptp(frame[0]) > 0.5
+
+
+class TestShortRod:
+    def test_velocity_changes_fast_where_the_rod_is_just_long_enough(self):
+        near = np.array([89.999, 90.0, 90.001])
+        run = revolve([CrankSlider(r=R, L=0.9200001, e=E, phase=np.pi, assembly=-1)], degrees=near)
+        assert np.abs(run["parts[0].v"][[0, 2]] - [0.61208, 0.56792]).max() < 5.1e-6
+
+    def test_velocity_jumps_on_either_side_of_the_change_point(self):
+        near = np.array([89.999, 90.001])
+        run = revolve([CrankSlider(r=R, L=0.92, e=E, phase=np.pi, assembly=-1)], degrees=near)
+        root = np.sqrt(0.92 / R)
+        assert np.abs(run["parts[0].v"] - [1.32675, -0.14675]).max() < 5.1e-6
+        assert np.abs(run["parts[0].v"] - [R * (1 + root), R * (1 - root)]).max() < 2e-6
+
+    def swing(self, assembly, until):
+        model = lp.compose(
+            fly=Inertia(J=50.0),
+            crank=CrankSlider(r=R, L=0.9, e=E, m=100.0, phase=np.pi, assembly=assembly),
+            connections=lambda m: [lp.connect(m.fly.flange_a, m.crank.flange)],
+        )
+        start = {"fly.w": 1.0} | ({} if assembly else {"crank.psi": np.pi})
+        return lp.simulate(lp.assemble(model), until=until, start=start, rtol=1e-8, grid=4000)
+
+    def test_crank_turns_round_at_the_lock_while_the_slider_passes_through(self):
+        run = self.swing(0, 12.0)
+        lock = np.arcsin((0.9 - E) / R)
+        assert abs(np.degrees(lock) - 75.0390) < 5e-5
+        assert 0 < lock - run["fly.phi"].max() < 1e-4
+        run_of_rod = np.cos(run["crank.psi"])
+        assert run_of_rod.min() < -0.5  # begins behind the pin
+        assert run_of_rod.max() > 0.5
+        energy = 25 * run["fly.w"] ** 2 + 50 * run["crank.v"] ** 2
+        assert np.ptp(energy) < 1e-6 * energy[0]
+
+    def test_one_assembly_alone_ends_at_the_lock(self):
+        turn = self.swing(0, 4.0)
+        lock = turn.t[np.argmax(turn["fly.phi"])]
+        with pytest.raises(SolverError) as caught:
+            self.swing(-1, 12.0)
+        assert abs(caught.value.partial.t[-1] - lock) < 1e-2
+
+    def test_prescribed_speed_through_the_lock_is_refused(self):
+        system = turning([CrankSlider(r=R, L=0.9, e=E, phase=np.pi, assembly=0)])
+        with pytest.raises(SolverError, match="linkage"):
+            lp.simulate(system, until=2.0, start={"parts[0].psi": np.pi})
+
+
+class TestRotatingMass:
+    def test_force_is_centrifugal_and_torque_its_weight(self):
+        w, m, r, g = 4.0, 3.0, 0.5, 9.81
+        run = revolve([RotatingMass(m=m, r=r, phase=0.3, g=g)], w, **grounded())
+        angle = np.radians(DEGREES) + 0.3
+        assert worst(run["ground_x.flange.f"], m * r * w**2 * np.cos(angle)) < 1e-13
+        assert worst(run["ground_y.flange.f"], m * r * w**2 * np.sin(angle) - m * g) < 1e-13
+        assert worst(-run["turn.flange.tau"], m * g * r * np.cos(angle)) < 1e-13
+
+    def test_it_hangs_as_a_pendulum(self):
+        model = lp.compose(
+            mass=RotatingMass(m=3.0, r=0.5, J=0.2, phase=-np.pi / 2, g=9.81),
+            shaft=Inertia(J=0.1),
+            connections=lambda m: [lp.connect(m.mass.flange, m.shaft.flange_a)],
+        )
+        received = lp.modes(lp.assemble(model)).hertz[0]
+        assert abs(received * 2 * np.pi / np.sqrt(3 * 9.81 * 0.5 / (0.75 + 0.3)) - 1) < 1e-12
+
+    def test_opposite_masses_balance(self):
+        pair = [RotatingMass(m=2.0, r=0.6), RotatingMass(m=4.0, r=0.3, phase=np.pi)]
+        run = revolve(pair, 10.0, **grounded())
+        assert np.abs(run.table(["ground_x.flange.f", "ground_y.flange.f"])).max() < 1e-12
+
+
+class TestStrokeLoad:
+    def test_work_of_both_ways_is_that_of_the_beta_function(self):
+        p, q, forth, back = 1.3, 0.66, 50.0, 20.0
+
+        class Metered(lp.Component):
+            load: StrokeLoad = StrokeLoad(forward=forth, backward=back, s_0=-1, s_1=1, p=p, q=q)
+            move: translation.Position = translation.Position(s=-lp.ops.cos(lp.time))
+            work: lp.Var = lp.var("1", "work", state="prefer")
+
+            def connections(self):
+                yield lp.connect(self.load.flange, self.move.flange)
+
+            def equations(self):
+                yield lp.der(self.work) == self.load.loss()
+
+        run = lp.simulate(
+            lp.assemble(Metered()), until=2 * np.pi, grid=[np.pi, 2 * np.pi], rtol=1e-9
+        )
+        top = p / (p + q)
+        stroke = 2 * beta(p + 1, q + 1) / (top**p * (1 - top) ** q)
+        assert abs(run["work"][0] / (forth * stroke) - 1) < 1e-5
+        assert abs(run["work"][1] / ((forth + back) * stroke) - 1) < 1e-5
+
+    def test_force_is_greatest_at_its_place_and_none_beyond_the_ends(self):
+        load = StrokeLoad(forward=50.0, backward=20.0, s_0=-1, s_1=3, p=1.0, q=3.0)
+        model = lp.compose(
+            load=load,
+            move=translation.Position(s=lp.time - 2.0),
+            connections=lambda m: [lp.connect(m.load.flange, m.move.flange)],
+        )
+        run = lp.simulate(lp.assemble(model), until=6.0, grid=[0.5, 1.0, 2.0, 3.0, 5.0, 5.5])
+        expected = [0, 0, -50, -50 * 2 * (2 / 3) ** 3, 0, 0]  # g = 4 z (4 (1 - z) / 3)^3
+        assert np.abs(run["load.f"] - expected).max() < 1e-12
+
+
+MOTOR = {"J": 2.0, "tau_k": 130.0, "d_k": 5.0, "T": 0.02}
+
+
+class TestInverterInductionMotor:
+    @pytest.mark.parametrize(("slip", "share"), [(5.0, 1.0), (-5.0, -1.0), (10.0, 0.8), (0.0, 0.0)])
+    def test_torque_comes_with_its_lag_to_the_curve(self, slip, share):
+        model = lp.compose(
+            motor=InverterInductionMotor(w_s=100.0, **MOTOR),
+            turn=Speed(w=100.0 - slip),
+            connections=lambda m: [lp.connect(m.motor.flange, m.turn.flange)],
+        )
+        run = lp.simulate(lp.assemble(model), until=0.1, rtol=1e-10)
+        expected = share * 130.0 * (1 - np.exp(-run.t / 0.02))
+        assert np.abs(run["motor.tau"] - expected).max() < 1e-7
+
+    def test_stalled_rotor_feels_the_far_end_of_the_curve(self):
+        model = lp.compose(
+            motor=InverterInductionMotor(w_s=100.0, **MOTOR),
+            wall=Fixed(),
+            connections=lambda m: [lp.connect(m.motor.flange, m.wall.flange)],
+        )
+        point = lp.equilibrium(lp.assemble(model))
+        assert abs(point["motor.tau"] / (130.0 * 2 * 20 / (1 + 20**2)) - 1) < 1e-9
+
+    def test_free_rotor_comes_to_the_speed_of_the_field(self):
+        model = lp.compose(motor=InverterInductionMotor(w_s=-40.0, **MOTOR))
+        run = lp.simulate(lp.assemble(model), until=10.0)
+        assert abs(run["motor.w"][-1] + 40.0) < 1e-4
+
+
+class TestWrong:
+    def test_unknown_assembly(self):
+        with pytest.raises(
+            EquationError, match=r"parts\[0\] \(CrankSlider\): assembly = 2 must be"
+        ):
+            turning([CrankSlider(r=R, L=L, assembly=2)])
+
+    def test_rod_without_length(self):
+        with pytest.raises(ParameterError, match=r"parts\[0\]\.L = 0 m .length of the rod"):
+            lp.start_point(turning([CrankSlider(r=R, L=0.0)]))
+
+    def test_stroke_that_ends_before_it_begins(self):
+        load = StrokeLoad(forward=1.0, backward=1.0, s_0=1.0, s_1=0.0, p=1.0, q=1.0)
+        model = lp.compose(
+            load=load,
+            body=translation.Mass(m=1.0),
+            connections=lambda m: [lp.connect(m.load.flange, m.body.flange_a)],
+        )
+        with pytest.raises(ParameterError, match=r"load\.s_1 = 0 m"):
+            lp.start_point(lp.assemble(model))
