@@ -1,7 +1,8 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
-from lumped import ops
+from lumped import ops, profiles
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
@@ -46,11 +47,13 @@ __all__ = [
     "der",
     "equilibrium",
     "hold",
+    "inverse",
     "linearise",
     "lossless",
     "modes",
     "ops",
     "param",
+    "profiles",
     "simulate",
     "start_point",
     "time",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -156,8 +156,21 @@ class FlatModel:
         return f"{text(equation.left, name)} = {text(equation.right, name)}"
 
 
-def flatten(model: Component) -> FlatModel:
+def flatten(
+    model: Component,
+    motions: Mapping[str, Expr] | None = None,
+    freed: frozenset[str] = frozenset(),
+) -> FlatModel:
     """Number the unknowns, parameters and equations of a model.
+
+    Parameters
+    ----------
+    model : Component
+        The model.
+    motions : mapping of str to Expr, optional
+        Quantities and what they shall be: as many equations more.
+    freed : frozenset of str
+        Inputs given to instances that shall be unknowns: as many equations less.
 
     Raises
     ------
@@ -170,10 +183,10 @@ def flatten(model: Component) -> FlatModel:
     SingularModelError
         A component whose own equations do not match its own unknowns.
     """
-    tree = Tree(model)
+    tree = Tree(model, freed)
     parameters = collect(tree)
     joints = join(tree)
-    groups, equation_count, mode_count = _groups(tree, joints)
+    groups, equation_count, mode_count = _groups(tree, joints, motions or {})
     given, starts = start_values(tree, parameters)
     return FlatModel(
         tree,
@@ -188,7 +201,9 @@ def flatten(model: Component) -> FlatModel:
     )
 
 
-def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
+def _groups(
+    tree: Tree, joints: Joints, motions: Mapping[str, Expr]
+) -> tuple[list[Group], int, int]:
     groups: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
         if type(node.component).equations is Component.equations and not node.layout.variables:
@@ -202,6 +217,8 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
+    for name, wanted in motions.items():
+        groups["motion", name] = _motion(tree, name, wanted)
     count = modes = 0
     for group in groups.values():
         group.first_equation, group.first_mode = count, modes
@@ -257,6 +274,8 @@ def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
         for name, quantity in node.component._quantities.items():
             if not isinstance(quantity, Input) or name not in node.component._values:
                 continue
+            if node.name(name) in tree.freed:
+                continue
             given, signal = node.component._values[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
@@ -271,6 +290,15 @@ def _bound_inputs(tree: Tree, groups: dict[Hashable, Group]) -> None:
                 groups[key] = Group(_template(tree, node, [Equation(signal, parameter)]))
             groups[key].nodes.append(number)
             groups[key].names.append(node.name(name))
+
+
+def _motion(tree: Tree, name: str, wanted: Expr) -> Group:
+    """The equation of a prescribed quantity."""
+    number = tree.unknown(name)
+    node = tree.node_of_unknown(number)
+    local = node.layout.names[number - node.first_unknown]
+    equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
+    return Group(_template(tree, tree.nodes[0], [equation]), [0], [name])
 
 
 def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
