@@ -7,6 +7,7 @@ from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.simulate import simulate
+from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
 from lumped.assemble import assemble
 from lumped.component import Component
@@ -36,6 +37,7 @@ __all__ = [
     "Param",
     "Pin",
     "Port",
+    "Sizing",
     "Statistics",
     "System",
     "Trajectory",
@@ -55,6 +57,7 @@ __all__ = [
     "param",
     "profiles",
     "simulate",
+    "sizing",
     "start_point",
     "time",
     "var",

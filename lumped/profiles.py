@@ -196,7 +196,7 @@ def modified_sine(distance: float, duration: float) -> Move:
     ``k (4 + pi x - sin(4 pi x) / 4)``. Peaks: speed ``4 pi/(4 + pi) h/T``, acceleration
     ``4 pi^2/(4 + pi) h/T^2``, jerk ``16 pi^3/(4 + pi) h/T^3``.
 
-    Source: Norton, Cam Design and Manufacturing Handbook, 2nd ed., ch. 3.
+    Source: Norton, Cam Design and Manufacturing Handbook, 2nd ed.
     """
     k = 1 / (4 + pi)
 
