@@ -6,6 +6,7 @@ from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
@@ -37,6 +38,7 @@ __all__ = [
     "Param",
     "Pin",
     "Port",
+    "Sensitivity",
     "Sizing",
     "Statistics",
     "System",
@@ -56,6 +58,7 @@ __all__ = [
     "ops",
     "param",
     "profiles",
+    "sensitivity",
     "simulate",
     "sizing",
     "start_point",

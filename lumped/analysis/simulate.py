@@ -33,7 +33,7 @@ from lumped.analysis.watch import finite_fault, jump_fault, unfit_states
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
-__all__ = ["simulate"]
+__all__ = ["nominal_size", "simulate"]
 
 
 def simulate(
@@ -165,7 +165,7 @@ class _Run:
         self.system = system
         self.implicit = len(system._values.implicit)
         self.settler = Settler(system, self.point.theta, self.until)
-        nominal = [_nominal(system, name) for name in system.state_names]
+        nominal = [nominal_size(system, name) for name in system.state_names]
         # not below the rounding of what a state is integrated from
         self.atol = self.relative_atol * np.array(nominal)
 
@@ -493,7 +493,8 @@ class _Run:
         )
 
 
-def _nominal(system: System, name: str) -> float:
+def nominal_size(system: System, name: str) -> float:
+    """Usual size of a state, to which the absolute tolerance is relative."""
     return system.quantity(name).nominal if "(" not in name else 1.0
 
 

@@ -90,6 +90,35 @@ class Targets:
             self._check(met, rows)
         return met[: self.count], self._parameters(met)
 
+    def slopes(
+        self, x: np.ndarray, S: np.ndarray, seed: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives of states that meet the targets, as the implicit function theorem has them.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n,)
+            States that meet the targets.
+        S : ndarray, shape (n, k)
+            Derivatives of those that the targets do not determine.
+        seed : ndarray, shape (parameters, k)
+            Derivatives of the parameters.
+        wanted : ndarray, shape (given, k)
+            Derivatives of the wanted values.
+        """
+        _, matrix = self._at(x)
+        columns, rows = self._columns(matrix)
+        inputs = self.function.sx_in()
+        along = ca.densify(ca.jtimes(self.function(*inputs)[0], inputs[1], ca.DM(seed)))
+        by_parameters = ca.Function("along", inputs, [along])(x, self.theta, 0.0, self.settings)
+        found = S.copy()
+        found[columns] = 0.0
+        miss = -np.asarray(by_parameters) - matrix @ found
+        miss[: len(wanted)] += wanted
+        part = matrix[rows][:, columns].toarray()
+        found[columns] = np.linalg.lstsq(part, miss[rows])[0]
+        return found
+
     def _parameters(self, z: np.ndarray) -> np.ndarray:
         theta = self.theta.copy()
         theta[self.free] = z[self.count :]
