@@ -380,3 +380,28 @@ def test_a_body_breaks_away_later_from_more_friction():
     t, begin = found.run.t, mu / rate
     close(found["body.w", "brake.f_max"], -np.maximum(t - begin, 0.0) / J, 1e-8)
     assert found.instants[0][1] == pytest.approx([1 / rate], rel=1e-9)
+
+
+def test_states_that_change_places_are_refused():
+    def equations(self):
+        yield lp.der(self.x) == self.u
+        yield lp.der(self.y) == self.v
+        yield lp.der(self.u) == -self.f * self.x
+        yield lp.der(self.v) == -self.f * self.y - self.g
+        yield self.x**2 + self.y**2 == 1.0
+
+    system = lp.assemble(
+        one(
+            equations,
+            g=lp.param("m/s2", "gravity", 10.0),
+            x=lp.var("m", "across", start=0.8),
+            y=lp.var("m", "up", start=-0.6),
+            u=lp.var("m/s", "speed across"),
+            v=lp.var("m/s", "speed up"),
+            f=lp.var("1/s2", "force of the rod over mass and length"),
+        )
+    )
+    text = message(
+        SolverError, lambda: lp.sensitivity(system, of=["x"], to=["g"], until=3.0, start={"u": 6.0})
+    )
+    assert "states change places" in text
