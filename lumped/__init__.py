@@ -1,11 +1,14 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
-from lumped import ops
+from lumped import ops, profiles
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
+from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
 from lumped.assemble import assemble
 from lumped.component import Component
@@ -35,6 +38,8 @@ __all__ = [
     "Param",
     "Pin",
     "Port",
+    "Sensitivity",
+    "Sizing",
     "Statistics",
     "System",
     "Trajectory",
@@ -46,12 +51,16 @@ __all__ = [
     "der",
     "equilibrium",
     "hold",
+    "inverse",
     "linearise",
     "lossless",
     "modes",
     "ops",
     "param",
+    "profiles",
+    "sensitivity",
     "simulate",
+    "sizing",
     "start_point",
     "time",
     "var",

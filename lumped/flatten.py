@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -161,8 +161,21 @@ class FlatModel:
         return f"{text(equation.left, name)} = {text(equation.right, name)}"
 
 
-def flatten(model: Component) -> FlatModel:
+def flatten(
+    model: Component,
+    motions: Mapping[str, Expr] | None = None,
+    freed: frozenset[str] = frozenset(),
+) -> FlatModel:
     """Number the unknowns, parameters and equations of a model.
+
+    Parameters
+    ----------
+    model : Component
+        The model.
+    motions : mapping of str to Expr, optional
+        Quantities and what they shall be: as many equations more.
+    freed : frozenset of str
+        Inputs given to instances that shall be unknowns: as many equations less.
 
     Raises
     ------
@@ -175,10 +188,10 @@ def flatten(model: Component) -> FlatModel:
     SingularModelError
         A component whose own equations do not match its own unknowns.
     """
-    tree = Tree(model)
+    tree = Tree(model, freed)
     parameters = collect(tree)
     joints = join(tree)
-    groups, equation_count, mode_count = _groups(tree, joints)
+    groups, equation_count, mode_count = _groups(tree, joints, motions or {})
     given, starts = start_values(tree, parameters)
     return FlatModel(
         tree,
@@ -193,7 +206,9 @@ def flatten(model: Component) -> FlatModel:
     )
 
 
-def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
+def _groups(
+    tree: Tree, joints: Joints, motions: Mapping[str, Expr]
+) -> tuple[list[Group], int, int]:
     groups: dict[Template, Group] = {}
     alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
@@ -208,6 +223,8 @@ def _groups(tree: Tree, joints: Joints) -> tuple[list[Group], int, int]:
         group.nodes.append(number)
         group.names.append(node.path)
     _bound_inputs(tree, groups)
+    for name, wanted in motions.items():
+        _motion(tree, groups, name, wanted)
     count = modes = 0
     for group in groups.values():
         group.first_equation, group.first_mode = count, modes
@@ -287,6 +304,8 @@ def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
         for name, quantity in node.component._quantities.items():
             if not isinstance(quantity, Input) or name not in node.component._values:
                 continue
+            if node.name(name) in tree.freed:
+                continue
             given, signal = node.component._values[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
@@ -300,6 +319,17 @@ def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
                 alike[key] = _group(tree, groups, node, [Equation(signal, parameter)])
             alike[key].nodes.append(number)
             alike[key].names.append(node.name(name))
+
+
+def _motion(tree: Tree, groups: dict[Template, Group], name: str, wanted: Expr) -> None:
+    """Add the equation of a prescribed quantity."""
+    number = tree.unknown(name)
+    node = tree.node_of_unknown(number)
+    local = node.layout.names[number - node.first_unknown]
+    equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
+    group = _group(tree, groups, tree.nodes[0], [equation])
+    group.nodes.append(0)
+    group.names.append(name)
 
 
 def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:

@@ -125,6 +125,8 @@ def collect(tree: Tree) -> Parameters:
     for node in tree.nodes:
         for local, signal in node.component._quantities.items():
             number_given = node.component._values.get(local)
+            if node.name(local) in tree.freed:
+                continue
             if isinstance(signal, Input) and isinstance(number_given, float):
                 tree.input_parameters[node.name(local)] = len(declared)
                 numbers[len(declared)] = number_given

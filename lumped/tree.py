@@ -91,6 +91,8 @@ class Tree:
     ----------
     model : Component
         The top of the tree.
+    freed : frozenset of str
+        Inputs that are unknowns though they are given.
 
     Attributes
     ----------
@@ -102,8 +104,8 @@ class Tree:
         Number of the parameter that each input given as a number became.
     """
 
-    def __init__(self, model: Component) -> None:
-        self.model = model
+    def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
+        self.model, self.freed = model, freed
         self.nodes: list[Node] = []
         self.unknown_count = self.parameter_count = self.port_count = 0
         self._layouts: dict[type[Component], Layout] = {}

@@ -26,7 +26,7 @@ from lumped.analysis.watch import Unfit, finite_fault, shrinking_fault, unfit_st
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Advance", "Reached"]
+__all__ = ["Advance", "Reached", "nominals"]
 
 
 class Reached(NamedTuple):
@@ -108,7 +108,7 @@ class Advance:
         """Integrate the states of this system from now on."""
         self._system = system
         # not below the rounding of what a state is integrated from
-        self.atol = self._relative_atol * _nominals(system)
+        self.atol = self._relative_atol * nominals(system)
 
     def through(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
@@ -285,14 +285,14 @@ def _rows(modes: np.ndarray, guesses: np.ndarray) -> np.ndarray:
     return np.hstack([np.repeat(modes[None, :], len(guesses), axis=0), guesses])
 
 
-def _nominals(system: System) -> np.ndarray:
+def nominals(system: System) -> np.ndarray:
     """Nominal value of each state."""
     if "nominals" not in system.made:
         names = system.state_names
         found = [system.quantity(n).nominal if "(" not in n else 1.0 for n in names]
         system.made["nominals"] = np.array(found)
-    nominals: np.ndarray = system.made["nominals"]
-    return nominals
+    sizes: np.ndarray = system.made["nominals"]
+    return sizes
 
 
 def _stepper(system: System, method: Method, dense: bool) -> Stepper:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ from lumped.analysis.targets import Targets
 from lumped.errors import SolverError, StartError
 from lumped.system import Changes, Name, System
 
-__all__ = ["start_point"]
+__all__ = ["start_point", "start_slopes"]
 
 
 def start_point(
@@ -67,6 +67,31 @@ def start_point(
     return OperatingPoint(system, 0.0, x, begin.theta, settings, collisions)
 
 
+def start_slopes(
+    system: System,
+    theta: np.ndarray,
+    start: Changes,
+    seed: np.ndarray,
+    varied: Mapping[int, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """States at the time zero, before any impact there, and their derivatives.
+
+    Parameters
+    ----------
+    seed : ndarray, shape (parameters, k)
+        Derivatives of the parameters.
+    varied : mapping of int to ndarray, shape (k,)
+        Derivatives of start values of unknowns; each is given or a state.
+
+    Returns
+    -------
+    ndarray, shapes (n,) and (n, k)
+    """
+    begin = _Start(system, theta, start, [])
+    x = begin.solve()
+    return x[system._in_use], begin.slopes(x, seed, varied)[system._in_use]
+
+
 class _Start:
     def __init__(self, system: System, theta: np.ndarray, start: Changes, free: list[int]) -> None:
         self.system, self.theta, self.free = system, theta, free
@@ -82,7 +107,7 @@ class _Start:
                 raise StartError(
                     f"{system.key(name)} = {value!r}: a number in {unit} is needed."
                 ) from None
-        self.given = given
+        self.given, self.changed = given, {system._tree.unknown(name) for name in start}
         for unknown, number in given.items():
             if not np.isfinite(number):
                 raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
@@ -132,19 +157,45 @@ class _Start:
                     f"{self._text(unknown)}, but both are the same motion. Give only one of them."
                 )
             store[node] = (unknown, value)
+        self.fixed, self.targets = fixed, targets
+        self.search: Targets | None = None
         for node, (_, value) in fixed.items():
             self.x[self.position[node]] = value
         if targets or self.free or self.system._flat.initial:
             held = {self.position[n]: u for n, (u, _) in fixed.items()}
-            search = Targets(
+            self.search = Targets(
                 self.system, targets, held, self.free, self.settings, self.guesses, self._text
             )
-            self.x, self.theta = search.meet(self.x, self.theta)
+            self.x, self.theta = self.search.meet(self.x, self.theta)
             self.system.check_parameters(self.theta)
         if len(self.guesses):
             x = self.x[self.system._in_use]
             self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)
         return self.x
+
+    def slopes(
+        self, x: np.ndarray, seed: np.ndarray, varied: Mapping[int, np.ndarray]
+    ) -> np.ndarray:
+        """Derivatives of the states found (see `start_slopes`)."""
+        flat, signs = self.system._flat, self.reduced.aliases.signs
+        values, p = {**flat.starts, **flat.given}, flat.parameters.theta
+        column = ca.vertcat(ca.SX(0, 1), *values.values())
+        along = ca.densify(ca.jtimes(column, p, ca.DM(seed)))
+        found = np.asarray(ca.Function("along", [p], [along])(self.theta))
+        none = np.zeros(seed.shape[1])
+        rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
+        rows.update(varied)
+        S = np.zeros((len(x), seed.shape[1]))
+        for unknown in (*flat.starts, *varied):
+            node = self.reduced.node(unknown)
+            if node in self.position:
+                S[self.position[node]] = signs[unknown] * rows[unknown]
+        for node, (unknown, _) in self.fixed.items():
+            S[self.position[node]] = signs[unknown] * rows[unknown]
+        if self.search is None:
+            return S
+        wanted = [signs[unknown] * rows[unknown] for unknown, _ in self.targets.values()]
+        return self.search.slopes(x, S, seed, np.array(wanted).reshape(-1, seed.shape[1]))
 
     def _first_guesses(self) -> np.ndarray:
         """Where the search for implicit quantities begins: start values given or declared."""

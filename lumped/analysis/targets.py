@@ -90,6 +90,35 @@ class Targets:
             self._check(met, rows)
         return met[: self.count], self._parameters(met)
 
+    def slopes(
+        self, x: np.ndarray, S: np.ndarray, seed: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives of states that meet the targets, as the implicit function theorem has them.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n,)
+            States that meet the targets.
+        S : ndarray, shape (n, k)
+            Derivatives of those that the targets do not determine.
+        seed : ndarray, shape (parameters, k)
+            Derivatives of the parameters.
+        wanted : ndarray, shape (given, k)
+            Derivatives of the wanted values.
+        """
+        _, matrix = self._at(x)
+        columns, rows = self._columns(matrix)
+        inputs = self._evaluate.inputs
+        along = ca.densify(ca.jtimes(self._evaluate.expression, inputs[1], ca.DM(seed)))
+        by_parameters = ca.Function("along", inputs, [along])(x, self.theta, 0.0, self.settings)
+        found = S.copy()
+        found[columns] = 0.0
+        miss = -np.asarray(by_parameters) - matrix @ found
+        miss[: len(wanted)] += wanted
+        part = csc_array(matrix)[rows][:, columns].toarray()
+        found[columns] = np.linalg.lstsq(part, miss[rows])[0]
+        return found
+
     def _parameters(self, z: np.ndarray) -> np.ndarray:
         theta = self.theta.copy()
         theta[self.free] = z[self.count :]
@@ -279,12 +308,17 @@ class _Function:
         Where each initial equation stands.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
+    inputs : list of SX
+        States, parameters, time and settings.
+    expression : SX
+        The targets.
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
         values, inputs = system._values, system._inputs[1:]
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
+        self.expression, self.inputs = expression, [values.states, *inputs]
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]

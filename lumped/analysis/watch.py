@@ -66,7 +66,8 @@ def jump_fault(
         f"{names[i]} would have to jump from {old[i] + 0.0:.6g} to {new[i] + 0.0:.6g} at "
         f"t = {t:g} s, because a prescribed motion jumps or has a kink there that a body or damper "
         "must follow. Prescribe a smoother motion (no jump of the angle or position, for bodies "
-        "none of the speed either), or put a spring without damper in between."
+        "none of the speed either, behind a spring none of acceleration and jerk), or put a spring "
+        "without damper in between."
     )
 
 

@@ -1,0 +1,407 @@
+"""Derivatives of runs against closed forms."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import lumped as lp
+from lumped.components import (
+    BearingFriction,
+    Brake,
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    SpringDamper,
+    Torque,
+    translation,
+)
+from lumped.components.translation_contact import Stop
+from lumped.errors import OptionError, SolverError
+from lumped.ops import where
+
+
+def close(received, expected, tolerance):
+    error = np.abs(received - expected).max() / max(np.abs(expected).max(), 1e-300)
+    print(f"error over range {error:.2e}")
+    assert error < tolerance
+
+
+def one(equations, **quantities):
+    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
+    return type("One", (lp.Component,), body)()
+
+
+@pytest.fixture
+def oscillator():
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == -self.k * self.x
+        yield self.y == self.x + self.v
+
+    return lp.assemble(
+        one(
+            equations,
+            k=lp.param("1/s2", "stiffness over mass", 4.0),
+            x=lp.var("m", "position", start=1.5),
+            v=lp.var("m/s", "velocity"),
+            y=lp.var("1", "sum"),
+        )
+    )
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
+def test_an_oscillation_depends_on_its_frequency_and_its_start(oscillator, rtol):
+    found = lp.sensitivity(oscillator, of=["x", "v"], to=["k", "x", "v"], until=5.0, rtol=rtol)
+    t, w, a = found.run.t, 2.0, 1.5
+    close(found["x", "k"], -a * t * np.sin(w * t) / (2 * w), 100 * rtol)
+    close(found["v", "k"], -a * (np.sin(w * t) / (2 * w) + t * np.cos(w * t) / 2), 100 * rtol)
+    close(found["x", "x"], np.cos(w * t), 100 * rtol)
+    close(found["x", "v"], np.sin(w * t) / w, 100 * rtol)
+    assert found.values.shape == (len(t), 2, 3)
+
+
+@pytest.mark.parametrize(("d", "method"), [(3.0, "explicit"), (3e4, "implicit")])
+def test_a_damped_drive_agrees_with_a_matrix_exponential(d, method):
+    J_a, J_b, c, w = 0.5, 2.0, 800.0, 3.0
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=J_a, w=w),
+            shaft=SpringDamper(c=c, d=d),
+            b=Inertia(J=J_b),
+            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+        )
+    )
+    to = ["a.J", "shaft.c", "shaft.d", "a.w"]
+    found = lp.sensitivity(system, of=["b.w", "shaft.tau"], to=to, until=0.5, grid=20, rtol=1e-8)
+    assert method in found.run.statistics.method
+
+    def matrix(J_a, c, d):
+        """Rates of w_a, w_b and the twist b - a."""
+        return np.array(
+            [[-d / J_a, d / J_a, c / J_a], [d / J_b, -d / J_b, -c / J_b], [-1.0, 1.0, 0.0]]
+        )
+
+    A, x_0 = matrix(J_a, c, d), np.array([w, 0.0, 0.0])
+    slopes = {  # the rates are linear in 1/J_a, c and d
+        "a.J": -(matrix(1.0, c, d) - matrix(np.inf, c, d)) / J_a**2,
+        "shaft.c": matrix(J_a, 1.0, 0.0) - matrix(J_a, 0.0, 0.0),
+        "shaft.d": matrix(J_a, 0.0, 1.0) - matrix(J_a, 0.0, 0.0),
+    }
+    for name in to:
+        speeds, torques, sizes = [], [], []
+        for t in found.run.t:
+            if name == "a.w":
+                S = expm(A * t) @ [1.0, 0.0, 0.0]
+            else:  # Van Loan, IEEE Transactions on Automatic Control 23 (1978) 395
+                block = np.block([[A, slopes[name]], [np.zeros((3, 3)), A]])
+                S = expm(block * t)[:3, 3:] @ x_0
+            x = expm(A * t) @ x_0
+            direct = {"shaft.c": x[2], "shaft.d": x[1] - x[0]}.get(name, 0.0)
+            speeds.append(S[1])
+            torques.append(c * S[2] + d * (S[1] - S[0]) + direct)
+            sizes.append(c * abs(S[2]) + d * (abs(S[1]) + abs(S[0])) + abs(direct))
+        close(found["b.w", name], np.array(speeds), 1e-5)
+        # the two terms of the damper nearly cancel
+        error = np.abs(found["shaft.tau", name] - torques).max() / max(sizes)
+        assert error < 1e-7
+
+
+def test_an_instant_given_by_a_parameter_moves_what_comes_after_it():
+    def equations(self):
+        yield lp.der(self.v) == where(lp.time >= self.t_0, self.a, 0.0)
+
+    system = lp.assemble(
+        one(
+            equations,
+            t_0=lp.param("s", "begin", 0.4),
+            a=lp.param("m/s2", "acceleration", 3.0),
+            v=lp.var("m/s", "velocity"),
+        )
+    )
+    found = lp.sensitivity(system, of=["v"], to=["t_0", "a"], until=1.0)
+    after = np.arange(len(found.run.t)) > np.flatnonzero(found.run.t == 0.4)[0]
+    close(found["v", "t_0"], np.where(after, -3.0, 0.0), 1e-12)
+    close(found["v", "a"], np.where(after, found.run.t - 0.4, 0.0), 1e-12)
+    ((t, slopes),) = found.instants
+    assert (t, *slopes) == pytest.approx((0.4, 1.0, 0.0), rel=1e-12)
+
+
+def test_a_border_that_is_crossed_moves_the_instant_and_what_comes_after_it():
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == -4 * self.x
+        yield lp.der(self.y) == where(self.x >= self.border, 1.0, -1.0)
+
+    system = lp.assemble(
+        one(
+            equations,
+            x=lp.var("m", "position", start=1.0),
+            v=lp.var("m/s", "velocity"),
+            y=lp.var("1", "what switches"),
+            border=lp.param("m", "border", 0.3),
+        )
+    )
+    found = lp.sensitivity(system, of=["x", "y"], to=["border", "x"], until=1.0, rtol=1e-10)
+    # x_0 cos(2 t) = border
+    by_border = -0.5 / np.sqrt(1 - 0.3**2)
+    by_start = 0.5 * 0.3 / np.sqrt(1 - 0.3**2)
+    ((t, slopes),) = found.instants
+    assert t == pytest.approx(0.5 * np.arccos(0.3), rel=1e-9)
+    assert slopes == pytest.approx([by_border, by_start], rel=1e-8)
+    after = np.arange(len(found.run.t)) > np.flatnonzero(found.run.t == t)[0]
+    close(found["y", "border"], np.where(after, 2 * by_border, 0.0), 1e-8)
+    close(found["y", "x"], np.where(after, 2 * by_start, 0.0), 1e-8)
+    close(found["x", "x"], np.cos(2 * found.run.t), 1e-8)
+
+
+def test_a_body_that_friction_stops_comes_to_rest_whatever_its_start():
+    J, w, mu = 2.0, 6.0, 5.0
+    system = lp.assemble(
+        lp.compose(
+            push=Torque(tau=0.5),
+            body=Inertia(J=J, w=w),
+            bearing=BearingFriction(characteristic=((0.0, mu),)),
+            connections=lambda m: lp.chain(m.push, m.body, m.bearing),
+        ),
+        keep=["body.phi"],
+    )
+    found = lp.sensitivity(system, of=["body.w", "body.phi"], to=["body.w", "push.tau"], until=4.0)
+    t, a = found.run.t, (mu - 0.5) / J
+    stop = w / a
+    sliding, stuck = t < stop * (1 - 1e-9), t > stop * (1 + 1e-9)
+    close(found["body.w", "body.w"][sliding], np.ones(sliding.sum()), 1e-9)
+    assert np.abs(found["body.w", "body.w"][stuck]).max() < 1e-12
+    close(found["body.phi", "body.w"][stuck], np.full(stuck.sum(), w / a), 1e-9)
+    close(found["body.phi", "push.tau"][stuck], np.full(stuck.sum(), w**2 / (2 * a**2) / J), 1e-9)
+    ((_, slopes),) = found.instants
+    assert slopes == pytest.approx([1 / a, w / a**2 / J], rel=1e-9)
+
+
+def bounces(height, e, g, until):
+    """Height after two bounces and before the third, and instants."""
+    t_1 = np.sqrt(2 * height / g)
+    t_2 = t_1 * (1 + 2 * e)
+    s = until - t_2
+    return e**2 * g * t_1 * s - g * s**2 / 2, t_2
+
+
+@pytest.mark.parametrize("how", ["when", "hold"])
+def test_a_ball_that_bounces_twice_remembers_its_height_and_its_restitution(how):
+    def jump(self):
+        yield lp.der(self.s) == self.v
+        yield lp.der(self.v) == -self.g
+        yield lp.when(self.s <= 0, {self.v: -self.e * self.v})
+
+    def contact(self):
+        yield lp.der(self.s) == self.v
+        yield lp.der(self.v) == -self.g - self.f
+        yield lp.hold(reaction=self.f, speed=self.v, gap=self.s, restitution=self.e)
+
+    quantities = {
+        "g": lp.param("m/s2", "gravity", 10.0),
+        "e": lp.param("1", "restitution", 0.8),
+        "s": lp.var("m", "height", start=1.0),
+        "v": lp.var("m/s", "velocity", state="prefer"),
+    }
+    if how == "hold":
+        quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
+    model = one(jump if how == "when" else contact, **quantities)
+    found = lp.sensitivity(lp.assemble(model), of=["s"], to=["s", "e", "g"], until=1.5, rtol=1e-9)
+    assert len({t for t, _ in found.instants}) == 2
+    point = np.array([1.0, 0.8, 10.0])
+    expected = [
+        [bounces(*(point + 1e-30j * np.eye(3)[i]), until=1.5)[k].imag / 1e-30 for i in range(3)]
+        for k in range(2)
+    ]
+    assert found.run["s"][-1] == pytest.approx(bounces(*point, until=1.5)[0], rel=1e-8)
+    assert found.values[-1, 0] == pytest.approx(expected[0], rel=1e-7)
+    assert found.instants[-1][1] == pytest.approx(expected[1], rel=1e-7)
+
+
+def test_a_clock_that_samples_keeps_the_derivatives_of_its_state():
+    # y(n+1) = y(n) + T k (1 - y(n)), y(0) = 0: the first sample is at the time zero
+    def equations(self):
+        yield lp.der(self.y) == 0
+        yield lp.der(self.t_next) == 0
+        yield lp.when(
+            lp.time > self.t_next,
+            {self.y: self.y + 0.1 * self.k * (1 - self.y), self.t_next: self.t_next + 0.1},
+        )
+
+    system = lp.assemble(
+        one(
+            equations,
+            k=lp.param("1/s", "gain", 2.0),
+            y=lp.var("1", "output", state="always"),
+            t_next=lp.var("s", "next sample", start=0.1, state="always"),
+        )
+    )
+    found = lp.sensitivity(system, of=["y"], to=["k"], until=0.55, grid=11)
+    # y after n samples is 1 - (1 - 0.1 k)^n
+    assert found["y", "k"][-1] == pytest.approx(5 * 0.1 * 0.8**4, rel=1e-9)
+
+
+def message(kind, action):
+    with pytest.raises(kind) as caught:
+        action()
+    print(f"\n{kind.__name__}: {caught.value}")
+    return str(caught.value)
+
+
+def test_what_cannot_be_differentiated_is_named(oscillator):
+    def call(system=oscillator, of=("x",), to=("k",), **options):
+        return lambda: lp.sensitivity(system, of=of, to=to, until=1.0, **options)
+
+    assert "a number of intervals" in message(OptionError, call(grid=[0.0, 1.0]))
+    assert "at least one" in message(OptionError, call(to=()))
+    text = message(OptionError, call(to=("y",)))
+    assert "y is no parameter that can be changed, no given start value and no state" in text
+
+
+def test_events_that_coincide_have_no_derivative():
+    def equations(self):
+        yield lp.der(self.x) == self.a
+        yield lp.der(self.y) == where(self.x >= self.first, 1, 0) + where(
+            self.x <= self.second, 1, 0
+        )
+
+    system = lp.assemble(
+        one(
+            equations,
+            a=lp.param("1/s", "rate", 1.0),
+            first=lp.param("1", "border", 0.5),
+            second=lp.param("1", "border", 0.5),
+            x=lp.var("1", "position"),
+            y=lp.var("1", "what switches"),
+        )
+    )
+    text = message(
+        SolverError,
+        lambda: lp.sensitivity(system, of=["y"], to=["first", "second"], until=1.0),
+    )
+    assert "different changes coincide" in text
+    assert "t = 0.5 s" in text
+
+
+def test_a_run_without_states_has_derivatives_too():
+    system = lp.assemble(
+        lp.compose(
+            motor=Torque(tau=0.0),
+            a=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.motor, m.a),
+        )
+    )
+    inverted = lp.inverse(
+        system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0
+    ).system
+    found = lp.sensitivity(inverted, of=["motor.tau"], to=["a.J"], until=1.0)
+    close(found["motor.tau", "a.J"], np.cos(found.run.t), 1e-12)
+
+
+def test_a_mass_that_is_stopped_by_a_rigid_stop_passes_its_momentum_on():
+    # momentum m_a v is shared, and the speed of separation is e times that of approach
+    m_a, m_b, v, gap = 1.0, 3.0, 2.0, 0.5
+    system = lp.assemble(
+        lp.compose(
+            a=translation.Mass(m=m_a, s=0.0, v=v),
+            stop=Stop(restitution=0.25),
+            b=translation.Mass(m=m_b, s=gap, v=0.0),
+            connections=lambda m: lp.chain(m.a, m.stop, m.b),
+        ),
+        keep=["b.s"],
+    )
+    to = ["a.v", "a.m", "stop.restitution", "b.s"]
+    found = lp.sensitivity(system, of=["b.v", "b.s"], to=to, until=1.0, rtol=1e-9)
+
+    def after(v, m_a, e, gap):
+        """Speed and position of b at 1 s."""
+        speed = m_a * (1 + e) * v / (m_a + m_b)
+        return speed, gap + speed * (1.0 - gap / v)
+
+    point = np.array([v, m_a, 0.25, gap])
+    for i in range(4):
+        complex_step = after(*(point + 1e-30j * np.eye(4)[i]))
+        expected = [y.imag / 1e-30 for y in complex_step]
+        assert found.values[-1, :, i] == pytest.approx(expected, rel=1e-8, abs=1e-12)
+
+
+def test_start_values_that_determine_states_through_equations_are_followed():
+    # the load turns at w_motor / ratio: no state, and its start value depends on the ratio
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        gear=IdealGear(ratio=4.0),
+        b=Inertia(J=2.0, w=3.0),
+        oil=Damper(d=0.5),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.a, m.gear, m.b, m.oil, m.wall),
+    )
+    to = ["gear.ratio", "b.w"]
+    found = lp.sensitivity(lp.assemble(model), of=["a.w"], to=to, until=2.0, rtol=1e-9)
+    # w_a = r w_b exp(-d t / J), J = J_b + r^2 J_a
+    t, r, d, J = found.run.t, 4.0, 0.5, 2.0 + 16.0
+    decay = np.exp(-d * t / J)
+    close(found["a.w", "b.w"], r * decay, 1e-7)
+    close(found["a.w", "gear.ratio"], 3.0 * decay * (1 + r * d * t / J**2 * 2 * r), 1e-7)
+
+
+def test_a_closed_linkage_agrees_with_its_closed_form():
+    # a massless follower: y^2 = l^2 - x^2 with x at constant speed
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield self.x**2 + self.y**2 == self.l**2
+
+    system = lp.assemble(
+        one(
+            equations,
+            v=lp.param("m/s", "speed", 0.5),
+            l=lp.param("m", "length of the rod", 2.0),
+            x=lp.var("m", "one end", state="always"),
+            y=lp.var("m", "other end", start=2.0),
+        )
+    )
+    found = lp.sensitivity(system, of=["y"], to=["v", "l"], until=2.0)
+    x = 0.5 * found.run.t
+    y = np.sqrt(4 - x**2)
+    close(found["y", "v"], -x * found.run.t / y, 1e-9)
+    close(found["y", "l"], 2.0 / y, 1e-9)
+
+
+def test_a_body_breaks_away_later_from_more_friction():
+    J, mu, rate = 2.0, 5.0, 8.0
+    model = lp.compose(
+        push=Torque(tau=8.0 * lp.time),
+        body=Inertia(J=J),
+        brake=Brake(f_max=mu, u=1.0, characteristic=((0.0, 1.0),)),
+        connections=lambda m: lp.chain(m.push, m.body, m.brake),
+    )
+    found = lp.sensitivity(lp.assemble(model), of=["body.w"], to=["brake.f_max"], until=2.0)
+    # w = rate (t - mu / rate)^2 / (2 J)
+    t, begin = found.run.t, mu / rate
+    close(found["body.w", "brake.f_max"], -np.maximum(t - begin, 0.0) / J, 1e-8)
+    assert found.instants[0][1] == pytest.approx([1 / rate], rel=1e-9)
+
+
+def test_states_that_change_places_are_refused():
+    def equations(self):
+        yield lp.der(self.x) == self.u
+        yield lp.der(self.y) == self.v
+        yield lp.der(self.u) == -self.f * self.x
+        yield lp.der(self.v) == -self.f * self.y - self.g
+        yield self.x**2 + self.y**2 == 1.0
+
+    system = lp.assemble(
+        one(
+            equations,
+            g=lp.param("m/s2", "gravity", 10.0),
+            x=lp.var("m", "across", start=0.8),
+            y=lp.var("m", "up", start=-0.6),
+            u=lp.var("m/s", "speed across"),
+            v=lp.var("m/s", "speed up"),
+            f=lp.var("1/s2", "force of the rod over mass and length"),
+        )
+    )
+    text = message(
+        SolverError, lambda: lp.sensitivity(system, of=["x"], to=["g"], until=3.0, start={"u": 6.0})
+    )
+    assert "states change places" in text
