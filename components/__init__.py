@@ -12,6 +12,7 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.cams import CamSwitch, PulseTorque
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
@@ -46,6 +47,7 @@ from lumped.components.friction import BearingFriction, Brake, Clutch, OneWayClu
 from lumped.components.gears import IdealGear, Planetary, RackAndPinion
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
+from lumped.components.linkages import Eccentric, GuidedRod
 from lumped.components.loads import (
     EddyCurrentBrake,
     InverseTorque,
@@ -63,6 +65,7 @@ from lumped.components.motors import (
     SeriesDCMotor,
     SpeedDrive,
 )
+from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -89,6 +92,7 @@ __all__ = [
     "Backlash",
     "BearingFriction",
     "Brake",
+    "CamSwitch",
     "Capacitor",
     "Clutch",
     "Constant",
@@ -99,15 +103,18 @@ __all__ = [
     "CurrentSource",
     "DCMotor",
     "Damper",
+    "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
     "ElastoBacklash",
+    "EllipticalGear",
     "Expression",
     "Filter",
     "Fixed",
     "FixedTemperature",
     "Gain",
     "Ground",
+    "GuidedRod",
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
@@ -122,6 +129,7 @@ __all__ = [
     "LinearTorque",
     "LoadShare",
     "LossyGear",
+    "NonCircularGear",
     "OneWayClutch",
     "PController",
     "PIController",
@@ -130,6 +138,7 @@ __all__ = [
     "PointToPoint",
     "Position",
     "PowerSensor",
+    "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",
     "RackAndPinion",

@@ -1,0 +1,189 @@
+"""Motions of the eccentric shear: constant speed of the crank or the motor, and a free drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import (
+    AngleSensor,
+    DCMotor,
+    Ground,
+    Inertia,
+    PController,
+    Position,
+    Sum,
+    VoltageSource,
+)
+from lumped.components.noncircular import elliptical
+from lumped.models.eccentric_shear_stand import (
+    CENTRE_RECTANGLE,
+    CENTRE_SINE,
+    HALF_SINE,
+    J_MOTOR,
+    RECTANGLE,
+    SPEED,
+    GuidedShear,
+    Loaded,
+    PrintedShear,
+    Shear,
+)
+
+PULSES = {"half-sine": (HALF_SINE, CENTRE_SINE), "rectangle": (RECTANGLE, CENTRE_RECTANGLE)}
+SLOW = 1e-5
+"""Speed over `SPEED` at which inertia no longer counts: its torque falls with the square."""
+FLUX = 571.0  # V.s [A]
+RESISTANCE = 0.06  # Ohm [A]
+INDUCTANCE = 0.3e-3  # H [A]
+GAIN = 1500.0  # V/rad [A]
+
+
+class CrankTurned(lp.Component):
+    """Crank turned at constant speed; the drive follows the ellipses."""
+
+    w: lp.Param = lp.param("rad/s", "crank speed", SPEED, above=0)
+    eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
+    slowest: lp.Param = lp.param("rad", "crank angle at which the ratio is greatest", CENTRE_SINE)
+    drive: Position = Position(phi=elliptical(w * lp.time, eps, slowest))
+    motor: Inertia = Inertia(J=J_MOTOR)
+    loaded: Loaded = Loaded(eps=eps, slowest=slowest)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.drive.flange, self.motor, self.loaded.flange)
+
+
+class MotorTurned(CrankTurned):
+    """Motor turned at constant speed."""
+
+    drive: Position = Position(phi=CrankTurned.w * lp.time)
+
+
+class FreeShear(lp.Component):
+    """Direct-current motor with a controller of its angle, ``U = k w + Ki (w t - phi)`` [A]."""
+
+    w: lp.Param = lp.param("rad/s", "wanted motor speed", SPEED)
+    eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
+    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR)
+    loaded: Loaded = Loaded(eps=eps)
+    source: VoltageSource = VoltageSource()
+    ground: Ground = Ground()
+    sensor: AngleSensor = AngleSensor()
+    control: PController = PController(wanted=w * lp.time, k=GAIN)
+    voltage: Sum = Sum(b=FLUX * w)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.motor.flange, self.loaded.flange, self.sensor.flange)
+        yield lp.connect(self.source.p, self.motor.p)
+        yield lp.connect(self.source.n, self.motor.n, self.ground.pin)
+        yield lp.connect(self.sensor.phi, self.control.measured)
+        yield lp.connect(self.control.y, self.voltage.a)
+        yield lp.connect(self.voltage.y, self.source.v)
+
+
+def seated(shear: Shear, path: str = "loaded.shear") -> dict[str, float]:
+    """Start values of a shear whose lower support is at rest.
+
+    Parameters
+    ----------
+    shear : Shear
+        Which reading.
+    path : str
+        Its path in the model.
+    """
+    if isinstance(shear, GuidedShear):
+        return {f"{path}.seat.v_rel": 0.0}
+    bodies = (("mass_x", "v"), ("mass_y", "v"), ("body", "w"))
+    resting = {f"{path}.lower.{body}.{speed}": 0.0 for body, speed in bodies}
+    moving = {f"{path}.upper.{body}.{speed}_rel": 0.0 for body, speed in bodies}
+    holds = {f"{path}.journal_{axis}.v_rel": 0.0 for axis in "xy"}
+    return resting | moving | holds
+
+
+class Demand(NamedTuple):
+    """Motor torque over a turn.
+
+    Attributes
+    ----------
+    phi : ndarray
+        Crank angle, rad.
+    tau : ndarray
+        Motor torque, N.m; at a jump both sides.
+    peak, rms : float
+        Greatest, and root of the mean square over the time, N.m.
+    """
+
+    phi: np.ndarray
+    tau: np.ndarray
+    peak: float
+    rms: float
+
+
+def turn(
+    model: CrankTurned,
+    eps: float = 0.0,
+    pulse: str = "half-sine",
+    slowest: float | None = None,
+    speed: float = SPEED,
+    shear: Shear | None = None,
+    grid: Any = 20_000,
+) -> Demand:
+    """Motor torque over one turn at constant speed.
+
+    Parameters
+    ----------
+    model : CrankTurned or MotorTurned
+        What turns at constant speed.
+    eps : float
+        Eccentricity of the ellipses.
+    pulse : {"half-sine", "rectangle"}
+        Cutting torque.
+    slowest : float, optional
+        Crank angle at which the ratio is greatest, rad; the middle of the pulse unless given.
+    speed : float
+        Speed, rad/s.
+    shear : Shear, optional
+        Reading of the source; as printed unless given.
+    grid : int or sequence of float
+        Output intervals or times, as for `lumped.simulate`.
+    """
+    load, centre = PULSES[pulse]
+    reading = PrintedShear() if shear is None else shear
+    system = lp.assemble(model.with_({"loaded.cut": load, "loaded.shear": reading}))
+    parameters = {"eps": eps, "slowest": centre if slowest is None else slowest, "w": speed}
+    run = lp.simulate(
+        system,
+        until=2 * np.pi / speed,
+        parameters=parameters,
+        start=seated(reading),
+        grid=grid,
+        rtol=1e-10,
+    )
+    tau = -run["drive.flange.tau"]
+    rms = np.sqrt(np.trapezoid(tau**2, run.t) / run.t[-1])
+    return Demand(run["loaded.shear.crank.phi"], tau, tau.max(), float(rms))
+
+
+def free_run(
+    eps: float = 0.0, turns: int = 2, shear: Shear | None = None, **options: Any
+) -> lp.Trajectory:
+    """Controlled motor and free speed from the upper position, motor at its wanted speed.
+
+    Parameters
+    ----------
+    eps : float
+        Eccentricity of the ellipses.
+    turns : int
+        Turns at the wanted speed.
+    shear : Shear, optional
+        Reading of the source; as printed unless given.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    reading = PrintedShear() if shear is None else shear
+    system = lp.assemble(FreeShear().with_({"loaded.shear": reading}))
+    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(reading)
+    options = {"until": 2 * np.pi * turns / SPEED} | options
+    return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
