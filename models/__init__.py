@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["MACHINES", "Machine", "Row", "machine"]
 
 MACHINES = {
+    "eccentric_shear": "Floating-shaft crank shear with elliptical gears",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
 }
 

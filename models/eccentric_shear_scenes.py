@@ -22,6 +22,8 @@ from lumped.components.noncircular import elliptical
 from lumped.models.eccentric_shear_stand import (
     CENTRE_RECTANGLE,
     CENTRE_SINE,
+    CUT_BEGINS,
+    CUT_ENDS,
     HALF_SINE,
     J_MOTOR,
     RECTANGLE,
@@ -187,3 +189,20 @@ def free_run(
     start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(reading)
     options = {"until": 2 * np.pi * turns / SPEED} | options
     return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
+
+
+def kept(run: lp.Trajectory) -> list[float]:
+    """Speed of the crank after over that before, for each change of the carriage."""
+    instants = sorted({e.time for e in run.events if e.component.endswith("shear.switch")})
+    w = run["loaded.shear.shaft.body.w"]
+    sides = [np.flatnonzero(run.t == t) for t in instants]
+    return [float(w[at[-1]] / w[at[0]]) for at in sides]
+
+
+def landing(run: lp.Trajectory) -> float:
+    """Greatest motor torque of the last turn outside of the cut over that within it."""
+    phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
+    last = phi >= phi[-1] - 2 * np.pi
+    angle = np.mod(phi, 2 * np.pi)
+    cutting = (angle >= CUT_BEGINS) & (angle <= CUT_ENDS)
+    return float(tau[last & ~cutting].max() / tau[last & cutting].max())

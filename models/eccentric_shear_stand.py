@@ -47,6 +47,8 @@ MEETS = 92 * DEGREE + 20 * MINUTE  # rad  the upper support meets the strip [P]
 CUT_BEGINS = MEETS + 3 * DEGREE + 25 * MINUTE  # rad  [P]
 CUT = 58 * DEGREE + 25 * MINUTE  # rad  cutting [P]
 PULSE = 68 * DEGREE  # rad  cutting and overlap [P]
+CUT_ENDS = CUT_BEGINS + CUT  # rad
+PULSE_ENDS = CUT_BEGINS + PULSE  # rad
 M_UPPER, J_UPPER, CENTRE_UPPER = 27.3e3, 21e3, 1.7  # kg, kg.m2, m from the pin [P]
 M_LOWER, J_LOWER, CENTRE_LOWER = 37.2e3, 50e3, 2.2  # kg, kg.m2, m from the journal [P]
 ROD_UPPER, ROD_LOWER = 3.4, 4.4  # m  twice the distances of the centres [A]
@@ -90,8 +92,8 @@ class CrankShaft(lp.Component):
         yield lp.connect(arm.pin_y, self.pin_y)
 
 
-class Support(lp.Component):
-    """Support that hangs on a joint of the shaft as a rod, its foot in a guide."""
+class Hanging(lp.Component):
+    """Rod that hangs on a joint of the shaft, its foot in a guide, and its centre of mass."""
 
     joint_x = lp.LinearFlange()
     joint_y = lp.LinearFlange()
@@ -103,9 +105,6 @@ class Support(lp.Component):
     J: lp.Param = lp.param("kg.m2", "moment of inertia about the centre of mass", above=0)
     rod: GuidedRod = GuidedRod(length=length)
     centre: Eccentric = Eccentric(radius=-distance)
-    mass_x: lp.Component = Mass(m=m)
-    mass_y: lp.Component = Mass(m=m)
-    body: lp.Component = Inertia(J=J)
 
     def connections(self) -> Iterator[lp.Connection]:
         rod, centre = self.rod, self.centre
@@ -113,25 +112,34 @@ class Support(lp.Component):
         yield lp.connect(self.joint_y, rod.pin_y, centre.hub_y)
         yield lp.connect(self.guide_x, rod.guide_x)
         yield lp.connect(self.foot_y, rod.foot_y)
-        yield from self.bodies()
+        yield lp.connect(rod.flange, centre.flange)
 
-    def bodies(self) -> Iterator[lp.Connection]:
-        """What is joined to the angle and to the centre of mass."""
-        yield lp.connect(self.rod.flange, self.centre.flange, self.body.flange_a)
+
+class Support(Hanging):
+    """Support that moves with its rod."""
+
+    mass_x: Mass = Mass(m=Hanging.m)
+    mass_y: Mass = Mass(m=Hanging.m)
+    body: Inertia = Inertia(J=Hanging.J)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.rod.flange, self.body.flange_a)
         yield lp.connect(self.centre.pin_x, self.mass_x.flange_a)
         yield lp.connect(self.centre.pin_y, self.mass_y.flange_a)
 
 
-class RestingSupport(Support):
-    """The same, moved by its rod while the command `u` says so, else at rest."""
+class RestingSupport(Hanging):
+    """Support that moves with its rod while the command `u` says so, and else is at rest."""
 
     u = lp.Input("1", "moves above 0.5")
-    mass_x: translation.PickUp = translation.PickUp(m=Support.m)
-    mass_y: translation.PickUp = translation.PickUp(m=Support.m)
-    body: PickUp = PickUp(J=Support.J)
+    mass_x: translation.PickUp = translation.PickUp(m=Hanging.m)
+    mass_y: translation.PickUp = translation.PickUp(m=Hanging.m)
+    body: PickUp = PickUp(J=Hanging.J)
 
-    def bodies(self) -> Iterator[lp.Connection]:
-        yield lp.connect(self.rod.flange, self.centre.flange, self.body.flange)
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.rod.flange, self.body.flange)
         yield lp.connect(self.centre.pin_x, self.mass_x.flange)
         yield lp.connect(self.centre.pin_y, self.mass_y.flange)
         yield lp.connect(self.u, self.mass_x.u, self.mass_y.u, self.body.u)
@@ -207,6 +215,7 @@ class Loaded(lp.Component):
     cut: PulseTorque = HALF_SINE
     mesh: IdealGear = IdealGear(ratio=-1.0)
     gear: EllipticalGear = EllipticalGear(e=eps, phase=slowest_at(slowest, eps))
+
     def connections(self) -> Iterator[lp.Connection]:
         crank = self.mesh.flange_b
         yield lp.connect(self.flange, self.gear.flange_a)

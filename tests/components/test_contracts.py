@@ -18,13 +18,16 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    cams,
     contact,
     electrical,
     friction,
     impact,
+    linkages,
     loads,
     lossy_gear,
     motors,
+    noncircular,
     signals,
     sources,
     thermal,
@@ -55,6 +58,7 @@ FIELDS = {
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -62,6 +66,7 @@ FIELDS = {
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
+    linkages.GuidedRod: {"length": 10.0},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
@@ -388,6 +393,13 @@ def rolling(at: Motion) -> float:
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
 
 
+def pulse(at: Motion) -> float:
+    x = at.q["flange"] - at.q["support"] - at.p["centre"]
+    x -= 2 * np.pi * np.round(x / (2 * np.pi))
+    inside = abs(x) < at.p["width"] / 2
+    return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     contact.ElastoBacklash: play_energy,
@@ -435,6 +447,7 @@ DISSIPATED: dict[type[lp.Component], Power] = {
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
+    cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
     motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
