@@ -29,7 +29,7 @@ def _draw_torque() -> Figure:
     axes = figure.subplots(2, sharex=True)
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-            demand = turn(CrankTurned(), e, pulse, grid=2000)
+            demand = turn(CrankTurned, e, pulse, grid=2000)
             axis.plot(np.degrees(demand.phi), demand.tau / GREATEST, label=f"e = {e:g}")
         axis.set(title=f"Motor torque at constant crank speed, {pulse}", ylabel="torque / Mmax")
         axis.axhline(0, color="black", linewidth=0.8)
@@ -45,7 +45,7 @@ def _draw_reduction() -> Figure:
     ellipses = np.linspace(0, 0.6, 13)
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for speed, line, label in ((SPEED, "-", "with inertia"), (SLOW * SPEED, "--", "without")):
-            demands = [turn(CrankTurned(), e, pulse, speed=speed, grid=2000) for e in ellipses]
+            demands = [turn(CrankTurned, e, pulse, speed=speed, grid=1000) for e in ellipses]
             for color, name in (("C0", "peak"), ("C1", "rms")):
                 sizes = np.array([getattr(demand, name) for demand in demands])
                 axis.plot(ellipses, sizes[0] / sizes, line, color=color, label=f"{name}, {label}")
@@ -63,9 +63,9 @@ def _draw_free() -> Figure:
     figure = Figure((8, 8), layout="constrained")
     axes = figure.subplots(3, sharex=True)
     cases = (
-        (0.0, PrintedShear(), "C0-", "e = 0"),
-        (0.5, PrintedShear(), "C1-", "e = 0.5"),
-        (0.5, GuidedShear(), "C3:", "e = 0.5, guided supports"),
+        (0.0, PrintedShear, "C0-", "e = 0"),
+        (0.5, PrintedShear, "C1-", "e = 0.5"),
+        (0.5, GuidedShear, "C3:", "e = 0.5, guided supports"),
     )
     for e, shear, line, label in cases:
         run = free_run(e, shear=shear, grid=4000)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,17 +86,17 @@ class FreeShear(lp.Component):
         yield lp.connect(self.voltage.y, self.source.v)
 
 
-def seated(shear: Shear, path: str = "loaded.shear") -> dict[str, float]:
+def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
     """Start values of a shear whose lower support is at rest.
 
     Parameters
     ----------
-    shear : Shear
-        Which reading.
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
     path : str
         Its path in the model.
     """
-    if isinstance(shear, GuidedShear):
+    if shear is GuidedShear:
         return {f"{path}.seat.v_rel": 0.0}
     bodies = (("mass_x", "v"), ("mass_y", "v"), ("body", "w"))
     resting = {f"{path}.lower.{body}.{speed}": 0.0 for body, speed in bodies}
@@ -123,20 +124,25 @@ class Demand(NamedTuple):
     rms: float
 
 
+@cache
+def _system(motion: type[CrankTurned], pulse: str, shear: type[Shear]) -> lp.System:
+    return lp.assemble(motion().with_({"loaded.cut": PULSES[pulse][0], "loaded.shear": shear()}))
+
+
 def turn(
-    model: CrankTurned,
+    motion: type[CrankTurned],
     eps: float = 0.0,
     pulse: str = "half-sine",
     slowest: float | None = None,
     speed: float = SPEED,
-    shear: Shear | None = None,
+    shear: type[Shear] = PrintedShear,
     grid: Any = 20_000,
 ) -> Demand:
     """Motor torque over one turn at constant speed.
 
     Parameters
     ----------
-    model : CrankTurned or MotorTurned
+    motion : CrankTurned or MotorTurned
         What turns at constant speed.
     eps : float
         Eccentricity of the ellipses.
@@ -146,20 +152,17 @@ def turn(
         Crank angle at which the ratio is greatest, rad; the middle of the pulse unless given.
     speed : float
         Speed, rad/s.
-    shear : Shear, optional
-        Reading of the source; as printed unless given.
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
     grid : int or sequence of float
         Output intervals or times, as for `lumped.simulate`.
     """
-    load, centre = PULSES[pulse]
-    reading = PrintedShear() if shear is None else shear
-    system = lp.assemble(model.with_({"loaded.cut": load, "loaded.shear": reading}))
-    parameters = {"eps": eps, "slowest": centre if slowest is None else slowest, "w": speed}
+    centre = PULSES[pulse][1] if slowest is None else slowest
     run = lp.simulate(
-        system,
+        _system(motion, pulse, shear),  # type: ignore[arg-type] # classes do have a hash
         until=2 * np.pi / speed,
-        parameters=parameters,
-        start=seated(reading),
+        parameters={"eps": eps, "slowest": centre, "w": speed},
+        start=seated(shear),
         grid=grid,
         rtol=1e-10,
     )
@@ -169,7 +172,7 @@ def turn(
 
 
 def free_run(
-    eps: float = 0.0, turns: int = 2, shear: Shear | None = None, **options: Any
+    eps: float = 0.0, turns: int = 2, shear: type[Shear] = PrintedShear, **options: Any
 ) -> lp.Trajectory:
     """Controlled motor and free speed from the upper position, motor at its wanted speed.
 
@@ -179,14 +182,13 @@ def free_run(
         Eccentricity of the ellipses.
     turns : int
         Turns at the wanted speed.
-    shear : Shear, optional
-        Reading of the source; as printed unless given.
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
     **options
         Passed to `lumped.simulate`.
     """
-    reading = PrintedShear() if shear is None else shear
-    system = lp.assemble(FreeShear().with_({"loaded.shear": reading}))
-    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(reading)
+    system = lp.assemble(FreeShear().with_({"loaded.shear": shear()}))
+    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
     options = {"until": 2 * np.pi * turns / SPEED} | options
     return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
 
