@@ -107,6 +107,13 @@ class Settler:
         (row,) = called(self.system, "look")(x, self.theta, t, np.concatenate([modes, guess]))
         return _Look(self.system, row)
 
+    def rounding(self, x: np.ndarray) -> np.ndarray:
+        """Speeds of the holds that may be rounding of the states that they depend on."""
+        size = np.zeros(len(self.s.speeds))
+        holds, states = self.system.speed_uses
+        np.maximum.at(size, holds, np.abs(x[states]))
+        return 1e-9 * (1.0 + size)
+
     def words(self, modes: np.ndarray) -> list[str]:
         """Mode of each hold in words."""
         stuck, forward, backward = self._get(modes)
@@ -150,8 +157,8 @@ class Settler:
         work = _Instant(self, t, x.copy(), modes.copy(), guess, modes)
         work.run()
         words = self.words(work.modes)
-        slow = 1e-9 * (1.0 + np.abs(x).max(initial=0.0))
-        hits = [h for h in sorted(work.impacts) if abs(look.v[h]) > slow]
+        slow = self.rounding(x)
+        hits = [h for h in sorted(work.impacts) if abs(look.v[h]) > slow[h]]
         return (
             work.x,
             work.modes,
@@ -374,8 +381,7 @@ class _Instant:
 
     def _standstills(self) -> np.ndarray:
         """Speeds that count as zero: where they are states, only zero does."""
-        rounding = 1e-9 * (1.0 + np.abs(self.x).max(initial=0.0))
-        return np.where(self.o._still, 0.0, rounding)
+        return np.where(self.o._still, 0.0, self.o.rounding(self.x))
 
     # -- collisions --------------------------------------------------------------------------
 
