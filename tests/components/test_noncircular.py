@@ -41,6 +41,24 @@ class TestEllipticalGear:
         expected = focal_angle(run.t, e)
         assert np.abs(received - expected).max() < 1e-8 / (1 - e)
 
+    def test_angle_is_exact_for_a_slender_ellipse(self):
+        """Half angles in long double, at angles of the driver as doubles."""
+        e, x = 0.99, np.linspace(-20, 20, 81)
+        model = lp.compose(
+            drive=Position(phi=0.0),
+            gear=EllipticalGear(e=e),
+            body=Inertia(J=1.0),
+            connections=lambda m: lp.chain(m.drive, m.gear, m.body),
+        )
+        system = lp.assemble(model, keep=["body.phi"])
+        received = [-lp.start_point(system, {"drive.phi": v})["body.phi"] for v in x]
+        wide = x.astype(np.longdouble)
+        whole = np.round(wide / (2 * np.arccos(np.longdouble(-1))))
+        half = wide / 2 - whole * np.arccos(np.longdouble(-1))
+        ratio = (1 + np.longdouble(e)) / (1 - np.longdouble(e))
+        expected = 2 * np.arctan(ratio * np.tan(half)) + whole * 2 * np.arccos(np.longdouble(-1))
+        assert np.abs(received - expected).max() < 2e-13
+
     @pytest.mark.parametrize("e", ECCENTRICITIES)
     def test_ratio_is_that_of_the_radii_of_two_ellipses_that_touch(self, e):
         x = np.linspace(-np.pi, np.pi, 2001)
