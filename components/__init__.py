@@ -12,6 +12,7 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.cams import CamSwitch, PulseTorque
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
@@ -55,6 +56,7 @@ from lumped.components.gears import IdealGear, Planetary, RackAndPinion, Selecta
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
+from lumped.components.linkages import Eccentric, GuidedRod
 from lumped.components.loads import (
     EddyCurrentBrake,
     InverseTorque,
@@ -73,6 +75,7 @@ from lumped.components.motors import (
     SeriesDCMotor,
     SpeedDrive,
 )
+from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -101,6 +104,7 @@ __all__ = [
     "Backlash",
     "BearingFriction",
     "Brake",
+    "CamSwitch",
     "Capacitor",
     "Clutch",
     "Coil",
@@ -113,15 +117,18 @@ __all__ = [
     "CurrentSource",
     "DCMotor",
     "Damper",
+    "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
     "ElastoBacklash",
+    "EllipticalGear",
     "Expression",
     "Filter",
     "Fixed",
     "FixedTemperature",
     "Gain",
     "Ground",
+    "GuidedRod",
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
@@ -140,6 +147,7 @@ __all__ = [
     "LoadShare",
     "LossyGear",
     "Minimum",
+    "NonCircularGear",
     "OneWayClutch",
     "PController",
     "PIController",
@@ -148,6 +156,7 @@ __all__ = [
     "PointToPoint",
     "Position",
     "PowerSensor",
+    "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",
     "RackAndPinion",

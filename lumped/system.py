@@ -271,6 +271,15 @@ class System:
         return ca.Function("look", self._inputs, [ca.densify(ca.vertcat(parts, self.rates))])
 
     @cached_property
+    def speed_uses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which states the speed of each hold depends on: numbers of the holds and states."""
+        s = self.switching
+        first = 2 * len(s.relation_modes)
+        speeds = s.needed()[first : first + len(s.speeds)]
+        rows, columns = ca.jacobian_sparsity(self._in_states(speeds), self._inputs[0]).get_triplet()
+        return np.array(rows, dtype=int), np.array(columns, dtype=int)
+
+    @cached_property
     def rhs(self) -> ca.Function:
         """Right-hand side: (x, p, t, m) -> der(x); m is modes, then guesses of implicit nodes."""
         return ca.Function("rhs", self._inputs, [self.rates])

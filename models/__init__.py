@@ -19,6 +19,7 @@ __all__ = ["MACHINES", "Machine", "Row", "machine"]
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
     "pilger_mill": "Crank drive of the cold pilger mill LG90 with its counterweight",
+    "eccentric_shear": "Floating-shaft crank shear with elliptical gears",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
 }

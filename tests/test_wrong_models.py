@@ -17,6 +17,7 @@ from lumped.components import (
     AngleSensor,
     Backlash,
     BearingFriction,
+    CamSwitch,
     Clutch,
     Constant,
     CrankSlider,
@@ -25,6 +26,7 @@ from lumped.components import (
     EddyCurrentBrake,
     EfficientGear,
     ElastoBacklash,
+    EllipticalGear,
     Fixed,
     Ground,
     IdealGear,
@@ -34,8 +36,10 @@ from lumped.components import (
     Latch,
     LimitedPI,
     LossyGear,
+    NonCircularGear,
     Planetary,
     Position,
+    PulseTorque,
     QuadraticTorque,
     QuasiStaticDCMotor,
     RackAndPinion,
@@ -743,6 +747,49 @@ def text_in_a_run():
 def bound_parameter_set_in_a_run():
     """A run sets a parameter that is bound to one of its parent."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.left.J": 1.0})
+
+
+# -- mechanisms --------------------------------------------------------------------------------
+
+MECHANISMS = "Mechanisms"
+
+
+def shear(part):
+    """A motor drives a flywheel through or beside a part."""
+    build(
+        lambda m: (
+            lp.chain(m.motor, m.part, m.wheel)
+            if "flange_a" in part._ports
+            else lp.chain(m.motor, m.wheel, m.part.flange)
+        ),
+        motor=Inertia(J=0.1),
+        part=part,
+        wheel=Inertia(J=2.0),
+    )
+
+
+@wrong(MECHANISMS, ParameterError, "part.e = 1 1", "eccentricity", "less than 1")
+def ellipse_that_is_a_line():
+    """An elliptical gear has the eccentricity one."""
+    shear(EllipticalGear(e=1.0))
+
+
+@wrong(MECHANISMS, EquationError, "part (NonCircularGear)", "a function of the angle", "lambda x")
+def transmission_without_a_function():
+    """A non-circular gear is given a ratio for its transmission function."""
+    shear(NonCircularGear(transmission=2.0))
+
+
+@wrong(MECHANISMS, EquationError, "part (PulseTorque)", "'triangle'", "'half-sine' or 'rectangle'")
+def pulse_of_unknown_shape():
+    """A pulse of torque has a shape that does not exist."""
+    shear(PulseTorque(shape="triangle", tau_max=-5.0, centre=2.0, width=1.0))
+
+
+@wrong(MECHANISMS, ParameterError, "part.width = 7 rad", "range of the angle", "less than 6.28319")
+def cam_wider_than_a_turn():
+    """The range of a cam switch is more than a turn."""
+    shear(CamSwitch(centre=0.0, width=7.0))
 
 
 # -- gears with loss, and heat -----------------------------------------------------------------

@@ -77,8 +77,8 @@ class Settler:
             )
         at = self._situation(t, x, modes, guess, modes)
         self._fitting(at, modes).run()
-        slow = 1e-9 * (1.0 + np.abs(x).max(initial=0.0))
-        hits = [h for h in sorted(at.losses) if abs(look.v[h]) > slow]
+        slow = self._holds.rounding(x)
+        hits = [h for h in sorted(at.losses) if abs(look.v[h]) > slow[h]]
         word = self._holds.word
         collisions = [Change(s.names[h], "", word(at.modes, h), at.losses[h]) for h in hits]
         return at.x, at.modes, tuple(collisions)

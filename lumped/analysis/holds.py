@@ -104,6 +104,7 @@ class Holds:
         self.compliances, self.demands = s.first_modes + 3, s.first_modes + 4
         self._parts = s.first_modes + np.arange(3)[:, None]
         self._no_upper, self._no_lower = np.flatnonzero(~s.has_upper), np.flatnonzero(~s.has_lower)
+        self._speed_uses = system.speed_uses
         self._always = s.engaged < 0
         counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
         self._ends = np.cumsum(counts).tolist()
@@ -140,8 +141,14 @@ class Holds:
 
     def standstills(self, x: np.ndarray) -> np.ndarray:
         """Speeds that count as zero: where they are states, only zero does."""
-        rounding = 1e-9 * (1.0 + float(np.abs(x).max(initial=0.0)))
-        return np.where(self._are_states, 0.0, rounding)
+        return np.where(self._are_states, 0.0, self.rounding(x))
+
+    def rounding(self, x: np.ndarray) -> np.ndarray:
+        """Speeds that may be rounding of the states that they depend on."""
+        size = np.zeros(len(self.switching.speeds))
+        holds, states = self._speed_uses
+        np.maximum.at(size, holds, np.abs(x[states]))
+        return 1e-9 * (1.0 + size)
 
     def stop(self, x: np.ndarray, which: np.ndarray) -> None:
         """Make speeds exactly zero where they are states."""

@@ -18,15 +18,18 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    cams,
     contact,
     crank,
     electrical,
     friction,
     gravity,
     impact,
+    linkages,
     loads,
     lossy_gear,
     motors,
+    noncircular,
     sequence,
     signals,
     sources,
@@ -60,6 +63,7 @@ FIELDS = {
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
+    noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -69,6 +73,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
+    linkages.GuidedRod: {"length": 10.0},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
@@ -476,6 +481,13 @@ def lowered(at: Motion) -> float:
     return -at.p["f"] * at.p["R"] * np.cos(at.q["flange"] + at.p["phi0"]) * at.v["flange"]
 
 
+def pulse(at: Motion) -> float:
+    x = at.q["flange"] - at.q["support"] - at.p["centre"]
+    x -= 2 * np.pi * np.round(x / (2 * np.pi))
+    inside = abs(x) < at.p["width"] / 2
+    return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     contact.ElastoBacklash: play_energy,
@@ -532,6 +544,7 @@ DISSIPATED: dict[type[lp.Component], Power] = {
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     gravity.Weight: lowered,
+    cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
     motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),

@@ -1,0 +1,97 @@
+"""Gears whose ratio varies over a turn: elliptical and other non-circular pairs.
+
+Both flanges count from the housing and stand at zero together; a pair in external mesh turns its
+flanges in opposite directions. Torques follow from virtual work. The angle of flange b is a
+function of that of flange a without jumps, so any number of turns is followed.
+
+Source: Litvin, Fuentes-Aznar, Gonzalez-Perez and Hayasaka, Noncircular Gears, 2009, ch. 2 and 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from lumped import Component, Equation, Expr, Flange, Param, lossless, param
+from lumped.errors import EquationError
+from lumped.expression import Number, as_expr
+from lumped.ops import atan2, cos, pi, sin
+
+__all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
+
+Transmission = Callable[[Expr], Expr]
+
+
+class EllipticalGear(Component):
+    """Two equal ellipses in external mesh, each turning about a focus: ``phi_b = -psi(phi_a)``.
+
+    With ``x = phi_a - phase``, the ratio ``-w_b / w_a = (1 - e^2) / (1 + e^2 - 2 e cos x)`` lies
+    between ``(1 - e) / (1 + e)`` and its inverse, which it reaches at ``phi_a = phase``. Its
+    integral is ``psi = x + 2 atan2(e sin x, 1 - e cos x)``, counted from ``phi_a = 0``; the
+    correction is bounded. `slowest_at` gives the phase at which b is slowest where it is wanted.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    e: Param = param("1", "eccentricity of the ellipses", min=0, below=1)
+    phase: Param = param("rad", "angle of flange a at which b is fastest", 0.0)
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b = self.flange_a, self.flange_b
+        yield lossless(b.phi == -elliptical(a.phi, self.e, self.phase), a, b)
+
+
+class NonCircularGear(Component):
+    """Gear pair of a given transmission function: ``phi_b = transmission(phi_a)``.
+
+    `transmission` takes the angle of flange a and returns that of flange b, in `lumped.ops`; for
+    external mesh it falls. For example ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``. The ratio
+    ``w_b / w_a`` is its derivative, ``tau_a = -(w_b / w_a) tau_b``.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    transmission: Transmission | None = None
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b = self.flange_a, self.flange_b
+        if not callable(self.transmission):
+            raise EquationError(
+                f"transmission = {self.transmission!r}: a function of the angle of flange a is "
+                "needed, for example transmission=lambda x: -(x + 0.1 * lp.ops.sin(2 * x))."
+            )
+        yield lossless(b.phi == as_expr(self.transmission(a.phi)), a, b)
+
+
+def elliptical(phi: Number, e: Number, phase: Number) -> Expr:
+    """Angle of the driven ellipse against the driving one's, zero together; in rad.
+
+    Parameters
+    ----------
+    phi : expression
+        Angle of the driving ellipse, rad.
+    e : expression
+        Eccentricity.
+    phase : expression
+        Angle of the driving ellipse at which the driven one is fastest, rad.
+    """
+    return as_expr(phi) + _lead(as_expr(phi) - phase, e) - _lead(-as_expr(phase), e)
+
+
+def slowest_at(phi_b: Number, e: Number) -> Expr:
+    """Phase of an `EllipticalGear` whose flange b is slowest at the angle ``-phi_b``, rad.
+
+    There flange a turns ``(1 + e) / (1 - e)`` times as fast as b.
+
+    Parameters
+    ----------
+    phi_b : expression
+        Angle of flange b, counted against its direction, rad.
+    e : expression
+        Eccentricity.
+    """
+    return pi + elliptical(phi_b, e, phi_b)
+
+
+def _lead(x: Expr, e: Number) -> Expr:
+    """Bounded difference of the angles of two ellipses, ``x`` from the fastest point."""
+    return 2 * atan2(as_expr(e) * sin(x), 1 - e * cos(x))

@@ -1,0 +1,107 @@
+"""Draw the pictures of gears of varying ratio, linkages and cams."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import lumped as lp
+from lumped.components import (
+    Eccentric,
+    EllipticalGear,
+    GuidedRod,
+    Inertia,
+    NonCircularGear,
+    PulseTorque,
+    Speed,
+    translation,
+)
+
+FOLDER = Path(__file__).parent
+
+
+def turned(gear):
+    """Angles and speed of flange b of a gear that is turned at a with 1 rad/s for two turns."""
+    model = lp.compose(
+        turn=Speed(w=1.0),
+        gear=gear,
+        body=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.turn, m.gear, m.body),
+    )
+    run = lp.simulate(lp.assemble(model, keep=["body.phi"]), until=4 * np.pi, grid=800)
+    return np.degrees(run.t), run["body.phi"], run["body.w"]
+
+
+def draw_noncircular():
+    """Angle and ratio over two turns."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 2.9))
+    gears = {f"ellipses, e = {e:g}": EllipticalGear(e=e) for e in (0.2, 0.5, 0.8)}
+    gears["x + sin(2 x) / 4"] = NonCircularGear(transmission=lambda x: -(x + lp.ops.sin(2 * x) / 4))
+    for name, gear in gears.items():
+        phi, angle, w = turned(gear)
+        left.plot(phi, -np.degrees(angle), label=name)
+        right.plot(phi, -w, label=name)
+    left.set(xlabel="angle of flange a, deg", ylabel="angle of flange b, reversed, deg")
+    right.set(xlabel="angle of flange a, deg", ylabel="ratio -w_b / w_a")
+    finish(figure, "noncircular")
+
+
+def draw_linkages():
+    """Foot of a guided rod on an eccentric, and its speed."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 2.9))
+    for length in (0.3, 0.5, 3.4):
+        model = lp.compose(
+            turn=Speed(w=1.0),
+            crank=Eccentric(radius=0.25),
+            hub=translation.Fixed(),
+            rod=GuidedRod(length=length),
+            ram=translation.Mass(m=1.0),
+            connections=lambda m: [
+                lp.connect(m.turn.flange, m.crank.flange),
+                lp.connect(m.hub.flange, m.crank.hub_x, m.crank.hub_y),
+                lp.connect(m.crank.pin_x, m.rod.pin_x),
+                lp.connect(m.crank.pin_y, m.rod.pin_y),
+                lp.connect(m.rod.foot_y, m.ram.flange_a),
+            ],
+        )
+        run = lp.simulate(lp.assemble(model, keep=["ram.s"]), until=2 * np.pi, grid=400)
+        phi = np.degrees(run.t)
+        left.plot(phi, run["ram.s"] + length, label=f"rod {length:g} m")
+        right.plot(phi, run["ram.v"], label=f"rod {length:g} m")
+    left.set(xlabel="crank angle, deg", ylabel="foot + length, m", title="radius 0.25 m")
+    right.set(xlabel="crank angle, deg", ylabel="speed of the foot, m/s", title="at 1 rad/s")
+    finish(figure, "linkages")
+
+
+def draw_cams():
+    """Torque pulses over two turns."""
+    figure, axes = plt.subplots(figsize=(5.5, 3.1))
+    for shape in ("half-sine", "rectangle"):
+        model = lp.compose(
+            turn=Speed(w=1.0),
+            pulse=PulseTorque(shape=shape, tau_max=-10.0, centre=2.0, width=1.2),
+            connections=lambda m: lp.chain(m.turn.flange, m.pulse.flange),
+        )
+        run = lp.simulate(lp.assemble(model), until=4 * np.pi, grid=800)
+        axes.plot(np.degrees(run.t), run["pulse.tau"], label=shape)
+    axes.set(xlabel="angle, deg", ylabel="torque, N.m", title="centre 2 rad, width 1.2 rad")
+    finish(figure, "cams")
+
+
+def finish(figure, name):
+    """Grid, legend, file."""
+    for axes in figure.axes:
+        axes.grid(alpha=0.3)
+    figure.axes[0].legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(FOLDER / f"{name}.png", dpi=72)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    draw_noncircular()
+    draw_linkages()
+    draw_cams()

@@ -1,0 +1,210 @@
+"""Motions of the eccentric shear: constant speed of the crank or the motor, and a free drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import (
+    AngleSensor,
+    DCMotor,
+    Ground,
+    Inertia,
+    PController,
+    Position,
+    Sum,
+    VoltageSource,
+)
+from lumped.components.noncircular import elliptical
+from lumped.models.eccentric_shear_stand import (
+    CENTRE_RECTANGLE,
+    CENTRE_SINE,
+    CUT_BEGINS,
+    CUT_ENDS,
+    HALF_SINE,
+    J_MOTOR,
+    RECTANGLE,
+    SPEED,
+    GuidedShear,
+    Loaded,
+    PrintedShear,
+    Shear,
+)
+
+PULSES = {"half-sine": (HALF_SINE, CENTRE_SINE), "rectangle": (RECTANGLE, CENTRE_RECTANGLE)}
+SLOW = 1e-5
+"""Speed over `SPEED` at which inertia no longer counts: its torque falls with the square."""
+FLUX = 571.0  # V.s [A]
+RESISTANCE = 0.06  # Ohm [A]
+INDUCTANCE = 0.3e-3  # H [A]
+GAIN = 1500.0  # V/rad [A]
+
+
+class CrankTurned(lp.Component):
+    """Crank turned at constant speed; the drive follows the ellipses."""
+
+    w: lp.Param = lp.param("rad/s", "crank speed", SPEED, above=0)
+    eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
+    slowest: lp.Param = lp.param("rad", "crank angle at which the ratio is greatest", CENTRE_SINE)
+    drive: Position = Position(phi=elliptical(w * lp.time, eps, slowest))
+    motor: Inertia = Inertia(J=J_MOTOR)
+    loaded: Loaded = Loaded(eps=eps, slowest=slowest)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.drive.flange, self.motor, self.loaded.flange)
+
+
+class MotorTurned(CrankTurned):
+    """Motor turned at constant speed."""
+
+    drive: Position = Position(phi=CrankTurned.w * lp.time)
+
+
+class FreeShear(lp.Component):
+    """Direct-current motor with a controller of its angle, ``U = k w + Ki (w t - phi)`` [A]."""
+
+    w: lp.Param = lp.param("rad/s", "wanted motor speed", SPEED)
+    eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
+    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR)
+    loaded: Loaded = Loaded(eps=eps)
+    source: VoltageSource = VoltageSource()
+    ground: Ground = Ground()
+    sensor: AngleSensor = AngleSensor()
+    control: PController = PController(wanted=w * lp.time, k=GAIN)
+    voltage: Sum = Sum(b=FLUX * w)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.motor.flange, self.loaded.flange, self.sensor.flange)
+        yield lp.connect(self.source.p, self.motor.p)
+        yield lp.connect(self.source.n, self.motor.n, self.ground.pin)
+        yield lp.connect(self.sensor.phi, self.control.measured)
+        yield lp.connect(self.control.y, self.voltage.a)
+        yield lp.connect(self.voltage.y, self.source.v)
+
+
+def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
+    """Start values of a shear whose lower support is at rest.
+
+    Parameters
+    ----------
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
+    path : str
+        Its path in the model.
+    """
+    if shear is GuidedShear:
+        return {f"{path}.seat.v_rel": 0.0}
+    bodies = (("mass_x", "v"), ("mass_y", "v"), ("body", "w"))
+    resting = {f"{path}.lower.{body}.{speed}": 0.0 for body, speed in bodies}
+    moving = {f"{path}.upper.{body}.{speed}_rel": 0.0 for body, speed in bodies}
+    holds = {f"{path}.journal_{axis}.v_rel": 0.0 for axis in "xy"}
+    return resting | moving | holds
+
+
+class Demand(NamedTuple):
+    """Motor torque over a turn.
+
+    Attributes
+    ----------
+    phi : ndarray
+        Crank angle, rad.
+    tau : ndarray
+        Motor torque, N.m; at a jump both sides.
+    peak, rms : float
+        Greatest, and root of the mean square over the time, N.m.
+    """
+
+    phi: np.ndarray
+    tau: np.ndarray
+    peak: float
+    rms: float
+
+
+@cache
+def _system(motion: type[CrankTurned], pulse: str, shear: type[Shear]) -> lp.System:
+    return lp.assemble(motion().with_({"loaded.cut": PULSES[pulse][0], "loaded.shear": shear()}))
+
+
+def turn(
+    motion: type[CrankTurned],
+    eps: float = 0.0,
+    pulse: str = "half-sine",
+    slowest: float | None = None,
+    speed: float = SPEED,
+    shear: type[Shear] = PrintedShear,
+    grid: Any = 20_000,
+) -> Demand:
+    """Motor torque over one turn at constant speed.
+
+    Parameters
+    ----------
+    motion : CrankTurned or MotorTurned
+        What turns at constant speed.
+    eps : float
+        Eccentricity of the ellipses.
+    pulse : {"half-sine", "rectangle"}
+        Cutting torque.
+    slowest : float, optional
+        Crank angle at which the ratio is greatest, rad; the middle of the pulse unless given.
+    speed : float
+        Speed, rad/s.
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
+    grid : int or sequence of float
+        Output intervals or times, as for `lumped.simulate`.
+    """
+    centre = PULSES[pulse][1] if slowest is None else slowest
+    run = lp.simulate(
+        _system(motion, pulse, shear),  # type: ignore[arg-type] # classes do have a hash
+        until=2 * np.pi / speed,
+        parameters={"eps": eps, "slowest": centre, "w": speed},
+        start=seated(shear),
+        grid=grid,
+        rtol=1e-10,
+    )
+    tau = -run["drive.flange.tau"]
+    rms = np.sqrt(np.trapezoid(tau**2, run.t) / run.t[-1])
+    return Demand(run["loaded.shear.crank.phi"], tau, tau.max(), float(rms))
+
+
+def free_run(
+    eps: float = 0.0, turns: int = 2, shear: type[Shear] = PrintedShear, **options: Any
+) -> lp.Trajectory:
+    """Controlled motor and free speed from the upper position, motor at its wanted speed.
+
+    Parameters
+    ----------
+    eps : float
+        Eccentricity of the ellipses.
+    turns : int
+        Turns at the wanted speed.
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    system = lp.assemble(FreeShear().with_({"loaded.shear": shear()}))
+    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
+    options = {"until": 2 * np.pi * turns / SPEED} | options
+    return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
+
+
+def kept(run: lp.Trajectory) -> list[float]:
+    """Speed of the crank after over that before, for each change of the carriage."""
+    instants = sorted({e.time for e in run.events if e.component.endswith("shear.switch")})
+    w = run["loaded.shear.shaft.body.w"]
+    sides = [np.flatnonzero(run.t == t) for t in instants]
+    return [float(w[at[-1]] / w[at[0]]) for at in sides]
+
+
+def landing(run: lp.Trajectory) -> float:
+    """Greatest motor torque of the last turn outside of the cut over that within it."""
+    phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
+    last = phi >= phi[-1] - 2 * np.pi
+    angle = np.mod(phi, 2 * np.pi)
+    cutting = (angle >= CUT_BEGINS) & (angle <= CUT_ENDS)
+    return float(tau[last & ~cutting].max() / tau[last & cutting].max())

@@ -1,0 +1,242 @@
+"""Eccentric shear with free speed: change of the carriage, landing, energy.
+
+The reference run and its numbers were computed with DOP853 on the reduced equation, with the
+momentum rule coded by hand.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Inertia
+from lumped.models.eccentric_shear_scenes import FreeShear, free_run, kept, landing, seated
+from lumped.models.eccentric_shear_stand import (
+    J_MOTOR,
+    MEETS,
+    SPEED,
+    GuidedShear,
+    Loaded,
+    PrintedShear,
+    Shear,
+)
+from lumped.ops import where
+
+READINGS = (PrintedShear, GuidedShear)
+CROSS = {PrintedShear: 412.5, GuidedShear: 409.9}  # kg.m2, printed to these digits
+BEFORE = 2809.4
+AFTER = {PrintedShear: 3117.0, GuidedShear: 3138.8}
+
+
+def reference() -> np.ndarray:
+    path = Path(__file__).parents[1] / "data" / "eccentric_shear" / "forward_e0.csv"
+    return np.genfromtxt(path, delimiter=",", names=True)
+
+
+class Coasting(lp.Component):
+    """Shear without loads on a flywheel."""
+
+    J: lp.Param = lp.param("kg.m2", "flywheel", J_MOTOR)
+    motor: Inertia = Inertia(J=J)
+    loaded: Loaded = Loaded().with_({"idle.tau": 0.0, "cut.tau_max": 0.0})
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.motor.flange_b, self.loaded.flange)
+
+
+def coast(shear: type[Shear], begin: float = 1.5, until: float = 0.5, **p: float) -> lp.Trajectory:
+    system = lp.assemble(Coasting().with_({"loaded.shear": shear()}))
+    start = {"motor.w": SPEED, "motor.phi": begin} | seated(shear)
+    return lp.simulate(system, until=until, parameters=p, start=start, rtol=1e-11)
+
+
+class Audited(FreeShear):
+    """The same, with the work of the motor and of the loads."""
+
+    W_motor: lp.Var = lp.var("W.s", "work of the motor", state="prefer")
+    W_load: lp.Var = lp.var("W.s", "work of the loads", state="prefer")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        w = self.loaded.shear.shaft.body.w
+        yield lp.der(self.W_motor) == self.motor.tau * self.motor.w
+        yield lp.der(self.W_load) == (self.loaded.idle.tau + self.loaded.cut.tau) * w
+
+
+class TestChangeOfCarriage:
+    @pytest.mark.parametrize("shear", READINGS)
+    @pytest.mark.parametrize("J", [1e-3, 54e3, 1e9])
+    def test_speed_jumps_by_the_momentum_in_the_new_direction(self, shear, J):
+        received = kept(coast(shear, J=J))[0]
+        expected = (CROSS[shear] + J) / (AFTER[shear] + J)
+        assert abs(received - expected) < 2e-5
+
+    def test_kept_speed_is_that_of_the_reference(self):
+        assert abs(kept(coast(PrintedShear))[0] - 0.952650) < 5e-7
+        assert abs(kept(coast(PrintedShear, J=1e-3))[0] - 0.1323) < 5e-5
+
+    @pytest.mark.parametrize("shear", READINGS)
+    def test_return_has_the_mirrored_jump(self, shear):
+        received = kept(coast(shear, begin=4.6))[0]
+        expected = (CROSS[shear] + J_MOTOR) / (BEFORE + J_MOTOR)
+        assert abs(received - expected) < 2e-6
+
+    @pytest.mark.parametrize("shear", READINGS)
+    def test_heavy_flywheel_takes_an_impulse_and_no_torque(self, shear):
+        """At constant speed: impulse 2840 N.m.s and loss 2812 J with printed supports."""
+        heavy = 1e9
+        run = coast(shear, J=heavy)
+        expected = (AFTER[shear] - CROSS[shear]) * SPEED
+        assert abs(heavy * SPEED * (1 - kept(run)[0]) / expected - 1) < 1e-4
+        received = sum(event.loss for event in run.events)
+        lost = (BEFORE + AFTER[shear] - 2 * CROSS[shear]) * SPEED**2 / 2
+        assert abs(received / lost - 1) < 1e-4
+        assert np.isfinite(run["loaded.gear.flange_a.tau"]).all()
+        assert np.abs(run["loaded.gear.flange_a.tau"]).max() < 1e3
+
+    @pytest.mark.parametrize("e", [0.0, 0.3, 0.5])
+    def test_ellipses_weigh_the_motor_by_the_square_of_the_ratio(self, e):
+        run = coast(PrintedShear, **{"loaded.eps": e}, begin=0.5, until=4.0)
+        instant = next(v.time for v in run.events if v.component.endswith("shear.switch"))
+        at = np.flatnonzero(run.t == instant)
+        u = run["motor.w"][at] / run["loaded.shear.shaft.body.w"][at]
+        assert abs(u[0] - u[-1]) < 1e-12
+        expected = (CROSS[PrintedShear] + u[0] ** 2 * J_MOTOR) / (3117.0 + u[0] ** 2 * J_MOTOR)
+        assert abs(kept(run)[0] - expected) < 1e-5
+
+    def test_stiff_contacts_without_modes_lead_to_the_same_speed(self):
+        """Springs that close the contacts instead: 0.95202 to 0.95224 in the reference."""
+        closed = 0.25 * np.cos(MEETS) - np.sqrt(3.4**2 - (0.25 * np.sin(MEETS)) ** 2)
+        soft = {"seat": SoftHold(s0=0.0), "strip": SoftHold(s0=closed)}
+        received = {}
+        for name, changes in (("rigid", {}), ("soft", soft)):
+            system = lp.assemble(Coasting().with_({"loaded.shear": GuidedShear(**changes)}))
+            start = {"motor.w": SPEED, "motor.phi": 1.5}
+            if name == "rigid":
+                start |= seated(GuidedShear)
+            run = lp.simulate(system, until=0.15, start=start, rtol=1e-9)
+            received[name] = run["motor.w"][-1]
+        lost = SPEED - received["rigid"]
+        assert lost > 0.04
+        assert abs(received["soft"] - received["rigid"]) < 0.01 * lost
+
+
+class SoftHold(lp.Component):
+    """Stiff spring and damper between two flanges while the command is on: ``f = c x + d v``."""
+
+    flange_a = lp.LinearFlange()
+    flange_b = lp.LinearFlange()
+    s0: lp.Param = lp.param("m", "distance without force")
+    u = lp.Input("1", "command")
+    f: lp.Var = lp.var("N", "force on flange b")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        x = self.flange_b.s - self.flange_a.s - self.s0
+        yield self.f == where(self.u > 0.5, 1e12 * x + 2e8 * lp.der(x), 0.0)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+
+class TestFreeRun:
+    def test_run_is_that_of_the_reference(self):
+        table = reference()
+        t = table["t_s"]
+        run = free_run(until=t[-1], grid=t, rtol=1e-10)
+        rows = np.abs(run.t[:, None] - t).argmin(axis=0)
+        received = {
+            "phi_rad": run["loaded.shear.crank.phi"],
+            "w_crank_rad_s": run["loaded.shear.shaft.body.w"],
+            "w_motor_rad_s": run["motor.w"],
+            "i_A": run["motor.i"],
+            "T_motor_Nm": run["motor.tau"],
+            "z_rad": SPEED * run.t - run["motor.phi"],
+        }
+        for name, values in received.items():
+            assert np.abs(values[rows] - table[name]).max() < 1e-8 * np.ptp(table[name]), name
+
+    def test_impacts_are_those_of_the_reference(self):
+        run = free_run(rtol=1e-10)
+        expected = (
+            (1.54876139, 1.0494349947, 0.9997440084, 2738.6),
+            (4.46419478, 1.0522781663, 1.0078798640, 2768.4),
+        )
+        instants = sorted({v.time for v in run.events if v.component.endswith("shear.switch")})
+        w = run["loaded.shear.shaft.body.w"]
+        for instant, (t, before, after, loss) in zip(instants, expected, strict=False):
+            at = np.flatnonzero(run.t == instant)
+            assert abs(instant - t) < 1e-8
+            assert abs(w[at[0]] - before) < 1e-8
+            assert abs(w[at[-1]] - after) < 1e-8
+            assert abs(sum(v.loss for v in run.events if v.time == instant) - loss) < 0.05
+
+    def test_speeds_and_torque_are_those_of_the_reference(self):
+        run = free_run(rtol=1e-9, until=11.9821494221, grid=20_000)
+        tau = run["motor.tau"]
+        rms = np.sqrt(np.trapezoid(tau**2, run.t) / run.t[-1])
+        assert abs(tau.max() / 1e3 - 2739.2) < 0.05
+        assert abs(rms / 1e3 - 880.1) < 0.05
+        assert abs(run["motor.w"].min() - 0.8140) < 5e-5
+        assert abs(run["motor.w"].max() - 1.3215) < 1e-4
+        assert abs(run["loaded.shear.crank.phi"][-1] - 4 * np.pi) < 1e-7
+
+    @pytest.mark.parametrize("shear", READINGS)
+    @pytest.mark.parametrize("e", [0.0, 0.5])
+    def test_energy_supplied_is_stored_or_lost_in_impacts(self, shear, e):
+        system = lp.assemble(Audited().with_({"loaded.shear": shear()}))
+        start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
+        start |= {"W_motor": 0.0, "W_load": 0.0}
+        table = reference()
+        t = table["t_s"]
+        run = lp.simulate(
+            system, until=t[-1], parameters={"eps": e}, start=start, grid=t, rtol=1e-10
+        )
+        rows = np.abs(run.t[:, None] - t).argmin(axis=0)
+        lost = np.array([sum(v.loss for v in run.events if v.time <= now) for now in t])
+        received = (run["W_motor"] + run["W_load"])[rows] - lost
+        energy = stored(run, shear)[rows]
+        assert np.abs(received - (energy - energy[0])).max() < 1e-8 * run["W_motor"][-1]
+        if e == 0 and shear is PrintedShear:
+            found = {
+                "W_motor_J": run["W_motor"][rows],
+                "W_load_J": run["W_load"][rows],
+                "E_lost_J": lost,
+            }
+            for name, values in found.items():
+                assert np.abs(values - table[name]).max() < 1e-7 * np.ptp(table[name]), name
+
+    @pytest.mark.parametrize("shear", READINGS)
+    def test_landing_on_the_return_moves_the_motor_more_than_the_cut(self, shear):
+        """Only with the right jump is the greatest torque of a turn outside of the cut."""
+        assert landing(free_run(0.5, shear=shear, rtol=1e-8, grid=4000)) > 1.5
+        assert landing(free_run(0.0, shear=shear, rtol=1e-8, grid=4000)) < 0.5
+
+    def test_landing_on_the_return_loses_several_times_the_energy_with_ellipses(self):
+        losses = {}
+        for e in (0.0, 0.5):
+            run = free_run(e, turns=1, rtol=1e-8)
+            losses[e] = [
+                sum(v.loss for v in run.events if v.time == t)
+                for t in sorted({v.time for v in run.events if v.component.endswith("switch")})
+            ]
+        assert losses[0.5][1] > 4 * losses[0.0][1]
+
+
+def stored(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
+    """Energy of the bodies, from their speeds."""
+    path = "loaded.shear"
+    total = J_MOTOR * run["motor.w"] ** 2
+    bodies = [("shaft", 17.2e3, 1100.0 - 17.2e3 * shaft_centre() ** 2), ("upper", 27.3e3, 21e3)]
+    if shear is PrintedShear:
+        bodies.append(("lower", 37.2e3, 50e3))
+    else:
+        total = total + 37.2e3 * run[f"{path}.lower.v"] ** 2
+    for name, m, J in bodies:
+        across, up = run[f"{path}.{name}.mass_x.v"], run[f"{path}.{name}.mass_y.v"]
+        total = total + m * (across**2 + up**2) + J * run[f"{path}.{name}.body.w"] ** 2
+    return total / 2
+
+
+def shaft_centre() -> float:
+    """Distance from the journal, from the inertias about journal and pin, m."""
+    return 0.125 + 300 / (17.2e3 * 0.5)
