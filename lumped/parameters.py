@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from lumped.errors import EquationError, ParameterError
+from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
 from lumped.expression import Expr, Ref, walk
 from lumped.lower import lower
 from lumped.quantity import Input, Param, Var, param
@@ -50,10 +51,57 @@ class Parameters:
     @cached_property
     def numbers(self) -> np.ndarray:
         """Value of every parameter in the model, shape (all,)."""
-        evaluate = ca.Function("p", [self.theta], [self.values])
-        return np.asarray(evaluate(self.defaults)).ravel()
+        return self._all(self.defaults)
 
-    def check(self, values: np.ndarray, model: str) -> None:
+    @cached_property
+    def _function(self) -> ca.Function:
+        return ca.Function("p", [self.theta], [self.values])
+
+    def _all(self, theta: np.ndarray) -> np.ndarray:
+        return np.asarray(self._function(theta)).ravel()
+
+    def places(self, numbers: Iterable[int]) -> list[int]:
+        """Places in `theta` of parameters that have a value of their own.
+
+        Raises
+        ------
+        UnknownNameError
+            If one is bound.
+        """
+        place = {number: i for i, number in enumerate(self.free)}
+        found = []
+        for number in numbers:
+            if number not in place:
+                free = [self.names[i] for i in self.free]
+                raise UnknownNameError(
+                    f"'{self.names[number]}' is bound to an expression of other parameters and "
+                    f"cannot be set. {nearest(self.names[number], free)}"
+                )
+            found.append(place[number])
+        return found
+
+    def changed(self, changes: Mapping[int, float], model: str) -> np.ndarray:
+        """Values of `theta` with some changed, by their places, and checked.
+
+        Raises
+        ------
+        ParameterError
+            If one is no number, or out of range.
+        """
+        theta = self.defaults.copy()
+        for place, value in changes.items():
+            try:
+                theta[place] = float(value)
+            except (TypeError, ValueError):
+                number = self.free[place]
+                raise ParameterError(
+                    f"{self.names[number]} = {value!r}: a number in "
+                    f"{self.declared[number].unit} is needed."
+                ) from None
+        self.check(theta, model)
+        return theta
+
+    def check(self, theta: np.ndarray, model: str) -> None:
         """Refuse values out of range, all in one error.
 
         Raises
@@ -61,6 +109,7 @@ class Parameters:
         ParameterError
             With path, value and unit of each.
         """
+        values = self._all(theta)
         faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
         for high, low in self.ordered:
             strict = self.declared[high].strict
@@ -146,7 +195,7 @@ def collect(tree: Tree) -> Parameters:
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
     if expressions or ordered:
-        result.check(result.numbers, type(tree.model).__name__)
+        result.check(result.defaults, type(tree.model).__name__)
     return result
 
 

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
 
-from lumped.errors import ParameterError, UnknownNameError, nearest
+from lumped.errors import UnknownNameError
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
 from lumped.locked import locked_loops
@@ -414,47 +414,18 @@ class System:
         ParameterError
             If a value is out of range.
         """
-        p = self._flat.parameters
-        values = p.defaults.copy()
         if not changes:
-            return values
-        for place, value in zip(self.places(changes), changes.values(), strict=True):
-            try:
-                values[place] = float(value)
-            except (TypeError, ValueError):
-                number = p.free[place]
-                raise ParameterError(
-                    f"{p.names[number]} = {value!r}: a number in "
-                    f"{p.declared[number].unit} is needed."
-                ) from None
-        self.check_parameters(values)
-        return values
+            return self._flat.parameters.defaults.copy()
+        values = dict(zip(self.places(changes), changes.values(), strict=True))
+        return self._flat.parameters.changed(values, self.name)
 
     def places(self, names: Iterable[Name]) -> list[int]:
         """Places of parameters in the parameter vector."""
-        p = self._flat.parameters
-        place = {number: i for i, number in enumerate(p.free)}
-        found = []
-        for name in names:
-            number = self._tree.parameter(name)
-            if number not in place:
-                free = [p.names[i] for i in p.free]
-                raise UnknownNameError(
-                    f"'{p.names[number]}' is bound to an expression of other parameters and "
-                    f"cannot be set. {nearest(p.names[number], free)}"
-                )
-            found.append(place[number])
-        return found
+        return self._flat.parameters.places([self._tree.parameter(name) for name in names])
 
     def check_parameters(self, theta: np.ndarray) -> None:
         """Refuse parameters out of range."""
-        values = np.asarray(self._all_parameters(theta)).ravel()
-        self._flat.parameters.check(values, self.name)
-
-    @cached_property
-    def _all_parameters(self) -> ca.Function:
-        p = self._flat.parameters
-        return ca.Function("p", [p.theta], [p.values])
+        self._flat.parameters.check(theta, self.name)
 
 
 def _shortened(items: list[str], separator: str = ", ", most: int = 12) -> str:

@@ -22,7 +22,13 @@ from lumped.analysis.stepper import (
     Stepper,
     first_step,
 )
-from lumped.analysis.watch import Unfit, finite_fault, shrinking_fault, unfit_states
+from lumped.analysis.watch import (
+    Unfit,
+    finite_fault,
+    may_be_unfit,
+    shrinking_fault,
+    unfit_states,
+)
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -200,6 +206,8 @@ class Advance:
 
     def _unfit(self, chunk: _Chunk, modes: np.ndarray) -> tuple[Unfit | None, int]:
         """State that should not lead any more, and how many attempts of a chunk still count."""
+        if not may_be_unfit(self._system):
+            return None, chunk.log.shape[1]
         n = len(self._system.states)
         accepted = np.flatnonzero(chunk.log[2] == ACCEPTED)
         xs = chunk.xs[accepted]

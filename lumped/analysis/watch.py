@@ -9,7 +9,14 @@ import numpy as np
 
 from lumped.system import System
 
-__all__ = ["Unfit", "finite_fault", "jump_fault", "shrinking_fault", "unfit_states"]
+__all__ = [
+    "Unfit",
+    "finite_fault",
+    "jump_fault",
+    "may_be_unfit",
+    "shrinking_fault",
+    "unfit_states",
+]
 
 _MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
@@ -99,6 +106,11 @@ def shrinking_fault(
         f"state there is {system.state_names[worst]} = {x[worst]:.6g} with derivative "
         f"{rates[worst]:.6g}. A quantity runs to infinity or leaves the range of a function."
     )
+
+
+def may_be_unfit(system: System) -> bool:
+    """Whether what a state leads varies at all."""
+    return bool(_levers(system)[0])
 
 
 def unfit_states(
