@@ -1,5 +1,7 @@
 """The rotary arm: load torques, motors and the cycle against print, hand and reference files."""
 
+import itertools
+
 import numpy as np
 import pytest
 from arm_by_hand import EMPTY, LOADED, ROTOR, SPIN, data, friction, gravity
@@ -204,7 +206,7 @@ def test_without_loss_friction_and_rotor_torque_and_energy_have_closed_forms():
     taken, put = sorted(e.time for e in run.events if e.component == "arm.carried")
     edges = np.sort([*t, taken, put])
     square, peak = 0.0, -np.inf
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in itertools.pairwise(edges):
         i = np.searchsorted(t, (begin + end) / 2) - 1
         a = (w[i + 1] - w[i]) / (t[i + 1] - t[i])
         loaded = begin >= taken and end <= put
