@@ -83,7 +83,7 @@ def _motors() -> Iterator[Row]:
     torque = printed_loads()["motor"]
     yield Row("motor torque, all together", "N.m", 8103.0, torque, SIZING, "rounded")
     power = torque * SPEED / KW_RPM / ETA
-    yield Row("power", "kW", 479.1, power, SIZING, "the only place of the efficiency")
+    yield Row("power needed", "kW", 479.1, power, SIZING, "the only place of the efficiency")
     yield Row("power over overload", "kW", 239.6, power / OVERLOAD, SIZING, "rounded")
     yield Row("rated torque, 250 kW", "N.m", 4974.0, RATED, SIZING, "rounded")
     yield Row("greatest torque, 250 kW", "N.m", 9948.0, OVERLOAD * RATED, SIZING, "rounded")
