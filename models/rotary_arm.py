@@ -44,7 +44,7 @@ LOADS, SIZING, TEXT, CYCLE, NOT = "load torques", "motor sizing", "text", "cycle
 PARTS = (  # name in the model, what, printed torque
     ("arm.trays.tau_g", "trays", 3276.0),
     ("arm.arms.tau_g", "arms", 36_868.0),
-    ("arm.weights.tau_g", "counterweights", -18_620.0),
+    ("arm.weights.tau_g", "counterweights", 18_620.0),
     ("arm.weight.tau", "mandrel", 319_536.0),
 )
 LOSS = PRINTED | {"reducer.eta": ETA}
@@ -58,7 +58,7 @@ def rows() -> list[Row]:
 def _loads() -> Iterator[Row]:
     point = at(lifting(EPS), parameters=PRINTED)
     for name, what, torque in PARTS:
-        yield Row(f"gravity, {what}", "N.m", torque, point[name], LOADS, "g = 10 m/s2")
+        yield Row(f"gravity, {what}", "N.m", torque, abs(point[name]), LOADS, "g = 10 m/s2")
     sums = printed_loads()
     yield Row("gravity, all", "N.m", 341_060.0, sums["grav"], LOADS, "rounded")
     acc = "with the mandrel's spin, 2.8 % too much: the tray does not turn; without the rotor"
@@ -83,7 +83,7 @@ def _motors() -> Iterator[Row]:
     torque = printed_loads()["motor"]
     yield Row("motor torque, all together", "N.m", 8103.0, torque, SIZING, "rounded")
     power = torque * SPEED / KW_RPM / ETA
-    yield Row("power", "kW", 479.1, power, SIZING, "the only place of the efficiency")
+    yield Row("power needed", "kW", 479.1, power, SIZING, "the only place of the efficiency")
     yield Row("power over overload", "kW", 239.6, power / OVERLOAD, SIZING, "rounded")
     yield Row("rated torque, 250 kW", "N.m", 4974.0, RATED, SIZING, "rounded")
     yield Row("greatest torque, 250 kW", "N.m", 9948.0, OVERLOAD * RATED, SIZING, "rounded")

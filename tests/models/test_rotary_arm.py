@@ -31,7 +31,7 @@ PUBLISHED = {  # relative deviation from print: rounding, and what the remarks o
     "gravity, all": 2e-6,
     "acceleration, 1.38 rad/s2": 3e-5,
     "motor torque, all together": 5e-5,
-    "power": 1e-4,
+    "power needed": 1e-4,
     "power over overload": 2e-4,
     "rated torque, 250 kW": 2e-5,
     "greatest torque, 250 kW": 2e-5,
