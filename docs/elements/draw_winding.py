@@ -18,15 +18,15 @@ FOLDER = Path(__file__).parent
 def free_coil() -> lp.Trajectory:
     """A coil that turns freely; only from 20 s to 30 s its strip is pulled back."""
     model = lp.compose(
-        coil=Coil(r=0.3, R_max=0.9, h=3e-3, b=1.0, rho=7850.0),
+        coil=Coil(r=0.3, R_max=0.9, h=2e-3, b=1.0, rho=7850.0),
         mandrel=Inertia(J=500.0, w=30.0),
-        pull=translation.Force(f=where(lp.time >= 30, 0.0, where(lp.time >= 20, -5e4, 0.0))),
+        pull=translation.Force(f=where(lp.time >= 30, 0.0, where(lp.time >= 20, -4e3, 0.0))),
         connections=lambda m: [
             lp.connect(m.coil.flange, m.mandrel.flange_a),
             lp.connect(m.coil.strip, m.pull.flange),
         ],
     )
-    return lp.simulate(lp.assemble(model), until=50.0, grid=1000)
+    return lp.simulate(lp.assemble(model), until=45.0, grid=1000)
 
 
 def turret() -> lp.Trajectory:
@@ -73,7 +73,7 @@ def draw_winding() -> Figure:
     left.plot(run.t, run["coil.w"], label="speed, rad/s")
     left.plot(run.t, 10 * run["coil.R"], label="radius, 0.1 m")
     left.plot(run.t, run["coil.J"] / 100, label="inertia, 100 kg.m2")
-    left.set(title="Free coil, pulled back from 20 to 30 s", xlabel="time, s", ylim=(0, 45))
+    left.set(title="Free coil, pulled back from 20 to 30 s", xlabel="time, s", xlim=(0, 45))
     run = turret()
     angle = np.degrees(run["path.alpha"])
     right.plot(angle, run["path.length"], label="free strip, m")
