@@ -4,6 +4,7 @@ from lumped import ops
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
@@ -25,6 +26,7 @@ __all__ = [
     "Event",
     "Expr",
     "Flange",
+    "FrequencyResponse",
     "HeatPort",
     "Input",
     "LinearFlange",
@@ -33,6 +35,7 @@ __all__ = [
     "OperatingPoint",
     "Output",
     "Param",
+    "Peak",
     "Pin",
     "Port",
     "Statistics",
@@ -45,6 +48,7 @@ __all__ = [
     "connect",
     "der",
     "equilibrium",
+    "frequency_response",
     "hold",
     "linearise",
     "lossless",

@@ -13,9 +13,10 @@ from lumped.system import Name
 
 if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
+    from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
 
-__all__ = ["mode_shapes", "trajectory"]
+__all__ = ["frequency_response", "mode_shapes", "trajectory"]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
@@ -120,5 +121,40 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
         lines_drawn, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(lines_drawn, labels, loc="outside lower center", ncols=2)
     figure.supylabel("relative amplitude")
+    figure.suptitle(system.name)
+    return figure
+
+
+def frequency_response(
+    response: FrequencyResponse, outputs: Iterable[Name] | None = None
+) -> Figure:
+    """Magnitude (logarithmic) and phase over the frequency, one pair of panels for each output.
+
+    Parameters
+    ----------
+    response : FrequencyResponse
+        From `lumped.frequency_response`.
+    outputs : iterable of names or references, optional
+        Outputs to draw; default is all.
+    """
+    system = response.system
+    chosen = response.outputs if outputs is None else [system.key(name) for name in outputs]
+    figure = Figure((_WIDTH, 0.6 + 3.6 * len(chosen)), layout="constrained")
+    axes = figure.subplots(2 * len(chosen), sharex=True, height_ratios=[2, 1] * len(chosen))
+    for size, angle, output in zip(axes[::2], axes[1::2], chosen, strict=True):
+        for i, given in enumerate(response.inputs):
+            line, colour = _LINES[i // 10 % len(_LINES)], f"C{i % 10}"
+            magnitude = response.magnitude(output, given)
+            size.plot(response.hertz, magnitude, line, color=colour, label=given)
+            degrees = np.degrees(response.phase(output, given))
+            angle.plot(response.hertz, degrees, line, color=colour)
+        size.set_yscale("log")
+        size.set_ylabel(f"{output}, {system.quantity(output).unit} for each unit of input")
+        size.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        angle.set_ylabel("phase, deg")
+        for axis in (size, angle):
+            axis.grid(alpha=0.3)
+    axes[-1].set_xlabel("frequency, Hz")
+    axes[-1].set_xlim(response.hertz[0], response.hertz[-1])
     figure.suptitle(system.name)
     return figure
