@@ -6,6 +6,7 @@ from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.analysis.sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
 from lumped.assemble import assemble
@@ -22,6 +23,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Component",
     "Connection",
+    "EigenSensitivity",
     "Equation",
     "Event",
     "Expr",
@@ -47,6 +49,7 @@ __all__ = [
     "compose",
     "connect",
     "der",
+    "eigen_sensitivity",
     "equilibrium",
     "frequency_response",
     "hold",

@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
+    from lumped.analysis.sensitivity import EigenSensitivity
 
-__all__ = ["frequency_response", "mode_shapes", "trajectory"]
+__all__ = ["frequency_response", "mode_shapes", "tornado", "trajectory"]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
+_MOST_BARS = 12
 _LINES = ("-", "--", ":", "-.")  # after ten colours
 
 
@@ -157,4 +159,30 @@ def frequency_response(
     axes[-1].set_xlabel("frequency, Hz")
     axes[-1].set_xlim(response.hertz[0], response.hertz[-1])
     figure.suptitle(system.name)
+    return figure
+
+
+def tornado(sensitivity: EigenSensitivity, mode: int = 0) -> Figure:
+    """Change of a natural frequency by 1 % of each parameter, the most effective on top.
+
+    Parameters
+    ----------
+    sensitivity : EigenSensitivity
+        From `lumped.eigen_sensitivity`.
+    mode : int
+        Number of the mode, from 0.
+    """
+    modes = sensitivity.modes
+    most = sensitivity.ranked(mode)[:_MOST_BARS]
+    figure = Figure((_WIDTH, 1.2 + 0.3 * len(most)), layout="constrained")
+    axis = figure.subplots()
+    place = np.arange(len(most))
+    percent = [value for _, value in most]
+    axis.barh(place, percent, color=["C0" if value >= 0 else "C3" for value in percent])
+    axis.set_yticks(place, [name for name, _ in most])
+    axis.invert_yaxis()
+    axis.axvline(0, color="black", linewidth=0.8)
+    axis.grid(alpha=0.3, axis="x")
+    axis.set_xlabel("change of the frequency by 1 % of the parameter, %")
+    figure.suptitle(f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz")
     return figure
