@@ -1,6 +1,7 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
 from lumped import ops
+from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
@@ -21,8 +22,10 @@ from lumped.system import System
 __version__ = "0.1.0"
 
 __all__ = [
+    "Campbell",
     "Component",
     "Connection",
+    "CriticalSpeed",
     "EigenSensitivity",
     "Equation",
     "Event",
@@ -45,9 +48,11 @@ __all__ = [
     "Trajectory",
     "Var",
     "assemble",
+    "campbell",
     "chain",
     "compose",
     "connect",
+    "critical_speeds",
     "der",
     "eigen_sensitivity",
     "equilibrium",

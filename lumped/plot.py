@@ -12,12 +12,13 @@ from lumped.errors import OptionError
 from lumped.system import Name
 
 if TYPE_CHECKING:
+    from lumped.analysis.campbell import Campbell
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
     from lumped.analysis.sensitivity import EigenSensitivity
 
-__all__ = ["frequency_response", "mode_shapes", "tornado", "trajectory"]
+__all__ = ["campbell", "frequency_response", "mode_shapes", "tornado", "trajectory"]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
@@ -185,4 +186,32 @@ def tornado(sensitivity: EigenSensitivity, mode: int = 0) -> Figure:
     axis.grid(alpha=0.3, axis="x")
     axis.set_xlabel("change of the frequency by 1 % of the parameter, %")
     figure.suptitle(f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz")
+    return figure
+
+
+def campbell(diagram: Campbell) -> Figure:
+    """Natural frequencies over the speed, rays of the orders, and points where they meet.
+
+    Parameters
+    ----------
+    diagram : Campbell
+        From `lumped.campbell`.
+    """
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    rpm = diagram.speeds * 30 / np.pi
+    axis.plot(rpm, diagram.hertz, color="C0")
+    for order in diagram.orders:
+        axis.plot(rpm, order * rpm / 60, color="grey", linewidth=0.8)
+        axis.annotate(f"{order:g}", (rpm[-1], order * rpm[-1] / 60), color="grey")
+    axis.plot(
+        [c.rpm for c in diagram.critical], [c.hertz for c in diagram.critical], "o", color="C3"
+    )
+    top = np.nanmax(diagram.hertz, initial=0.0)
+    axis.set_ylim(0, 1.15 * (top or max(diagram.orders) * rpm[-1] / 60))
+    axis.set_xlim(rpm[0], rpm[-1])
+    axis.set_xlabel("speed, 1/min")
+    axis.set_ylabel("frequency, Hz")
+    axis.grid(alpha=0.3)
+    figure.suptitle(diagram.system.name)
     return figure

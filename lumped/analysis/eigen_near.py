@@ -109,8 +109,7 @@ def _singular(
         still = np.zeros((len(colour), rigid))
         still[many] = _null_space(csc_array(block.T), rigid, norm)
         found, vectors = np.append(found, np.zeros(rigid)), np.hstack([vectors, still])
-    scaled: Complex = vectors * back[:, None]
-    return found, scaled.T
+    return found, (vectors * back[:, None]).T.astype(complex)
 
 
 def _shifted(block: csc_array, shift: float):  # type: ignore[no-untyped-def]
