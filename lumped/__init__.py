@@ -2,6 +2,7 @@
 
 from lumped import ops
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
@@ -36,6 +37,7 @@ __all__ = [
     "Input",
     "LinearFlange",
     "Linearisation",
+    "ModalEnergies",
     "Modes",
     "OperatingPoint",
     "Output",
@@ -60,6 +62,7 @@ __all__ = [
     "hold",
     "linearise",
     "lossless",
+    "modal_energies",
     "modes",
     "ops",
     "param",

@@ -117,15 +117,26 @@ class Modes:
 
     def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
         unknown = self.system._tree.unknown(name)
-        node = self.system._reduced.node(unknown)
-        if node is None:
-            return np.zeros(vectors.shape[1], dtype=complex)
-        sign = float(self.system._reduced.aliases.signs[unknown])
-        found = self._of_nodes([node], vectors, values)
-        if found is None:
-            raise UnknownNameError(f"'{self.system.key(name)}' was left out of the system.")
-        amplitudes: Complex = sign * found[0]
-        return amplitudes
+        found: Complex = self.amplitudes([unknown], vectors, values)[0]
+        return found
+
+    def amplitudes(
+        self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex:
+        """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
+        reduced = self.system._reduced
+        nodes = [reduced.node(unknown) for unknown in unknowns]
+        alive = [i for i, node in enumerate(nodes) if node is not None]
+        result = np.zeros((len(nodes), vectors.shape[1]), dtype=complex)
+        wanted = [node for node in nodes if node is not None]
+        lost = [i for i, n in zip(alive, self._lowest(wanted), strict=True) if n is None]
+        if lost:
+            name = self.system._tree.unknown_name(unknowns[lost[0]])
+            raise UnknownNameError(f"'{name}' was left out of the system.")
+        if wanted:
+            result[alive] = self._required(wanted, vectors, values)
+            result[alive] *= reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
+        return result
 
     def _of_nodes(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
