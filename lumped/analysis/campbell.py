@@ -88,7 +88,7 @@ class Campbell:
 
 def _table(critical: Iterable[CriticalSpeed]) -> str:
     rows = [
-        (number(c.speed), number(c.rpm), number(c.order), str(c.mode), number(c.hertz))
+        (number(c.speed), number(c.rpm), number(c.order), str(c.mode + 1), number(c.hertz))
         for c in critical
     ]
     return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)

@@ -59,7 +59,7 @@ class ModalEnergies:
         rows = []
         for i, hertz in enumerate(self.modes.hertz[:30]):
             texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
-            rows.append((str(i), number(hertz, 9), *texts))
+            rows.append((str(i + 1), number(hertz, 9), *texts))
         head = ("mode", "natural frequency, Hz", "elastic energy", "kinetic energy")
         return f"{self.modes.system.name}\n" + table(head, rows)
 

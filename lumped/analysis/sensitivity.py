@@ -123,7 +123,7 @@ class EigenSensitivity:
             if i not in self.repeated:
                 most = [(n, v) for n, v in self.ranked(i)[:4] if v]
                 text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
-            rows.append((str(i), number(hertz, 9), text))
+            rows.append((str(i + 1), number(hertz, 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
         return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
