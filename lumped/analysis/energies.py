@@ -100,7 +100,7 @@ def modal_energies(modes: Modes) -> ModalEnergies:
                 owners.append(number_)
                 unknowns.append(node.first_unknown + i)
     potentials, flows = (
-        modes.amplitudes([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
+        modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
         for k in (0, 1)
     )
     whole = np.zeros((len(tree.nodes), len(modes.eigenvalues)))

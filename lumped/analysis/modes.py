@@ -117,10 +117,10 @@ class Modes:
 
     def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
         unknown = self.system._tree.unknown(name)
-        found: Complex = self.amplitudes([unknown], vectors, values)[0]
+        found: Complex = self._of_unknowns([unknown], vectors, values)[0]
         return found
 
-    def amplitudes(
+    def _of_unknowns(
         self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex:
         """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
