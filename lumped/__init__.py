@@ -8,7 +8,7 @@ from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
-from lumped.analysis.sensitivity import EigenSensitivity, eigen_sensitivity
+from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
 from lumped.assemble import assemble

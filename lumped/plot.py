@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
-    from lumped.analysis.sensitivity import EigenSensitivity
+    from lumped.analysis.eigen_sensitivity import EigenSensitivity
 
 __all__ = ["campbell", "frequency_response", "mode_shapes", "tornado", "trajectory"]
 
