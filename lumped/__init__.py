@@ -1,10 +1,14 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
 from lumped import ops, profiles
+from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
+from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
@@ -22,20 +26,26 @@ from lumped.system import System
 __version__ = "0.1.0"
 
 __all__ = [
+    "Campbell",
     "Component",
     "Connection",
+    "CriticalSpeed",
+    "EigenSensitivity",
     "Equation",
     "Event",
     "Expr",
     "Flange",
+    "FrequencyResponse",
     "HeatPort",
     "Input",
     "LinearFlange",
     "Linearisation",
+    "ModalEnergies",
     "Modes",
     "OperatingPoint",
     "Output",
     "Param",
+    "Peak",
     "Pin",
     "Port",
     "Sensitivity",
@@ -45,15 +55,20 @@ __all__ = [
     "Trajectory",
     "Var",
     "assemble",
+    "campbell",
     "chain",
     "compose",
     "connect",
+    "critical_speeds",
     "der",
+    "eigen_sensitivity",
     "equilibrium",
+    "frequency_response",
     "hold",
     "inverse",
     "linearise",
     "lossless",
+    "modal_energies",
     "modes",
     "ops",
     "param",

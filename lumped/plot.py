@@ -12,13 +12,17 @@ from lumped.errors import OptionError
 from lumped.system import Name
 
 if TYPE_CHECKING:
+    from lumped.analysis.campbell import Campbell
+    from lumped.analysis.eigen_sensitivity import EigenSensitivity
     from lumped.analysis.modes import Modes
+    from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
 
-__all__ = ["mode_shapes", "trajectory"]
+__all__ = ["campbell", "frequency_response", "mode_shapes", "tornado", "trajectory"]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
+_MOST_BARS = 12
 _LINES = ("-", "--", ":", "-.")  # after ten colours
 
 
@@ -121,4 +125,93 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
         figure.legend(lines_drawn, labels, loc="outside lower center", ncols=2)
     figure.supylabel("relative amplitude")
     figure.suptitle(system.name)
+    return figure
+
+
+def frequency_response(
+    response: FrequencyResponse, outputs: Iterable[Name] | None = None
+) -> Figure:
+    """Magnitude (logarithmic) and phase over the frequency, one pair of panels for each output.
+
+    Parameters
+    ----------
+    response : FrequencyResponse
+        From `lumped.frequency_response`.
+    outputs : iterable of names or references, optional
+        Outputs to draw; default is all.
+    """
+    system = response.system
+    chosen = response.outputs if outputs is None else [system.key(name) for name in outputs]
+    figure = Figure((_WIDTH, 0.6 + 3.6 * len(chosen)), layout="constrained")
+    axes = figure.subplots(2 * len(chosen), sharex=True, height_ratios=[2, 1] * len(chosen))
+    for size, angle, output in zip(axes[::2], axes[1::2], chosen, strict=True):
+        for i, given in enumerate(response.inputs):
+            line, colour = _LINES[i // 10 % len(_LINES)], f"C{i % 10}"
+            magnitude = response.magnitude(output, given)
+            size.plot(response.hertz, magnitude, line, color=colour, label=given)
+            degrees = np.degrees(response.phase(output, given))
+            angle.plot(response.hertz, degrees, line, color=colour)
+        size.set_yscale("log")
+        size.set_ylabel(f"{output}, {system.quantity(output).unit} for each unit of input")
+        size.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+        angle.set_ylabel("phase, deg")
+        for axis in (size, angle):
+            axis.grid(alpha=0.3)
+    axes[-1].set_xlabel("frequency, Hz")
+    axes[-1].set_xlim(response.hertz[0], response.hertz[-1])
+    figure.suptitle(system.name)
+    return figure
+
+
+def tornado(sensitivity: EigenSensitivity, mode: int = 0) -> Figure:
+    """Change of a natural frequency by 1 % of each parameter, the most effective on top.
+
+    Parameters
+    ----------
+    sensitivity : EigenSensitivity
+        From `lumped.eigen_sensitivity`.
+    mode : int
+        Number of the mode, from 0.
+    """
+    modes = sensitivity.modes
+    most = sensitivity.ranked(mode)[:_MOST_BARS]
+    figure = Figure((_WIDTH, 1.2 + 0.3 * len(most)), layout="constrained")
+    axis = figure.subplots()
+    place = np.arange(len(most))
+    percent = [value for _, value in most]
+    axis.barh(place, percent, color=["C0" if value >= 0 else "C3" for value in percent])
+    axis.set_yticks(place, [name for name, _ in most])
+    axis.invert_yaxis()
+    axis.axvline(0, color="black", linewidth=0.8)
+    axis.grid(alpha=0.3, axis="x")
+    axis.set_xlabel("change of the frequency by 1 % of the parameter, %")
+    figure.suptitle(f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz")
+    return figure
+
+
+def campbell(diagram: Campbell) -> Figure:
+    """Natural frequencies over the speed, rays of the orders, and points where they meet.
+
+    Parameters
+    ----------
+    diagram : Campbell
+        From `lumped.campbell`.
+    """
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    rpm = diagram.speeds * 30 / np.pi
+    axis.plot(rpm, diagram.hertz, color="C0")
+    for order in diagram.orders:
+        axis.plot(rpm, order * rpm / 60, color="grey", linewidth=0.8)
+        axis.annotate(f"{order:g}", (rpm[-1], order * rpm[-1] / 60), color="grey")
+    axis.plot(
+        [c.rpm for c in diagram.critical], [c.hertz for c in diagram.critical], "o", color="C3"
+    )
+    top = np.nanmax(diagram.hertz, initial=0.0)
+    axis.set_ylim(0, 1.15 * (top or max(diagram.orders) * rpm[-1] / 60))
+    axis.set_xlim(rpm[0], rpm[-1])
+    axis.set_xlabel("speed, 1/min")
+    axis.set_ylabel("frequency, Hz")
+    axis.grid(alpha=0.3)
+    figure.suptitle(diagram.system.name)
     return figure

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh, matrix_balance, null_space, svd
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order
+
+from lumped.analysis.skew import skew_scaling, two_colours
 
 __all__ = ["eigenpairs"]
 
@@ -33,11 +34,12 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     vectors : ndarray of complex, shape (k, n)
         One in each row.
     """
-    scale = _skew_scaling(a)
+    sparse = csr_array(a)
+    scale = skew_scaling(sparse)
     if scale is None:
         return _general(a)
     skew = scale[:, None] * a / scale[None, :]
-    colour = _two_colours(a)
+    colour = two_colours(sparse)
     if colour is None:
         angular, vectors = eigh(1j * skew)
         values = -1j * angular
@@ -83,30 +85,3 @@ def _zeroed(values: Complex, n: int) -> Complex:
     """Values that are zero to rounding become exactly zero."""
     limit = 1e-13 * n * np.abs(values).max(initial=0.0)
     return np.where(np.abs(values) <= limit, 0.0, values)
-
-
-def _skew_scaling(a: Real) -> Real | None:
-    """Scaling s so that ``s_i a_ij / s_j`` is skew-symmetric, or None if there is none."""
-    if np.diag(a).any() or ((a != 0) != (a != 0).T).any():
-        return None
-    i, j = np.nonzero(a)
-    ratio = -a[j, i] / a[i, j]
-    if not len(i) or (ratio <= 0).any():
-        return None
-    order, before = breadth_first_order(csr_array(a != 0), 0)
-    scale = np.ones(len(a))
-    for k in order[1:]:
-        p = before[k]
-        scale[k] = scale[p] * np.sqrt(-a[p, k] / a[k, p])
-    fits = np.abs((scale[i] / scale[j]) ** 2 / ratio - 1) < 1e-9
-    return scale if fits.all() else None
-
-
-def _two_colours(a: Real) -> NDArray[np.bool_] | None:
-    """Split into two sets that couple only with each other, or None."""
-    order, before = breadth_first_order(csr_array(a != 0), 0)
-    colour = np.zeros(len(a), dtype=bool)
-    for k in order[1:]:
-        colour[k] = not colour[before[k]]
-    i, j = np.nonzero(a)
-    return colour if (colour[i] != colour[j]).all() else None

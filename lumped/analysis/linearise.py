@@ -83,6 +83,15 @@ def linearise(
     if at is not None and parameters:
         raise OptionError("linearise: give the parameters when making the operating point `at`.")
     point = at or start_point(system, parameters)
+    matrices, given, observed = linear_matrices(system, point, inputs, outputs)
+    A, B, C, D = (m.toarray() for m in matrices)
+    return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)
+
+
+def linear_matrices(
+    system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
+) -> tuple[list[csc_array], tuple[str, ...], tuple[str, ...]]:
+    """A, B, C and D as sparse matrices, and the full names of inputs and outputs."""
     p = system._flat.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
     given = tuple(system.key(name) for name in inputs)
@@ -100,12 +109,13 @@ def linearise(
         system._inputs,
         [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
     )
-    A, B, C, D = (ca.DM(m).full() for m in function(point.x, point.theta, point.time, point.modes))
-    if not all(np.isfinite(m).all() for m in (A, B, C, D)):
+    found = function(point.x, point.theta, point.time, point.modes)
+    matrices = [csc_array(ca.DM(m).sparse()) for m in found]
+    if not all(np.isfinite(m.data).all() for m in matrices):
         raise SolverError(
             f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
         )
-    return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)
+    return matrices, given, observed
 
 
 def sparse_state_matrix(system: System, point: OperatingPoint) -> csc_array:

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from lumped.analysis.eigen import eigenpairs
+from lumped.analysis.eigen_near import eigenpairs_near
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
@@ -29,6 +30,9 @@ __all__ = ["Modes", "modes"]
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_SMALL = 200
+"""States up to which all modes are computed although only some are asked for."""
+
 
 @dataclass(frozen=True, eq=False)
 class Modes:
@@ -42,6 +46,8 @@ class Modes:
         Real eigenvalues other than those of rigid-body modes, 1/s.
     point : OperatingPoint
         Where the system was linearised.
+    near : float or None
+        Frequency to which the modes are nearest, Hz, if only some were asked for.
     """
 
     system: System
@@ -50,6 +56,7 @@ class Modes:
     rigid_vectors: Real
     decays: Real
     point: OperatingPoint
+    near: float | None = None
 
     @property
     def hertz(self) -> Real:
@@ -110,15 +117,26 @@ class Modes:
 
     def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
         unknown = self.system._tree.unknown(name)
-        node = self.system._reduced.node(unknown)
-        if node is None:
-            return np.zeros(vectors.shape[1], dtype=complex)
-        sign = float(self.system._reduced.aliases.signs[unknown])
-        found = self._of_nodes([node], vectors, values)
-        if found is None:
-            raise UnknownNameError(f"'{self.system.key(name)}' was left out of the system.")
-        amplitudes: Complex = sign * found[0]
-        return amplitudes
+        found: Complex = self._of_unknowns([unknown], vectors, values)[0]
+        return found
+
+    def _of_unknowns(
+        self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
+    ) -> Complex:
+        """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
+        reduced = self.system._reduced
+        nodes = [reduced.node(unknown) for unknown in unknowns]
+        alive = [i for i, node in enumerate(nodes) if node is not None]
+        result = np.zeros((len(nodes), vectors.shape[1]), dtype=complex)
+        wanted = [node for node in nodes if node is not None]
+        lost = [i for i, n in zip(alive, self._lowest(wanted), strict=True) if n is None]
+        if lost:
+            name = self.system._tree.unknown_name(unknowns[lost[0]])
+            raise UnknownNameError(f"'{name}' was left out of the system.")
+        if wanted:
+            result[alive] = self._required(wanted, vectors, values)
+            result[alive] *= reduced.aliases.signs[np.array(unknowns)[alive]][:, None]
+        return result
 
     def _of_nodes(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
@@ -142,18 +160,27 @@ class Modes:
 
     def _lowest(self, nodes: list[int]) -> list[int | None]:
         """For each node itself, or the lowest derivative of it that the system computes."""
-        reduced = self.system._reduced
         result: list[int | None] = [None] * len(nodes)
-        waiting, depth = list(range(len(nodes))), 0
+        states = set(self.system.states)
+        # speeds first: an angle may be the sum of all torsions before it
+        ahead = [
+            i
+            for i, node in enumerate(nodes)
+            if node in self._port_nodes and node not in states and self._has_rate(node)
+        ]
+        usable = self.system.available([nodes[i] + 1 for i in ahead], cyclic=False)
+        for i, fits in zip(ahead, usable, strict=True):
+            if fits:
+                result[i] = nodes[i] + 1
+        waiting, depth = [i for i, found in enumerate(result) if found is None], 0
         while waiting:
             trial = [nodes[i] + depth for i in waiting]
             usable = self.system.available(trial, cyclic=False)
             left = []
             for i, node, fits in zip(waiting, trial, usable, strict=True):
-                number_, order = reduced.class_and_order(node)
                 if fits:
                     result[i] = node
-                elif order < reduced.highest[number_]:
+                elif self._has_rate(node):
                     left.append(i)
             waiting, depth = left, depth + 1
         return result
@@ -167,6 +194,17 @@ class Modes:
 
     @cached_property
     def _position_nodes(self) -> list[int]:
+        members = self.system._members
+        nodes = sorted(self._port_nodes, key=lambda n: members.get(n, n))
+        return [n for n, low in zip(nodes, self._lowest(nodes), strict=True) if low is not None]
+
+    def _has_rate(self, node: int) -> bool:
+        number_, order = self.system._reduced.class_and_order(node)
+        return bool(order < self.system._reduced.highest[number_])
+
+    @cached_property
+    def _port_nodes(self) -> set[int]:
+        """Potentials of ports, such as angles and positions."""
         system, reduced = self.system, self.system._reduced
         found = set()
         for node in system._tree.nodes:
@@ -174,8 +212,7 @@ class Modes:
                 n = reduced.node(node.first_unknown + i)
                 if quantity.kind == "potential" and n is not None:
                     found.add(n)
-        nodes = sorted(found, key=lambda n: system._members.get(n, n))
-        return [n for n, low in zip(nodes, self._lowest(nodes), strict=True) if low is not None]
+        return found
 
     def _required(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
@@ -218,6 +255,8 @@ class Modes:
             f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
             f", {len(self.decays)} decays"
         )
+        if self.near is not None:
+            head += f"; only those near {self.near:g} Hz"
         rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
@@ -239,6 +278,8 @@ def modes(
     *,
     at: OperatingPoint | None = None,
     parameters: Changes | None = None,
+    near: float | None = None,
+    count: int | None = None,
 ) -> Modes:
     """Natural frequencies, damping ratios and mode shapes.
 
@@ -253,6 +294,12 @@ def modes(
         Where to linearise; default is the start point.
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
+    near : float, optional
+        Frequency, Hz, for large drives: only the `count` oscillating modes nearest to it are
+        computed, by sparse iteration. With 0 rigid-body modes are found too; decays are those
+        found on the way. Of modes that repeat within one connected drive some may be missed.
+    count : int, optional
+        How many modes, with `near`.
 
     Returns
     -------
@@ -260,9 +307,17 @@ def modes(
 
     Raises
     ------
+    OptionError
+        If options contradict each other.
     SolverError
-        If the linearisation is not finite.
+        If the linearisation is not finite, or the sparse iteration does not converge.
     """
+    if (near is None) != (count is None):
+        raise OptionError("modes: `near` and `count` go together, such as near=0.0, count=20.")
+    if near is not None and not (np.isfinite(near) and near >= 0):
+        raise OptionError(f"modes: near = {near:g} Hz must be finite and not negative.")
+    if count is not None and count < 1:
+        raise OptionError(f"modes: count = {count} must be at least 1.")
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = at or start_point(system, parameters)
@@ -274,16 +329,21 @@ def modes(
     matrix.eliminate_zeros()
     n = matrix.shape[0]
     used = ~np.isin(system.states, [*system.cyclic, *system.switching.held(point.modes)])
-    count, label = connected_components(matrix, directed=False)
+    label = connected_components(matrix, directed=False)[1]
     values: list[complex] = []
     vectors: list[np.ndarray] = []
     rigid: list[np.ndarray] = []
     decays: list[float] = []
-    for part in range(count):
-        own = np.flatnonzero((label == part) & used)
+    members = np.flatnonzero(used)
+    members = members[np.argsort(label[members], kind="stable")]
+    for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
         if not len(own):
             continue
-        found = eigenpairs(matrix[own][:, own].toarray())
+        block = matrix[own][:, own]
+        if near is None or count is None or len(own) <= _SMALL:
+            found = eigenpairs(block.toarray())
+        else:
+            found = eigenpairs_near(block, 2 * np.pi * near, count)
         for value, vector in zip(*found, strict=True):
             full = np.zeros(n, dtype=complex)
             full[own] = vector
@@ -294,12 +354,17 @@ def modes(
                 vectors.append(full)
             elif value.imag == 0:
                 decays.append(float(value.real))
-    order = np.argsort(np.abs(np.array(values, dtype=complex)), kind="stable").tolist()
+    all_values = np.array(values, dtype=complex)
+    order = np.argsort(np.abs(all_values), kind="stable")
+    if near is not None:
+        distance = np.abs(all_values[order] - 2j * np.pi * near)
+        order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
     return Modes(
         system,
-        np.array([values[i] for i in order], dtype=complex),
+        np.array([values[i] for i in order.tolist()], dtype=complex),
         np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
         np.column_stack([np.zeros((n, 0)), *rigid]),
         np.sort(np.array(decays)),
         point,
+        near,
     )

@@ -1,0 +1,275 @@
+"""How natural frequencies and damping ratios change with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lstsq
+from scipy.sparse import csc_array, csr_array, eye_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.modes import Modes
+from lumped.analysis.steady import unsteady_part
+from lumped.errors import OptionError, SolverError
+from lumped.system import Name
+from lumped.table import number, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["EigenSensitivity", "eigen_sensitivity"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_REPEATED = 1e-6
+"""Relative distance below which eigenvalues count as repeated."""
+_ROUNDING = 1e-12
+_STILL = 1e-9
+"""Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""
+
+
+@dataclass(frozen=True, eq=False)
+class EigenSensitivity:
+    """Derivatives of the oscillating modes by parameters.
+
+    Attributes
+    ----------
+    modes : Modes
+        What was derived.
+    parameters : tuple of str
+        Names.
+    eigenvalues : ndarray of complex, shape (k, p)
+        Derivatives of the eigenvalues, 1/s for each unit of the parameter.
+    moving : bool
+        The operating point is an equilibrium that moves with the parameters, and this is
+        included. If False, the point is held, or does not matter.
+    repeated : tuple of int
+        Numbers (from 0) of modes whose eigenvalue repeats in the same drive. They have no
+        derivatives of their own: what is given for them is nan.
+    """
+
+    modes: Modes
+    parameters: tuple[str, ...]
+    eigenvalues: Complex
+    moving: bool
+    repeated: tuple[int, ...]
+
+    @property
+    def hertz(self) -> Real:
+        """Derivatives of the natural frequencies, Hz for each unit, shape (k, p)."""
+        values = self.modes.eigenvalues[:, None]
+        found: Real = (values.conj() * self.eigenvalues).real / np.abs(values) / (2 * np.pi)
+        return found
+
+    @property
+    def damping(self) -> Real:
+        """Derivatives of the damping ratios, 1 for each unit, shape (k, p)."""
+        values = self.modes.eigenvalues[:, None]
+        size = np.abs(values)
+        along: Real = (values.conj() * self.eigenvalues).real / size
+        found: Real = -self.eigenvalues.real / size + values.real * along / size**2
+        return found
+
+    @property
+    def relative(self) -> Real:
+        """Relative change of frequencies for each relative change of a parameter, shape (k, p)."""
+        found: Real = self.hertz * self._values / self.modes.hertz[:, None]
+        return found
+
+    @property
+    def _values(self) -> Real:
+        values = self.modes.point.parameters
+        return np.array([values[name] for name in self.parameters])
+
+    def ranked(self, mode: int) -> list[tuple[str, float]]:
+        """Parameters and relative sensitivities of a mode's frequency, the largest first.
+
+        Raises
+        ------
+        OptionError
+            If there is no such mode, or its eigenvalue repeats.
+        """
+        count = len(self.modes.hertz)
+        if not 0 <= mode < count:
+            raise OptionError(f"sensitivity: mode {mode} of {count}; modes count from 0.")
+        if mode in self.repeated:
+            raise OptionError(
+                f"{self.modes.system.name}: the eigenvalue of mode {mode} "
+                f"({self.modes.hertz[mode]:.6g} Hz) repeats, so it has no derivative of its own. "
+                "Change a parameter a little to part the modes."
+            )
+        relative = self.relative[mode]
+        order = np.argsort(-np.abs(relative), kind="stable")
+        return [(self.parameters[i], float(relative[i])) for i in order]
+
+    def plot(self, mode: int = 0) -> Figure:
+        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        from lumped.plot import tornado
+
+        return tornado(self, mode)
+
+    def __repr__(self) -> str:
+        rows = []
+        for i, hertz in enumerate(self.modes.hertz[:12]):
+            text = "repeated: no derivatives of its own"
+            if i not in self.repeated:
+                most = [(n, v) for n, v in self.ranked(i)[:4] if v]
+                text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
+            rows.append((str(i + 1), number(hertz, 9), text))
+        point = "moves with the parameters" if self.moving else "held, or without effect"
+        head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
+        return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
+
+
+def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> EigenSensitivity:
+    """Exact derivatives of eigenvalues by parameters.
+
+    ``dl/dp = y^H (dA/dp) x`` with right and left eigenvectors, ``y^H x == 1`` (Fox and Kapoor,
+    AIAA Journal 6, 1968). One reverse sweep for each mode gives the derivatives by all parameters.
+
+    If the operating point of the modes is an equilibrium, the states follow the parameters so that
+    it stays one; of several possible the nearest. Else the states are held. Parameters at which
+    functions of time or what sticks would change are not watched.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Returns
+    -------
+    EigenSensitivity
+
+    Raises
+    ------
+    OptionError
+        If there is no oscillating mode.
+    UnknownNameError
+        If a parameter does not exist, or is bound to others.
+    SolverError
+        If a derivative is not finite.
+    """
+    system, point = modes.system, modes.point
+    if not len(modes.eigenvalues):
+        raise OptionError(f"{system.name}: no oscillating mode to derive.")
+    p = system._flat.parameters
+    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
+    places = system.places(names)
+    x, theta, time, settings = system._inputs
+    count, right = len(system.states), modes.vectors
+    left = _left_vectors(modes)
+    y, v = ca.SX.sym("y", count), ca.SX.sym("v", count)
+    product = ca.dot(y, ca.jtimes(system.rates, x, v))
+    function = ca.Function(
+        "contraction",
+        [x, theta, time, settings, y, v],
+        [ca.densify(ca.gradient(product, ca.vertcat(x, theta)))],
+    )
+
+    def contracted(a: Real, b: Real) -> Real:
+        both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, point.modes)]
+        states = np.repeat(np.c_[point.x], a.shape[1], axis=1)
+        times = np.full((1, a.shape[1]), point.time)
+        return np.asarray(function(states, both[0], times, both[1], a, b)).T
+
+    real = contracted(left.real, right.real) + contracted(left.imag, right.imag)
+    imaginary = contracted(left.real, right.imag) - contracted(left.imag, right.real)
+    by_states, by_parameters = np.split(real + 1j * imaginary, [count], axis=1)
+    found = by_parameters[:, places]
+    moving = False
+    if (np.abs(by_states) > _ROUNDING * np.abs(modes.eigenvalues)[:, None]).any():
+        change = unsteady_part(point)
+        if _is_equilibrium(modes, change):
+            found = found + by_states @ _followed(modes, change, places)
+            moving = True
+    repeated = _repeated(modes)
+    found[list(repeated)] = np.nan
+    alone = np.setdiff1d(np.arange(len(found)), repeated)
+    if not np.isfinite(found[alone]).all():
+        mode, place = np.argwhere(~np.isfinite(found[alone]))[0]
+        raise SolverError(
+            f"{system.name}: the derivative of mode {alone[mode]} by {names[place]} = "
+            f"{point.theta[places[place]]:g} is not finite. Change this value, or leave it out of "
+            "`to`."
+        )
+    return EigenSensitivity(modes, tuple(names), found, moving, repeated)
+
+
+def _left_vectors(modes: Modes) -> Complex:
+    """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration."""
+    matrix = csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
+    n, parts = matrix.shape[0], _parts(modes)
+    found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
+    for k, value in enumerate(modes.eigenvalues):
+        x = modes.vectors[:, k]
+        own = np.flatnonzero(parts == parts[np.abs(x).argmax()])
+        block = matrix[own][:, own]
+        factors = splu(csc_array(block - value * (1 + 1e-10) * eye_array(len(own))))
+        y = np.ones(len(own)) / np.sqrt(len(own))
+        y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
+        for _ in range(3):
+            y = factors.solve(y.astype(complex), trans="H")
+            y /= np.linalg.norm(y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found[own, k] = y / np.conj(np.vdot(y, x[own]))
+    return found
+
+
+def _parts(modes: Modes) -> NDArray[np.int32]:
+    """Number of the connected part of the drive to which each state belongs."""
+    matrix = csr_array(sparse_state_matrix(modes.system, modes.point))
+    matrix.eliminate_zeros()
+    found: NDArray[np.int32] = connected_components(matrix, directed=False)[1]
+    return found
+
+
+def _repeated(modes: Modes) -> tuple[int, ...]:
+    """Modes whose eigenvalue is that of another in the same part of the drive."""
+    values = modes.eigenvalues
+    part = _parts(modes)[np.abs(modes.vectors).argmax(axis=0)]
+    close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]
+    close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
+    critical = 2 * np.abs(values.imag) <= _REPEATED * np.abs(values)
+    return tuple(np.flatnonzero(close.any(axis=1) | critical).tolist())
+
+
+def _is_equilibrium(modes: Modes, change: csc_array) -> bool:
+    """Whether the derivatives vanish at the point, steady motion apart."""
+    system, point = modes.system, modes.point
+    inputs = (point.x, point.theta, point.time, point.modes)
+    rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
+    terms = abs(change @ sparse_state_matrix(system, point)) @ (np.abs(point.x) + 1e-3)
+    return bool((rates <= _STILL * (terms + 1e-9)).all())
+
+
+def _followed(modes: Modes, change: csc_array, places: list[int]) -> Real:
+    """How an equilibrium moves with parameters: least change of states, shape (n, p)."""
+    system, point = modes.system, modes.point
+    by_parameters = ca.jacobian(system.rates, system._inputs[1][places])
+    function = ca.Function("f", system._inputs, [by_parameters])
+    inputs = (point.x, point.theta, point.time, point.modes)
+    right = (change @ csc_array(function(*inputs).sparse())).toarray()
+    matrix = (change @ sparse_state_matrix(system, point)).toarray()
+    scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
+    step = lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
+    left_over = np.abs(matrix @ step + right).max(axis=0, initial=0.0)
+    size = np.abs(right).max(axis=0, initial=0.0)
+    lost = np.flatnonzero(left_over > 1e-6 * size)
+    if len(lost):
+        names = system._flat.parameters
+        name = names.names[names.free[places[lost[0]]]]
+        raise SolverError(
+            f"{system.name}: there is no equilibrium near the operating point when {name} "
+            "changes. Leave it out of `to`, or let a load depend on the speed."
+        )
+    return np.asarray(step)

@@ -1,0 +1,282 @@
+"""Frequency responses against closed forms and impedance matrices written here."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Position,
+    Speed,
+    Spring,
+    SpringDamper,
+    Torque,
+)
+from lumped.errors import OptionError, SolverError, UnknownNameError
+
+
+class Rig(lp.Component):
+    """A motor drives a load through a shaft."""
+
+    motor: Torque = Torque(tau=0.0)
+    a: Inertia = Inertia(J=2.0)
+    shaft: SpringDamper = SpringDamper(c=300.0, d=1.5)
+    b: Inertia = Inertia(J=1.0)
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.a, self.shaft, self.b)
+
+
+def stiffness(w):
+    return 300.0 + 1.5j * w
+
+
+def torsion(w):
+    return -0.5 / (-(w**2) + stiffness(w) * 1.5)
+
+
+def test_two_inertias_answer_as_the_closed_form_says():
+    hertz = np.linspace(0.1, 20.0, 173)
+    received = lp.frequency_response(
+        lp.assemble(Rig()), inputs=["motor.tau"], outputs=["shaft.tau", "b.w"], hertz=hertz
+    )
+    w = 2 * np.pi * hertz
+    torque = stiffness(w) * torsion(w)
+    error = np.abs(received["shaft.tau", "motor.tau"] / torque - 1).max()
+    print(f"relative error {error:.1e}")
+    assert error < 1e-11
+    assert received["b.w", "motor.tau"] == pytest.approx(-torque / (1j * w), rel=1e-11)
+    assert received.magnitude("shaft.tau", "motor.tau") == pytest.approx(np.abs(torque), rel=1e-11)
+    # static: the load takes its share J_b / (J_a + J_b) of the torque
+    received_factor = received.amplification("shaft.tau", "motor.tau")
+    assert received_factor == pytest.approx(np.abs(torque) * 3.0, rel=1e-6)
+
+
+def test_a_reference_names_an_input_and_an_output():
+    rig = Rig()
+    received = lp.frequency_response(
+        lp.assemble(rig), inputs=[rig.motor.tau], outputs=[rig.shaft.phi_rel], hertz=[3.0]
+    )
+    expected = torsion(2 * np.pi * 3.0)
+    assert received[rig.shaft.phi_rel, rig.motor.tau] == pytest.approx([expected], rel=1e-12)
+
+
+@pytest.mark.parametrize("zeta", [1e-4, 0.01, 0.3])
+def test_the_peak_of_a_damped_oscillator_has_its_closed_form(zeta):
+    w0 = np.sqrt(800.0 / 2.0)
+    model = lp.compose(
+        drive=Torque(tau=0.0),
+        body=Inertia(J=2.0),
+        shaft=SpringDamper(c=800.0, d=2 * zeta * w0 * 2.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    )
+    received = lp.frequency_response(
+        lp.assemble(model),
+        inputs=["drive.tau"],
+        outputs=["shaft.phi_rel"],
+        hertz=np.linspace(0.0, 8.0, 161),
+    )
+    (peak,) = received.peaks("shaft.phi_rel", "drive.tau")
+    assert peak.hertz == pytest.approx(w0 * np.sqrt(1 - 2 * zeta**2) / (2 * np.pi), rel=1e-7)
+    expected = 1 / 800.0 / (2 * zeta * np.sqrt(1 - zeta**2))
+    assert peak.magnitude == pytest.approx(expected, rel=1e-7)
+    # static twist at 0 Hz; far above the resonance the body is turned against its torque
+    assert received["shaft.phi_rel", "drive.tau"][0] == pytest.approx(-1 / 800.0, rel=1e-12)
+    phase = received.phase("shaft.phi_rel", "drive.tau")
+    w = 2 * np.pi * 8.0
+    lag = np.arctan2(2 * zeta * w0 * w, w0**2 - w**2)
+    assert phase[0] - phase[-1] == pytest.approx(lag, rel=1e-9)
+
+
+def test_a_long_geared_drive_answers_as_its_impedance_matrix():
+    rng = np.random.default_rng(11)
+    n = 60
+    J, c, d = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1), rng.uniform(0.1, 5, n - 1)
+    ratio = rng.uniform(0.5, 3.0, n - 1)
+
+    def joints(m):
+        for i in range(n - 1):
+            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
+        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
+        yield from lp.chain(m.first, m.body[0])
+        yield lp.connect(m.second.flange, m.body[30].flange_b)
+
+    model = lp.compose(
+        body=[Inertia(J=float(x)) for x in J],
+        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
+        gear=[IdealGear(ratio=float(x)) for x in ratio],
+        brake=Damper(d=0.7),
+        ground=Fixed(),
+        first=Torque(tau=0.0),
+        second=Torque(tau=0.0),
+        connections=joints,
+    )
+    hertz = np.linspace(0.5, 60.0, 40)
+    outputs = ["body[59].w", "shaft[17].tau", "body[4].w"]
+    received = lp.frequency_response(
+        lp.assemble(model), inputs=["first.tau", "second.tau"], outputs=outputs, hertz=hertz
+    )
+    twist = np.zeros((n - 1, n))
+    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
+    twist[np.arange(n - 1), np.arange(1, n)] = ratio
+    brake = np.zeros(n)
+    brake[-1] = 0.7
+    worst = 0.0
+    for k, f in enumerate(hertz):
+        s = 2j * np.pi * f
+        law = np.diag(c + s * d)
+        impedance = s**2 * np.diag(J) + s * np.diag(brake) + twist.T @ law @ twist
+        angles = np.linalg.solve(impedance, np.eye(n)[:, [0, 30]])
+        torque = (law @ twist @ angles)[17]
+        expected = np.array([s * angles[59], torque, s * angles[4]])
+        worst = max(worst, np.abs(received.values[k] / expected - 1).max())
+    print(f"worst relative error {worst:.1e}")
+    assert worst < 1e-8
+
+
+def test_a_stiffness_that_varies_is_an_input_too():
+    """At a static twist of 3 N.m / c a change of c acts as a torque."""
+    model = lp.compose(
+        drive=Torque(tau=3.0),
+        body=Inertia(J=2.0),
+        shaft=Spring(c=800.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.shaft, m.wall),
+    )
+    system = lp.assemble(model)
+    received = lp.frequency_response(
+        system,
+        inputs=["shaft.c"],
+        outputs=["body.w"],
+        hertz=[1.0, 2.0],
+        at=lp.equilibrium(system),
+    )
+    s = 2j * np.pi * np.array([1.0, 2.0])
+    expected = -s * (3.0 / 800.0) / (2.0 * s**2 + 800.0)
+    assert received["body.w", "shaft.c"] == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_drive_without_states_answers_at_once():
+    model = lp.compose(
+        drive=Torque(tau=0.0),
+        gear=IdealGear(ratio=4.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.gear, m.wall),
+    )
+    received = lp.frequency_response(
+        lp.assemble(model), inputs=["drive.tau"], outputs=["wall.flange.tau"], hertz=[1.0, 9.0]
+    )
+    # the torque on the wall, and the wall as part of the drive train
+    assert received["wall.flange.tau", "drive.tau"] == pytest.approx([4.0, 4.0], rel=1e-14)
+
+
+class Shaker(lp.Component):
+    """Motion by its acceleration."""
+
+    flange = lp.Flange()
+    a = lp.Input("rad/s2", "acceleration")
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "speed")
+
+    def equations(self):
+        yield self.flange.phi == self.phi
+        yield lp.der(self.phi) == self.w
+        yield lp.der(self.w) == self.a
+
+
+def driven_by(base):
+    return lp.assemble(
+        lp.compose(
+            base=base,
+            shaft=SpringDamper(c=800.0, d=3.0),
+            body=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.base, m.shaft, m.body),
+        )
+    )
+
+
+def test_a_prescribed_angle_is_refused_and_its_acceleration_answers():
+    with pytest.raises(OptionError, match=r"response to base\.phi would need its rate of change"):
+        lp.frequency_response(
+            driven_by(Position(phi=0.0)), inputs=["base.phi"], outputs=["body.w"], hertz=[1.0]
+        )
+    received = lp.frequency_response(
+        driven_by(Shaker(a=0.0)), inputs=["base.a"], outputs=["body.w"], hertz=[1.0]
+    )
+    s = 2j * np.pi
+    expected = (800.0 + 3.0 * s) / (2.0 * s**2 + 3.0 * s + 800.0) / s
+    assert received["body.w", "base.a"] == pytest.approx([expected], rel=1e-12)
+
+
+def test_a_prescribed_speed_varies_only_where_its_acceleration_does_not_matter():
+    def driven(*parts):
+        named = {f"part{i}": part for i, part in enumerate(parts)}
+        return lp.assemble(
+            lp.compose(
+                base=Speed(w=10.0),
+                **named,
+                connections=lambda m: lp.chain(m.base, *(getattr(m, n) for n in named)),
+            )
+        )
+
+    asked = {"inputs": ["base.w"], "outputs": ["part1.w"], "hertz": [1.0]}
+    received = lp.frequency_response(driven(SpringDamper(c=800.0, d=3.0), Inertia(J=2.0)), **asked)
+    s = 2j * np.pi
+    expected = (800.0 + 3.0 * s) / (2.0 * s**2 + 3.0 * s + 800.0)
+    assert received["part1.w", "base.w"] == pytest.approx([expected], rel=1e-12)
+    with pytest.raises(OptionError, match=r"base\.w would need its rate"):
+        lp.frequency_response(
+            driven(Inertia(J=1.0), Spring(c=1.0), Inertia(J=2.0)),
+            inputs=["base.w"],
+            outputs=["base.flange.tau"],
+            hertz=[1.0],
+        )
+
+
+def test_what_drifts_freely_has_no_static_response():
+    system = lp.assemble(Rig())
+    asked = {"inputs": ["motor.tau"], "outputs": ["a.w"]}
+    with pytest.raises(SolverError, match="no finite response at 0 Hz: what moves freely"):
+        lp.frequency_response(system, **asked, hertz=[0.0, 1.0])
+    free = lp.frequency_response(system, **asked, hertz=[1.0, 2.0])
+    with pytest.raises(OptionError, match=r"a\.w has no static response to motor\.tau"):
+        free.amplification("a.w", "motor.tau")
+
+
+@pytest.mark.parametrize("hertz", [[], [2.0, 1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, np.nan]])
+def test_frequencies_must_ascend(hertz):
+    with pytest.raises(OptionError, match="ascending, finite and not negative"):
+        lp.frequency_response(
+            lp.assemble(Rig()), inputs=["motor.tau"], outputs=["b.w"], hertz=hertz
+        )
+
+
+def test_unknown_names_are_answered_with_the_nearest():
+    system = lp.assemble(Rig())
+    with pytest.raises(UnknownNameError, match=r"'a\.w' is not a parameter.*"):
+        lp.frequency_response(system, inputs=["a.w"], outputs=["b.w"], hertz=[1.0])
+    received = lp.frequency_response(system, inputs=["motor.tau"], outputs=["b.w"], hertz=[1.0])
+    with pytest.raises(UnknownNameError, match=r"'a\.w' is no output of this response"):
+        received.magnitude("a.w", "motor.tau")
+    with pytest.raises(OptionError, match="at least one input"):
+        lp.frequency_response(system, inputs=[], outputs=["b.w"], hertz=[1.0])
+
+
+def test_the_picture_shows_magnitude_and_phase():
+    received = lp.frequency_response(
+        lp.assemble(Rig()),
+        inputs=["motor.tau"],
+        outputs=["shaft.tau"],
+        hertz=np.linspace(1, 9, 50),
+    )
+    size, angle = received.plot().axes
+    assert size.get_ylabel() == "shaft.tau, N.m for each unit of input"
+    expected = np.abs(stiffness(2 * np.pi * received.hertz) * torsion(2 * np.pi * received.hertz))
+    assert size.lines[0].get_ydata() == pytest.approx(expected, rel=1e-11)
+    assert size.get_yscale() == "log"
+    assert angle.get_xlabel() == "frequency, Hz"
+    assert "shaft.tau / motor.tau" in repr(received)
