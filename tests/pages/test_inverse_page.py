@@ -1,4 +1,4 @@
-"""What docs/inverse.md shows is true."""
+"""What docs/analyses/inverse.md shows is true."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-PAGE = (Path(__file__).parents[1] / "docs" / "inverse.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "inverse.md").read_text()
 
 
 def test_the_example_prints_what_stands_there_and_agrees_with_the_closed_form(capsys):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-PAGE = (Path(__file__).parents[1] / "docs" / "press.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "press.md").read_text()
 (BLOCK,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 E, R, L = 0.3, 0.1, 0.5
 PHASE = 3.14159

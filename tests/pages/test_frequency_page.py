@@ -1,4 +1,4 @@
-"""What docs/analyses.md shows is true."""
+"""What docs/analyses/frequency.md shows is true."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
-PAGE = (Path(__file__).parents[1] / "docs" / "analyses.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "frequency.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -15,7 +15,7 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     for block in BLOCKS:
-        exec(compile(block, "analyses.md", "exec"), names)
+        exec(compile(block, "frequency.md", "exec"), names)
     for picture in ("tornado.png", "response.png", "campbell.png"):
         assert (tmp_path / picture).stat().st_size > 5_000
     # motor, pinions, upper roll, lower roll
