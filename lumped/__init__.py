@@ -3,17 +3,21 @@
 from lumped import ops, profiles
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
-from lumped.analysis.energies import ModalEnergies, modal_energies
+from lumped.analysis.energies import ModalEnergies, Node, modal_energies
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
+from lumped.analysis.locus import RootLocus, root_locus
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.orders import Order, orders
+from lumped.analysis.participation import Participation, participation
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
+from lumped.analysis.symbolic import expression, symbolic_frequencies
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
@@ -42,12 +46,16 @@ __all__ = [
     "Linearisation",
     "ModalEnergies",
     "Modes",
+    "Node",
     "OperatingPoint",
+    "Order",
     "Output",
     "Param",
+    "Participation",
     "Peak",
     "Pin",
     "Port",
+    "RootLocus",
     "Sensitivity",
     "Sizing",
     "Statistics",
@@ -63,6 +71,7 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "expression",
     "frequency_response",
     "hold",
     "inverse",
@@ -71,12 +80,16 @@ __all__ = [
     "modal_energies",
     "modes",
     "ops",
+    "orders",
     "param",
+    "participation",
     "profiles",
+    "root_locus",
     "sensitivity",
     "simulate",
     "sizing",
     "start_point",
+    "symbolic_frequencies",
     "time",
     "var",
     "when",

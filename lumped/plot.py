@@ -14,11 +14,12 @@ from lumped.system import Name
 if TYPE_CHECKING:
     from lumped.analysis.campbell import Campbell
     from lumped.analysis.eigen_sensitivity import EigenSensitivity
+    from lumped.analysis.locus import RootLocus
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
 
-__all__ = ["campbell", "frequency_response", "mode_shapes", "tornado", "trajectory"]
+__all__ = ["campbell", "frequency_response", "mode_shapes", "root_locus", "tornado", "trajectory"]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
@@ -214,4 +215,33 @@ def campbell(diagram: Campbell) -> Figure:
     axis.set_ylabel("frequency, Hz")
     axis.grid(alpha=0.3)
     figure.suptitle(diagram.system.name)
+    return figure
+
+
+def root_locus(locus: RootLocus) -> Figure:
+    """Eigenvalues in the complex plane, upper half; a circle marks the first value, a dot the last.
+
+    Parameters
+    ----------
+    locus : RootLocus
+        From `lumped.root_locus`.
+    """
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    hertz = locus.eigenvalues / (2 * np.pi)
+    upper = (locus.eigenvalues.imag > 0).any(axis=0)
+    for i, column in enumerate(np.flatnonzero(upper).tolist()):
+        path = np.where(hertz[:, column].imag >= 0, hertz[:, column], np.nan)
+        colour = f"C{i % 10}"
+        axis.plot(path.real, path.imag, color=colour)
+        axis.plot(path.real[0], path.imag[0], "o", color=colour, fillstyle="none")
+        axis.plot(path.real[-1], path.imag[-1], "o", color=colour)
+    axis.axvline(0, color="black", linewidth=0.8)
+    axis.set_xlabel("real part / (2 pi), 1/s")
+    axis.set_ylabel("imaginary part / (2 pi), Hz")
+    axis.grid(alpha=0.3)
+    figure.suptitle(
+        f"{locus.system.name}: {locus.parameter} from {locus.values[0]:g} (circle) to "
+        f"{locus.values[-1]:g} (dot)"
+    )
     return figure

@@ -10,10 +10,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lstsq
-from scipy.sparse import csc_array, csr_array, eye_array
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
+from scipy.sparse import csc_array
 
+from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
 from lumped.analysis.steady import unsteady_part
@@ -167,7 +166,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     places = system.places(names)
     x, theta, time, settings = system._inputs
     count, right = len(system.states), modes.vectors
-    left = _left_vectors(modes)
+    left = left_vectors(modes)
     y, v = ca.SX.sym("y", count), ca.SX.sym("v", count)
     product = ca.dot(y, ca.jtimes(system.rates, x, v))
     function = ca.Function(
@@ -205,38 +204,10 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     return EigenSensitivity(modes, tuple(names), found, moving, repeated)
 
 
-def _left_vectors(modes: Modes) -> Complex:
-    """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration."""
-    matrix = csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
-    n, parts = matrix.shape[0], _parts(modes)
-    found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
-    for k, value in enumerate(modes.eigenvalues):
-        x = modes.vectors[:, k]
-        own = np.flatnonzero(parts == parts[np.abs(x).argmax()])
-        block = matrix[own][:, own]
-        factors = splu(csc_array(block - value * (1 + 1e-10) * eye_array(len(own))))
-        y = np.ones(len(own)) / np.sqrt(len(own))
-        y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
-        for _ in range(3):
-            y = factors.solve(y.astype(complex), trans="H")
-            y /= np.linalg.norm(y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found[own, k] = y / np.conj(np.vdot(y, x[own]))
-    return found
-
-
-def _parts(modes: Modes) -> NDArray[np.int32]:
-    """Number of the connected part of the drive to which each state belongs."""
-    matrix = csr_array(sparse_state_matrix(modes.system, modes.point))
-    matrix.eliminate_zeros()
-    found: NDArray[np.int32] = connected_components(matrix, directed=False)[1]
-    return found
-
-
 def _repeated(modes: Modes) -> tuple[int, ...]:
     """Modes whose eigenvalue is that of another in the same part of the drive."""
     values = modes.eigenvalues
-    part = _parts(modes)[np.abs(modes.vectors).argmax(axis=0)]
+    part = parts(modes)[np.abs(modes.vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]
     close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
     critical = 2 * np.abs(values.imag) <= _REPEATED * np.abs(values)

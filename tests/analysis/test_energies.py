@@ -113,3 +113,88 @@ def test_bad_input_is_refused(two_mass):
         lp.modal_energies(lp.modes(lp.assemble(two_mass))).ranked(3)
     with pytest.raises(OptionError, match="no oscillating mode"):
         lp.modal_energies(lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0)))))
+
+
+class Feeding(lp.Component):
+    """A damper that may feed, as friction that falls with the speed does."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    d: lp.Param = lp.param("N.m.s/rad", "damping")
+
+    def equations(self):
+        w = lp.der(self.flange_b.phi - self.flange_a.phi)
+        yield self.flange_b.tau == self.d * w
+        yield self.flange_a.tau == -self.d * w
+
+
+def test_contributions_to_damping_add_up_and_name_who_damps():
+    """Strong damping in two places and one that feeds: q^H D q of numbers written here."""
+    model = lp.compose(
+        ground=Fixed(),
+        bearing=Feeding(d=-0.2),
+        a=Inertia(J=1.0),
+        shaft=SpringDamper(c=30.0, d=2.0),
+        b=Inertia(J=2.0),
+        coupling=SpringDamper(c=20.0, d=0.7),
+        c=Inertia(J=3.0),
+        connections=lambda m: lp.chain(m.ground, m.bearing, m.a, m.shaft, m.b, m.coupling, m.c),
+    )
+    modes = lp.modes(lp.assemble(model))
+    received = lp.modal_energies(modes)
+    total = received.damping.sum(axis=1)
+    print("largest error of the sum:", np.abs(total - modes.damping).max())
+    assert total == pytest.approx(modes.damping, rel=1e-12)
+    place = {name: i for i, name in enumerate(received.components)}
+    J = np.array([1.0, 2.0, 3.0])
+    for k, value in enumerate(modes.eigenvalues):
+        q = np.array([modes.shape(f"{name}.phi")[k] for name in "abc"])
+        mass = 2 * abs(value) * (J * np.abs(q) ** 2).sum()
+        losses = {"bearing": -0.2 * abs(q[0]) ** 2, "shaft": 2.0 * abs(q[1] - q[0]) ** 2}
+        losses["coupling"] = 0.7 * abs(q[2] - q[1]) ** 2
+        for name, loss in losses.items():
+            assert received.damping[k, place[name]] == pytest.approx(loss / mass, rel=1e-9)
+        # shares of the energies hold with damping as well
+        elastic = 30.0 * abs(q[1] - q[0]) ** 2, 20.0 * abs(q[2] - q[1]) ** 2
+        share = received.elastic[k][[place["shaft"], place["coupling"]]]
+        assert share == pytest.approx(np.array(elastic) / sum(elastic), rel=1e-9)
+    assert (received.damping[:, place["bearing"]] < 0).all()
+
+
+def test_nodes_lie_where_the_shape_passes_zero(two_mass):
+    modes = lp.modes(lp.assemble(two_mass))
+    (node,) = lp.modal_energies(modes).nodes(0)
+    # J_a : J_b as 2 : 1, so the node is twice as far from b as from a
+    assert (node.component, node.fraction) == ("shaft", pytest.approx(1 / 3, rel=1e-12))
+    assert node.amplitude == pytest.approx(0, abs=1e-14)
+    _, _, modes = geared(8)
+    energies = lp.modal_energies(modes)
+    for k in range(len(modes.hertz)):
+        assert len(energies.nodes(k)) == k + 1  # Sturm: one more from mode to mode
+    with pytest.raises(OptionError, match="mode 9 of 7"):
+        energies.nodes(9)
+
+
+def test_participation_is_the_derivative_by_the_diagonal_of_the_state_matrix():
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        shaft=SpringDamper(c=30.0, d=1.0),
+        b=Inertia(J=2.0),
+        coupling=SpringDamper(c=20.0, d=0.7),
+        c=Inertia(J=3.0),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.coupling, m.c),
+    )
+    modes = lp.modes(lp.assemble(model))
+    found = lp.participation(modes)
+    assert found.factors.sum(axis=1) == pytest.approx(np.ones(2), rel=1e-12)
+    A = lp.linearise(modes.system).A
+
+    def moved(i, step):
+        values = np.linalg.eigvals(A + step * np.diag(np.eye(len(A))[i]))
+        return np.array([values[np.abs(values - v).argmin()] for v in modes.eigenvalues])
+
+    for i in range(len(A)):
+        difference = (moved(i, 1e-5) - moved(i, -1e-5)) / 2e-5
+        assert found.factors[:, i] == pytest.approx(difference, rel=1e-6, abs=1e-8)
+    assert found.ranked(0)[0][1] == pytest.approx(np.abs(found.factors[0]).max())
+    assert "participation" in repr(found)

@@ -1,0 +1,55 @@
+"""Orders of a slider-crank at constant speed against the series of Bessel's quadrature."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import CrankSlider, Speed
+from lumped.errors import OptionError
+
+
+def crank(speed=-7.0):
+    return lp.assemble(
+        lp.compose(
+            drive=Speed(w=speed),
+            crank=CrankSlider(r=0.1, L=0.4, m=2.0),
+            connections=lambda m: [lp.connect(m.drive.flange, m.crank.flange)],
+        ),
+        keep=["crank.flange.phi"],
+    )
+
+
+@pytest.mark.parametrize("speed", [7.0, -7.0])
+def test_orders_of_a_slider_crank_are_those_of_its_exact_torque(speed):
+    system = crank(speed)
+    run = lp.simulate(system, until=1.7 * 2 * np.pi / 7.0, grid=6000, rtol=1e-10)
+    found = lp.orders(run, "crank.flange.tau", "crank.flange.phi", least=1e-4, most=8)
+    # torque of the mass at constant speed from closed forms, harmonics by the discrete transform
+    q = np.arange(4096) * 2 * np.pi / 4096
+    root = np.sqrt(0.4**2 - (0.1 * np.sin(q)) ** 2)
+    slope = -0.1 * np.sin(q) - 0.1**2 * np.sin(q) * np.cos(q) / root
+    bend = -0.1 * np.cos(q) - 0.1**2 * (
+        np.cos(2 * q) / root + (0.1 * np.sin(q) * np.cos(q)) ** 2 / root**3
+    )
+    expected = 2 * np.fft.rfft(2.0 * 49.0 * slope * bend)[:9] / 4096
+    sizes = {order.order: order.amplitude for order in found}
+    error = max(abs(sizes[k] - abs(expected[k])) for k in (1, 2, 3, 4))
+    print("largest error:", error / abs(expected).max())
+    assert error < 1e-5 * abs(expected).max()
+    assert sizes[2] == max(sizes.values())
+    for order in found[:5]:
+        # the angle counts in the sense of rotation
+        turn = order.phase - np.angle(expected[order.order]) * np.sign(speed)
+        turn -= order.order * (run["crank.flange.phi"][0] * np.sign(speed))
+        assert abs(np.exp(1j * turn) - 1) < 1e-4
+
+
+def test_bad_input_is_refused():
+    run = lp.simulate(crank(), until=0.5, grid=2000)
+    with pytest.raises(OptionError, match="full turn"):
+        lp.orders(run, "crank.flange.tau", "crank.flange.phi")
+    run = lp.simulate(crank(), until=1.0, grid=100)
+    with pytest.raises(OptionError, match="too few"):
+        lp.orders(run, "crank.flange.tau", "crank.flange.phi")
+    with pytest.raises(OptionError, match="turns back"):
+        lp.orders(lp.simulate(crank(), until=1.0), "crank.flange.tau", "crank.s")
