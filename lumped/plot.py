@@ -153,7 +153,8 @@ def frequency_response(
             degrees = np.degrees(response.phase(output, given))
             angle.plot(response.hertz, degrees, line, color=colour)
         size.set_yscale("log")
-        size.set_ylabel(f"{output}, {system.quantity(output).unit} for each unit of input")
+        size.set_title(output, fontsize="medium")
+        size.set_ylabel(f"{system.quantity(output).unit} for each unit")
         size.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
         angle.set_ylabel("phase, deg")
         for axis in (size, angle):
