@@ -10,6 +10,7 @@ import numpy as np
 from lumped.analysis.calls import called
 from lumped.analysis.crossing import Crossing, Step, first_crossing
 from lumped.analysis.dense import Method
+from lumped.analysis.machine import Machine, machine, patience
 from lumped.analysis.march import first_change, marched
 from lumped.analysis.record import Recorder
 from lumped.analysis.stepper import (
@@ -27,9 +28,11 @@ from lumped.analysis.watch import (
     finite_fault,
     may_be_unfit,
     shrinking_fault,
+    singular_fault,
     unfit_states,
 )
 from lumped.errors import SolverError
+from lumped.native.blocks import MOST_DENSE
 from lumped.system import System
 
 __all__ = ["Advance", "Reached", "nominals"]
@@ -86,6 +89,8 @@ class Advance:
     ----------
     methods : list of str
         Methods used, in order.
+    native : bool
+        Whether steps were made in machine code.
     steps, rejected, evaluations : int
         Accepted and rejected steps, evaluations of the right-hand side.
     seconds : float
@@ -103,10 +108,11 @@ class Advance:
         max_steps: int,
         output: Recorder,
     ) -> None:
-        self._theta, self._rtol, self._relative_atol = theta, rtol, atol
-        self._auto, self._max_steps, self._output = method == "auto", max_steps, output
-        self._method: Method = "implicit" if method == "implicit" else "explicit"
-        self.methods = [self._method]
+        self._theta, self.rtol, self._relative_atol = theta, rtol, atol
+        self.auto, self.max_steps, self._output = method == "auto", max_steps, output
+        self.method: Method = "implicit" if method == "implicit" else "explicit"
+        self.methods: list[str] = []
+        self.native = False
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 
@@ -115,6 +121,32 @@ class Advance:
         self._system = system
         # not below the rounding of what a state is integrated from
         self.atol = self._relative_atol * nominals(system)
+
+    @property
+    def description(self) -> str:
+        """Methods used, in words."""
+        return " then ".join(self.methods or [self.method]) + ", native" * self.native
+
+    def code(self) -> Machine | None:
+        """The system as machine code if that pays by now."""
+        system, wait = self._system, self._patience()
+        if self.seconds < wait or self.is_large:
+            return None
+        return machine(system)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether there are too many states for dense matrices, which the method needs."""
+        return self.method == "implicit" and len(self._system.states) > MOST_DENSE
+
+    def _patience(self) -> float:
+        """Time of stepping in this run after which machine code is made, s."""
+        return 0.0 if self.native else patience(self._system)
+
+    def used(self, method: str) -> None:
+        """Note a method for the statistics."""
+        if method not in self.methods:
+            self.methods.append(method)
 
     def through(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
@@ -126,6 +158,7 @@ class Advance:
         SolverError
             If that is not possible.
         """
+        self.used(self.method)
         if end <= begin:
             return Reached(end, x, guess, None)
         if not len(x):
@@ -134,10 +167,10 @@ class Advance:
         settings = np.concatenate([modes, guess])
         (f,) = called(system, "rhs")(x, theta, begin, settings)
         self._refuse(finite_fault(system, begin, x, f))
-        scale = self.atol + self._rtol * np.abs(x)
+        scale = self.atol + self.rtol * np.abs(x)
         first = first_step(system, theta, (begin, end), x, f, settings, scale)
         head = np.concatenate([[begin, first, 0, 0, 0, 0], guess])
-        fresh = True
+        fresh, wait = True, self._patience()
         while head[0] < end:
             before = x
             head, x, f, chunk, stepper = self._chunk(head, x, f, modes, end, fresh)
@@ -155,10 +188,12 @@ class Advance:
                 return Reached(chunk.log[1, row - 1], last[: len(x)], last[len(x) :], unfit)
             if head[5] == CROSSED:
                 head[5] = 0.0
-            self._give_up(head, x, f, modes, end)
-            if self._auto and self._method == "explicit" and head[3] >= STIFF_AFTER:
-                self._method = "implicit"
-                self.methods.append(self._method)
+            self.give_up(head, x, f, modes, end)
+            if self.auto and self.method == "explicit" and head[3] >= STIFF_AFTER:
+                self.method = "implicit"
+                self.used(self.method)
+            if self.seconds >= wait and not self.is_large and head[0] < end:
+                return Reached(float(head[0]), x, head[HEAD:], None)
         return Reached(end, x, head[HEAD:], None)
 
     def _chunk(
@@ -173,16 +208,13 @@ class Advance:
         """Make some steps."""
         system = self._system
         dense = self._output.on_grid or bool(system.switching)
-        stepper = _stepper(system, self._method, dense)
+        stepper = _stepper(system, self.method, dense)
         call = stepper.few if fresh else stepper.many
         started = clock.perf_counter()
         try:
-            found = call(head, x, f, self._theta, modes, end, self._rtol, self.atol)
+            found = call(head, x, f, self._theta, modes, end, self.rtol, self.atol)
         except RuntimeError:
-            raise SolverError(
-                f"{system.name}: the linear equations of a step cannot be solved near "
-                f"t = {head[0]:.9g} s. Use method='explicit', or check the parameters."
-            ) from None
+            raise SolverError(f"{system.name}: {singular_fault(head[0])}") from None
         self.seconds += clock.perf_counter() - started
         xs = found[4].reshape(-1, len(x) + len(head) - HEAD)
         log = found[3].reshape(-1, 3).T
@@ -267,18 +299,18 @@ class Advance:
         self._output.add(wanted, np.zeros((len(wanted), 0)), _rows(modes, guesses[:-1]))
         return Reached(end, x, guesses[-1], stop)
 
-    def _give_up(
+    def give_up(
         self, head: np.ndarray, x: np.ndarray, f: np.ndarray, modes: np.ndarray, end: float
     ) -> None:
         """Stop if steps have become too small or too many."""
         system, t = self._system, float(head[0])
         if head[5] == GIVEN_UP:
             settings = np.concatenate([modes, head[HEAD:]])
-            scale = self.atol + self._rtol * np.abs(x)
+            scale = self.atol + self.rtol * np.abs(x)
             self._refuse(shrinking_fault(system, self._theta, t, x, f, settings, scale))
-        if self.steps + self.rejected > self._max_steps:
+        if self.steps + self.rejected > self.max_steps:
             self._refuse(
-                f"more than max_steps = {self._max_steps} steps before t = {end:g} s; stopped at "
+                f"more than max_steps = {self.max_steps} steps before t = {end:g} s; stopped at "
                 f"t = {t:g} s with steps of {head[1]:.2g} s. Loosen rtol, use method='implicit', "
                 "or raise max_steps."
             )

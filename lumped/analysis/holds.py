@@ -95,7 +95,7 @@ class Holds:
 
     def __init__(self, system: System, theta: np.ndarray) -> None:
         s = self.switching = system.switching
-        self.system, self._theta, self._evaluate = system, theta, called(system, "look")
+        self.system, self.theta, self._evaluate = system, theta, called(system, "look")
         place = {node: i for i, node in enumerate(system.states)}
         self._places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
         self.jump_places = [[place.get(node) for node in jump.nodes] for jump in s.jumps]
@@ -111,7 +111,7 @@ class Holds:
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> Look:
         """Evaluate everything that decides modes."""
-        (row,) = self._evaluate(x, self._theta, t, np.concatenate([modes, guess]))
+        (row,) = self._evaluate(x, self.theta, t, np.concatenate([modes, guess]))
         i, j, k, m = self._ends
         v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
         upper[self._no_upper] = np.inf
@@ -157,9 +157,9 @@ class Holds:
     def word(self, modes: np.ndarray, hold: int) -> str:
         """Mode of a hold in words."""
         stuck, forward, backward = modes[self._parts[:, hold]] > 0.5
+        return self.words(hold)[0 if stuck else 1 if forward else 2 if backward else 3]
+
+    def words(self, hold: int) -> tuple[str, ...]:
+        """Words for stuck, forward, backward, free."""
         gap = self.switching.has_gap[hold]
-        if stuck:
-            return "closed" if gap else "stuck"
-        if forward:
-            return "open" if gap else "forward"
-        return "backward" if backward else "free"
+        return ("closed" if gap else "stuck", "open" if gap else "forward", "backward", "free")

@@ -12,6 +12,9 @@ from lumped.system import System
 
 __all__ = ["Recorder", "output_times"]
 
+_Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Times (k,), states (k, n), settings (k, m)."""
+
 
 def output_times(
     grid: int | Sequence[float] | np.ndarray | None, until: float
@@ -50,12 +53,17 @@ class Recorder:
         Output times; None for the steps of the solver.
     both_sides : bool
         Both ends of each segment are recorded, besides the output times between them.
+
+    Attributes
+    ----------
+    taken : int
+        Output times that were handed out.
     """
 
     def __init__(self, until: float, times: np.ndarray | None, both_sides: bool) -> None:
         self.until, self.times, self.both_sides = until, times, both_sides
-        self._next = 0
-        self._parts: list[tuple[System, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]] = []
+        self.taken = 0
+        self._parts: list[tuple[System, list[_Rows]]] = []
 
     @property
     def on_grid(self) -> bool:
@@ -64,8 +72,7 @@ class Recorder:
 
     def open(self, system: System) -> None:
         """Begin a new piece."""
-        n, m = len(system.states), system._inputs[3].numel()
-        self._parts.append((system, [(np.zeros(0), np.zeros((0, n)), np.zeros((0, m)))]))
+        self._parts.append((system, []))
 
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
@@ -77,15 +84,15 @@ class Recorder:
             self.add(np.array([t]), x[None, :], settings[None, :])
             if self.times is not None:
                 close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
-                self._next = max(self._next, int(close))
+                self.taken = max(self.taken, int(close))
 
     def due(self, end: float) -> np.ndarray:
         """Output times before `end` that were not handed out yet."""
         if self.times is None:
             return np.zeros(0)
-        stop = max(int(np.searchsorted(self.times, end, "left")), self._next)
-        wanted = self.times[self._next : stop]
-        self._next = stop
+        stop = max(int(np.searchsorted(self.times, end, "left")), self.taken)
+        wanted = self.times[self.taken : stop]
+        self.taken = stop
         return wanted
 
     def finish(self, x: np.ndarray, settings: np.ndarray) -> None:
@@ -96,7 +103,15 @@ class Recorder:
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple(
-            Piece(system, *(np.concatenate(columns) for columns in zip(*rows, strict=True)))
-            for system, rows in self._parts
-        )
+        return tuple(Piece(system, *_joined(system, rows)) for system, rows in self._parts)
+
+
+def _joined(system: System, rows: list[_Rows]) -> _Rows:
+    """Points of a piece in one."""
+    if len(rows) == 1:
+        return rows[0]
+    if not rows:
+        n, m = len(system.states), system._inputs[3].numel()
+        return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+    t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
+    return t, x, settings

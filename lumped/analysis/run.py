@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import casadi as ca
@@ -11,17 +10,16 @@ import numpy as np
 from lumped.analysis.advance import Advance
 from lumped.analysis.changeover import Settler
 from lumped.analysis.crossing import Crossing
+from lumped.analysis.flight import Flight, Place
 from lumped.analysis.record import Recorder
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settings import closed_with, instants, modes_at
 from lumped.analysis.watch import Unfit, jump_fault, unfit_states
 from lumped.errors import SolverError, StartError
+from lumped.native.layout import STORM_SIZE
 from lumped.system import System
 
 __all__ = ["Run"]
-
-_STORM = 200
-"""Changes of mode that may follow each other at practically the same instant."""
 
 
 class Run:
@@ -49,6 +47,7 @@ class Run:
         self._take(point.system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
         self.crossings: list[float] = []
+        self._changed_at = -1.0
         hits = point.collisions
         self.events = [Event(0.0, c.component, c.before, c.after, c.loss) for c in hits]
 
@@ -56,8 +55,15 @@ class Run:
         """Integrate the states of this system from now on."""
         self.system = system
         self.implicit = len(system._values.implicit)
-        self.settler = Settler(system, self.point.theta, self.until)
+        self._settler: Settler | None = None
         self.advance.take(system)
+
+    @property
+    def settler(self) -> Settler:
+        """Finds modes."""
+        if self._settler is None:
+            self._settler = Settler(self.system, self.point.theta, self.until)
+        return self._settler
 
     def go(self) -> None:
         """Run to the end.
@@ -67,26 +73,45 @@ class Run:
         SolverError
             With what was computed so far.
         """
-        edges = [0.0, *self._instants(), self.until]
-        x, modes = self.point.x, self.point.modes[: len(self.point.modes) - self.implicit]
-        timed = np.isfinite(instants(self.system, self.point.theta))
-        for number, (begin, end) in enumerate(itertools.pairwise(edges)):
+        edges = np.array([0.0, *self._instants(), self.until])
+        modes = self.point.modes[: len(self.point.modes) - self.implicit]
+        place = Place(0, 0.0, self.point.x, modes, settled=False)
+        while place.segment < len(edges) - 1:
+            code = self.advance.code()
+            if code is not None:
+                place = Flight(self, code, edges, place).go()
+            else:
+                place = self._segment(edges, place)
+        self.output.finish(place.x, self._settings(place.modes))
+
+    def _segment(self, edges: np.ndarray, place: Place) -> Place:
+        """Go to the end of a segment, or to where machine code takes over."""
+        number, t, x, modes, settled = place
+        begin, end = edges[number : number + 2].tolist()
+        if not settled:
+            timed = np.isfinite(instants(self.system, self.point.theta))
             before, modes = modes, modes.copy()
             now = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
             modes[timed] = now[timed]
             if number:
-                sides = (np.concatenate([m, self.guess]) for m in (before, modes))
-                self._refuse(jump_fault(self.system, self.point.theta, begin, x, *sides))
-            x, modes = self._settled(begin, x, modes, before)
-            self.guess = self._closed(begin, x, modes)
+                self.refuse_jump(begin, x, before, modes)
+            x, modes = self.settled(begin, x, modes, before)
+            self.guess = self.closed(begin, x, modes)
             self.output.open(self.system)
             self.output.edge(begin, x, self._settings(modes))
-            x, modes = self._through(begin, end, x, modes)
-            if self.output.on_grid and end > begin:
-                self.output.edge(end, x, self._settings(modes))
-        self.output.finish(x, self._settings(modes))
+        t, x, modes = self._through(t, end, x, modes)
+        if t < end:
+            return Place(number, t, x, modes, settled=True)
+        if self.output.on_grid and end > begin:
+            self.output.edge(end, x, self._settings(modes))
+        return Place(number + 1, end, x, modes, settled=False)
 
-    def _settled(
+    def refuse_jump(self, t: float, x: np.ndarray, before: np.ndarray, modes: np.ndarray) -> None:
+        """Stop where a prescribed motion jumps that bodies would have to follow."""
+        sides = (np.concatenate([m, self.guess]) for m in (before, modes))
+        self.refuse(jump_fault(self.system, self.point.theta, t, x, *sides))
+
+    def settled(
         self,
         t: float,
         x: np.ndarray,
@@ -109,24 +134,20 @@ class Run:
 
     def _through(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Advance to the end of a segment, from one change of modes or states to the next."""
-        t, changed_at = begin, -1.0
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Advance from one change of modes or states to the next; gives where and with what."""
+        t = begin
         point = (np.array([t]), x[None, :], modes, self.guess[None, :])
         stop: Crossing | Unfit | None = unfit_states(self.system, self.point.theta, *point)
         while True:
             if isinstance(stop, Crossing):
                 x, modes = self._cross(t, x, modes, stop)
             elif stop is not None:
-                if t == changed_at:
-                    self._refuse(
-                        f"at t = {t:.9g} s no choice of states determines the position: "
-                        f"{' leads instead of '.join(self._leading(stop))}. The linkage is "
-                        "singular there; check its lengths."
-                    )
-                x, changed_at = self._change(t, x, modes, stop), t
+                x = self.change_states(t, x, modes, stop)
+            elif begin < t < end:
+                return t, x, modes
             if t >= end:
-                return x, modes
+                return end, x, modes
             try:
                 t, x, self.guess, stop = self.advance.through(t, end, x, modes, self.guess)
             except SolverError as error:
@@ -137,21 +158,27 @@ class Run:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Change modes where margins are used up."""
         self.output.edge(t, x, self._settings(modes))
-        self.guess = self._closed(t, x, modes)
-        x, modes = self._settled(t, x, modes, modes, crossing.fired)
-        self.guess = self._closed(t, x, modes)
+        self.guess = self.closed(t, x, modes)
+        x, modes = self.settled(t, x, modes, modes, crossing.fired)
+        self.guess = self.closed(t, x, modes)
         self.output.open(self.system)
         self.output.edge(t, x, self._settings(modes))
         self.crossings.append(t)
-        if len(self.crossings) > _STORM and t - self.crossings[-_STORM] <= 1e-9 * self.until:
-            recent = sorted({event.component for event in self.events[-_STORM:]})
-            self._refuse(
-                f"{_STORM} changes of mode within {t - self.crossings[-_STORM]:.2g} s before "
-                f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
-                "dry friction and contacts that can rest need lumped.hold, which finds a "
-                "standstill; a condition on a speed cannot."
-            )
+        if len(self.crossings) > STORM_SIZE:
+            first = self.crossings[-STORM_SIZE]
+            if t - first <= 1e-9 * self.until:
+                self.storm(t, first)
         return x, modes
+
+    def storm(self, t: float, first: float) -> None:
+        """Stop where changes of modes follow each other without end."""
+        recent = sorted({event.component for event in self.events[-STORM_SIZE:]})
+        self.refuse(
+            f"{STORM_SIZE} changes of mode within {t - first:.2g} s before "
+            f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
+            "dry friction and contacts that can rest need lumped.hold, which finds a "
+            "standstill; a condition on a speed cannot."
+        )
 
     def _leading(self, unfit: Unfit) -> tuple[str, str]:
         """Names of the states that lead after and before a change."""
@@ -162,8 +189,15 @@ class Run:
             names.append(self.system._node_name(int(reduced.first[number])))
         return names[0], names[1]
 
-    def _change(self, t: float, x: np.ndarray, modes: np.ndarray, unfit: Unfit) -> np.ndarray:
+    def change_states(self, t: float, x: np.ndarray, modes: np.ndarray, unfit: Unfit) -> np.ndarray:
         """Let another motion lead, and give back the new states."""
+        if t == self._changed_at:
+            self.refuse(
+                f"at t = {t:.9g} s no choice of states determines the position: "
+                f"{' leads instead of '.join(self._leading(unfit))}. The linkage is "
+                "singular there; check its lengths."
+            )
+        self._changed_at = t
         old, settings = self.system, self._settings(modes)
         after, before = self._leading(unfit)
         self.events.append(Event(t, after.rpartition(".")[0], before, after))
@@ -176,7 +210,7 @@ class Run:
         self.output.open(new)
         return found[: len(new.states)]
 
-    def _closed(self, t: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    def closed(self, t: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
         """Implicit quantities at the start of a segment."""
         try:
             settings = closed_with(self.system, x, self.point.theta, t, modes, self.guess)
@@ -193,7 +227,7 @@ class Run:
             self.point.theta,
             tuple(sorted(self.events, key=lambda event: event.time)),
             Statistics(
-                " then ".join(cost.methods),
+                cost.description,
                 cost.steps,
                 cost.rejected,
                 cost.evaluations,
@@ -231,7 +265,7 @@ class Run:
         self.events += [Event(t, ", ".join(names)) for t, names in zip(edges, owners, strict=True)]
         return edges
 
-    def _refuse(self, fault: str | None) -> None:
+    def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
         if fault:
             raise SolverError(f"{self.system.name}: {fault}", self.trajectory())

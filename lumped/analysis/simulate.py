@@ -92,6 +92,7 @@ def simulate(
     advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
     run = Run(point, until, rtol, advance, output)
     run.go()
+    system.made["runs"] = system.made.get("runs", 0) + 1
     return run.trajectory()
 
 

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from scipy.integrate import DOP853
 
-from lumped.analysis import rodas5p
+from lumped import rodas5p
 from lumped.analysis.calls import Call, called, expanded
 from lumped.analysis.dense import INSIDE, Method, below, doubtful, interpolated
 from lumped.system import System

@@ -12,9 +12,12 @@ from lumped.system import System
 __all__ = [
     "Unfit",
     "finite_fault",
+    "followers",
     "jump_fault",
+    "levers",
     "may_be_unfit",
     "shrinking_fault",
+    "singular_fault",
     "unfit_states",
 ]
 
@@ -61,7 +64,7 @@ def jump_fault(
     after: np.ndarray,
 ) -> str | None:
     """A position or speed that bodies would have to follow at a jump of the modes."""
-    names, function = _followers(system)
+    names, function = followers(system)
     if not names:
         return None
     old, new = (np.asarray(function(x, theta, t, m)).ravel() for m in (before, after))
@@ -108,9 +111,17 @@ def shrinking_fault(
     )
 
 
+def singular_fault(t: float) -> str:
+    """The matrix of an implicit step has no inverse."""
+    return (
+        f"the linear equations of a step cannot be solved near t = {t:.9g} s. "
+        "Use method='explicit', or check the parameters."
+    )
+
+
 def may_be_unfit(system: System) -> bool:
     """Whether what a state leads varies at all."""
-    return bool(_levers(system)[0])
+    return bool(levers(system)[0])
 
 
 def unfit_states(
@@ -130,7 +141,7 @@ def unfit_states(
     t, x, modes, guesses : ndarray, shapes (k,), (k, n), (m,), (k, i)
         The points.
     """
-    pairs, function = _levers(system)
+    pairs, function = levers(system)
     if not pairs or not len(t):
         return None
     settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
@@ -148,7 +159,7 @@ def _dependent(system: System) -> list[int]:
     return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
 
 
-def _followers(system: System) -> tuple[list[str], ca.Function]:
+def followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
     if "followers" not in system.made:
         nodes = _dependent(system)
@@ -157,11 +168,11 @@ def _followers(system: System) -> tuple[list[str], ca.Function]:
         names = [system._node_name(nodes[i]) for i in touched]
         function = ca.Function("followers", system._inputs, [found[touched]])
         system.made["followers"] = (names, function)
-    followers: tuple[list[str], ca.Function] = system.made["followers"]
-    return followers
+    kept: tuple[list[str], ca.Function] = system.made["followers"]
+    return kept
 
 
-def _levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
+def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     """Varying ratios of dependent positions to leading ones, and of speeds to speeds."""
     if "levers" not in system.made:
         nodes, x = _dependent(system), system._inputs[0]
@@ -178,5 +189,5 @@ def _levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
         pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
         function = ca.Function("levers", system._inputs, [entries[varying]])
         system.made["levers"] = (pairs, function)
-    levers: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
-    return levers
+    found: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
+    return found

@@ -170,7 +170,7 @@ def test_a_stiff_shaft_switches_to_the_implicit_method_and_keeps_the_slow_motion
     )
     run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8)
     print(run.statistics)
-    assert run.statistics.method == "explicit then implicit"
+    assert run.statistics.method.startswith("explicit then implicit")
     assert run.steps < 2000
     late = run.t > 0.01
     expected = 5 * (1 - np.exp(-2 * run.t / 1.0001))

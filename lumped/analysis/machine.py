@@ -1,0 +1,145 @@
+"""A system as machine code: its functions compiled, its tables laid out for the time loop."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+
+import numpy as np
+
+from lumped.analysis.watch import levers
+from lumped.native import layout as at
+from lumped.native.blocks import MOST_DENSE, Sizes, laid_out
+from lumped.native.emit import UnsupportedError
+from lumped.system import System
+
+__all__ = ["Machine", "machine", "patience"]
+
+_AT_LEAST, _EACH, _RUN = 0.04, 1e-4, 0.05
+"""Time to make machine code, at least and for each operation, and what a run before counts, s."""
+
+_CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
+
+
+@dataclass
+class Machine:
+    """A system compiled.
+
+    Attributes
+    ----------
+    system : System
+        Which.
+    integers : ndarray of int64
+        The block of integers as every run begins with it.
+    count : int
+        Numbers in the other block.
+    signs : ndarray
+        Of the states that jumps change.
+    """
+
+    system: System
+    integers: np.ndarray
+    count: int
+    signs: np.ndarray
+    _codes: list[object]
+
+    def __call__(self, integers: np.ndarray, numbers: np.ndarray) -> int:
+        """Go on with a run; why the loop returns."""
+        return _loop()(integers.ctypes.data, numbers.ctypes.data)
+
+    def with_jacobian(self, integers: np.ndarray) -> bool:
+        """Let a run use the implicit method; whether that is possible."""
+        if len(self.system.states) > MOST_DENSE:
+            return False
+        if not self.integers[at.JACOBIAN]:
+            from lumped.native.functions import compiled_functions
+
+            code = compiled_functions(self.system._inputs, {"jacobian": self.system.jacobian})
+            self._codes.append(code)
+            self.integers[at.JACOBIAN] = code.addresses["jacobian"]
+            self.integers[at.MAY_IMPLICIT] = 1
+        for place in (at.JACOBIAN, at.MAY_IMPLICIT):
+            integers[place] = self.integers[place]
+        return True
+
+
+def patience(system: System) -> float:
+    """Time of stepping in a run after which machine code pays, s.
+
+    It is infinite without LLVM and with ``LUMPED_NATIVE=0``, and zero with ``LUMPED_NATIVE=1``.
+    """
+    choice = os.environ.get("LUMPED_NATIVE")
+    if choice == "0" or find_spec("llvmlite") is None or machine_failed(system):
+        return math.inf
+    if choice == "1" or "machine" in system.made:
+        return 0.0
+    cost = _AT_LEAST + _EACH * system.rhs.n_instructions()
+    return cost - _RUN * float(system.made.get("runs", 0.0))
+
+
+def machine_failed(system: System) -> bool:
+    """Whether there is no machine code of a system."""
+    return not system.states or system.made.get("machine", system) is None
+
+
+def machine(system: System) -> Machine | None:
+    """The system as machine code; None if it cannot be had."""
+    if "machine" not in system.made:
+        try:
+            system.made["machine"] = _built(system) if system.states else None
+        except UnsupportedError:
+            system.made["machine"] = None
+    found: Machine | None = system.made["machine"]
+    return found
+
+
+@cache
+def _loop() -> Callable[[int, int], int]:
+    from lumped.native.functions import time_loop
+
+    return _CALL(time_loop().addresses["loop"])
+
+
+def _built(system: System) -> Machine:
+    from lumped.native.functions import compiled_functions
+
+    s, implicit = system.switching, len(system._values.implicit)
+    functions = {"rhs": system.rhs}
+    count = 0
+    if s:
+        functions["look"] = system.look
+        count = int(system.margins.size1_out(0))
+        if count:
+            functions |= {"margins": system.margins, "slopes": system.margin_rates}
+    if implicit:
+        functions["closure"] = system.closure
+    pairs, ratios = levers(system)
+    if pairs:
+        functions["levers"] = ratios
+    code = compiled_functions(system._inputs, functions)
+    sparsity = system.jacobian.sparsity_out(0) if len(system.states) <= MOST_DENSE else None
+    sizes = Sizes(
+        len(system.states),
+        system._inputs[3].numel(),
+        implicit,
+        system._inputs[1].numel(),
+        count,
+        len(pairs),
+        sparsity.nnz() if sparsity is not None else 0,
+    )
+    blocks = laid_out(sizes, s, system.states, system.speed_uses)
+    rows, columns = sparsity.get_triplet() if sparsity is not None else ([], [])
+    blocks.table(at.JAC_ROW, rows)
+    blocks.table(at.JAC_COLUMN, columns)
+    blocks.flags(at.TIMED_MODE, sizes.settings - implicit)
+    places = {"rhs": at.RHS, "look": at.LOOK, "margins": at.MARGINS, "slopes": at.SLOPES}
+    places |= {"closure": at.CLOSURE, "levers": at.LEVERS}
+    for name, address in code.addresses.items():
+        blocks.put(places[name], address)
+    signs = np.array([sign for jump in s.jumps for sign in jump.signs], dtype=float)
+    return Machine(system, blocks.integers, blocks.count, signs, [code])

@@ -1,0 +1,1 @@
+"""Machine code for runs: functions of a system and the time loop, without Python in between."""

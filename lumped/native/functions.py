@@ -1,0 +1,63 @@
+"""The functions of a system as machine code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import casadi as ca
+
+from lumped.native.emit import assembly
+from lumped.native.loop import loop
+from lumped.native.objects import Code, built
+from lumped.native.translate import translated
+
+__all__ = ["compiled_functions", "time_loop"]
+
+
+def compiled_functions(inputs: Sequence[ca.SX], functions: Mapping[str, ca.Function]) -> Code:
+    """Machine code of functions of the same four inputs.
+
+    Parameters
+    ----------
+    inputs : sequence of SX
+        States, parameters, time, settings.
+    functions : mapping of str to Function
+        Name under which each is found, and what it is; results are dense but for matrices.
+
+    Raises
+    ------
+    UnsupportedError
+        If one cannot be had.
+    """
+    full = {name: _dense(inputs, function) for name, function in functions.items()}
+    source = "\n".join(f"{name} {function.serialize()}" for name, function in full.items())
+
+    def text() -> str:
+        parts = [assembly(function, name) for name, function in full.items()]
+        lines = "\n".join(parts).split("\n")
+        declared = sorted({line for line in lines if line.startswith("declare")})
+        return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
+
+    return built(_own() + source.encode(), list(full), text)
+
+
+def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
+    found = function.call(list(inputs))
+    columns = [ca.densify(r) if r.columns() == 1 else r for r in found]
+    return ca.Function(function.name(), list(inputs), columns)
+
+
+@cache
+def time_loop() -> Code:
+    """Machine code of the time loop; its function is "loop"."""
+    return built(_own(), ["loop"], lambda: translated(loop, "loop"), tuned=True)
+
+
+@cache
+def _own() -> bytes:
+    """What the code depends on in this package."""
+    folder = Path(__file__).parent
+    files = [*sorted(folder.glob("*.py")), folder.parent / "rodas5p.py"]
+    return b"\n".join(file.read_bytes() for file in files)

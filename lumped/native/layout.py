@@ -1,0 +1,60 @@
+"""What stands where in the two blocks that the time loop works on.
+
+A block of integers and one of numbers hold everything: first scalars at the places named here,
+then vectors and tables, whose first place is itself one of the integers.
+"""
+
+__all__: list[str] = []
+
+# -- integers: sizes -------------------------------------------------------------------------
+(N, NM, NG, NK, NR, NH, NJ, NV, NU, NL, NNZ, SEGMENTS, TIMED) = range(13)
+"""States, settings, implicit quantities, margins, relations, holds, jumps, their values, uses of
+states by speeds, levers, nonzeros of the Jacobian, segments, modes of functions of time."""
+
+# -- integers: functions, by address -----------------------------------------------------------
+(RHS, JACOBIAN, MARGINS, SLOPES, LOOK, CLOSURE, LEVERS) = range(13, 20)
+
+# -- integers: choices -------------------------------------------------------------------------
+(AUTO, IMPLICIT, MAY_IMPLICIT, ASK, BOTH_SIDES, ON_GRID, MAX_STEPS) = range(20, 27)
+"""ASK: Python settles each instant."""
+
+# -- integers: where a run stands ----------------------------------------------------------------
+(PHASE, SEGMENT, REJECTED, STIFF, CALM, STEPS, REFUSED, EVALUATIONS, CROSSINGS) = range(27, 36)
+(FIRED, MOVED, RELATION_FEWEST, RELATION_LEFT, HOLD_FEWEST, HOLD_LEFT) = range(36, 42)
+"""FIRED: number of margins that are used up."""
+
+# -- integers: output, by address, with how much is taken and how much there is -----------------
+(OUT_T, OUT_X, OUT_G, ROWS, MOST_ROWS) = range(42, 47)
+(PIECE_ROW, PIECE_MODES, PIECES, MOST_PIECES) = range(47, 51)
+(CHANGE_I, CHANGE_D, CHANGES, MOST_CHANGES) = range(51, 55)
+(GRID, GRID_SIZE, GRID_NEXT) = range(55, 58)
+
+# -- integers: first places of vectors of numbers ------------------------------------------------
+(X, NEW, STAGES, ARGUMENT, DENSE, INNER, P, M, BEFORE, ATOL) = range(58, 68)
+(SAMPLES, ENDS, MARGIN, XS, MS, LK, REST, PUSH, AFTER, TRIAL, DEMAND, BOUNCE) = range(68, 80)
+(LOSS, STILL, EDGES, TIMED_VALUES, SIGNS, RING, LEVER, CLOSED, MATRIX, RATES, STACK) = range(80, 91)
+
+# -- integers: first places of tables and vectors of integers -------------------------------------
+(RELATION_MODE, STRICT, EXEMPT, JUMPED) = range(91, 95)
+(FIRST, ENGAGED, UPPER, LOWER, FORWARD, BACKWARD, GAP, PLACE, IMPULSIVE) = range(95, 104)
+(WAS_STUCK, HALTED, CLOSING, MEMBER, STRUCK, WRONG, BACK) = range(104, 111)
+(JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(111, 117)
+(USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(117, 124)
+(JAC_ROW, JAC_COLUMN, PIVOT) = range(124, 127)
+INTEGERS = 127
+
+# -- numbers ---------------------------------------------------------------------------------
+(T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, E5) = range(12)
+"""KNOWN: time at which the last sample of margins was taken. E5: four sums over the
+states."""
+NUMBERS = 16
+
+# -- why the loop returns ------------------------------------------------------------------------
+(DONE, FULL, AT_INSTANT, AT_CROSSING, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY) = range(8)
+(STORM, TOO_STIFF, SINGULAR) = range(8, 11)
+
+# -- where it goes on ------------------------------------------------------------------------------
+(BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
+
+STORM_SIZE = 200
+"""Changes of mode that may follow each other at practically the same instant."""
