@@ -1,0 +1,43 @@
+"""Closed linkages that several tests use."""
+
+import lumped as lp
+from lumped.components import Inertia
+from lumped.ops import cos, sin
+
+
+class FourBar(lp.Component):
+    """Crank, coupler and rocker on a frame: r cos a + c cos q = d + s cos b, the same with sin."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    r: lp.Param = lp.param("m", "crank", 1.0, above=0)
+    c: lp.Param = lp.param("m", "coupler", 3.0, above=0)
+    s: lp.Param = lp.param("m", "rocker", 2.5, above=0)
+    d: lp.Param = lp.param("m", "frame", 3.2, above=0)
+    q: lp.Var = lp.var("rad", "angle of the coupler", 0.8)
+    f_x: lp.Var = lp.var("N", "force in the joint")
+    f_y: lp.Var = lp.var("N", "force in the joint")
+
+    def equations(self):
+        a, b, q = self.flange_a.phi, self.flange_b.phi, self.q
+        yield self.r * cos(a) + self.c * cos(q) == self.d + self.s * cos(b)
+        yield self.r * sin(a) + self.c * sin(q) == self.s * sin(b)
+        yield self.flange_a.tau == self.r * (self.f_y * cos(a) - self.f_x * sin(a))
+        yield self.flange_b.tau == self.s * (self.f_x * sin(b) - self.f_y * cos(b))
+        yield self.f_y * cos(q) - self.f_x * sin(q) == 0
+
+
+def four_bar(**starts):
+    return lp.compose(
+        crank=Inertia(J=2.0, **starts),
+        linkage=FourBar(),
+        rocker=Inertia(J=3.0, phi=1.9),  # where the search begins: the rocker above the frame
+        connections=lambda m: lp.chain(m.crank, m.linkage, m.rocker),
+    )
+
+
+def double_rocker(**starts):
+    """A linkage whose crank swings to and fro between dead centres while the coupler turns."""
+    lengths = {"linkage.r": 2.6, "linkage.s": 2.5, "linkage.c": 1.2, "linkage.d": 3.0}
+    guesses = {"crank.phi": 0.6, "rocker.phi": 1.4, "linkage.q": 0.3}
+    return four_bar(**starts).with_({**lengths, **guesses})

@@ -1,0 +1,25 @@
+"""Short runs of the five machines, and of the same run by both paths."""
+
+from lumped.models.carrousel_coiler_scenes import elastic_winding, gear_change
+from lumped.models.eccentric_shear_scenes import free_run
+from lumped.models.pilger_mill_drive import start_up
+from lumped.models.reversing_mill_scenes import skidding
+from lumped.models.rotary_arm_control import controlled
+
+SCENES = {
+    "coiler": lambda **o: elastic_winding(length=400.0, until=2.0, **o),
+    "coiler, gears": lambda **o: gear_change(until=6.0, **o),
+    "shear": lambda **o: free_run(eps=0.1, turns=1, **o),
+    "pilger mill": lambda **o: start_up(until=2.0, **o),
+    "reversing mill": lambda **o: skidding(until=0.2, **o),
+    "rotary arm": lambda **o: controlled(until=3.0, **o),
+}
+
+
+def by_both(monkeypatch, action):
+    """What an action gives with CasADi's virtual machine, and with machine code."""
+    found = []
+    for choice in ("0", "1"):
+        monkeypatch.setenv("LUMPED_NATIVE", choice)
+        found.append(action())
+    return found

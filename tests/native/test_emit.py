@@ -1,0 +1,161 @@
+"""Machine code of CasADi functions against CasADi's own evaluation."""
+
+import ctypes
+
+import casadi as ca
+import numpy as np
+import pytest
+from machine_scenes import SCENES
+
+pytest.importorskip("llvmlite")
+
+from lumped.native.emit import UnsupportedError, assembly
+from lumped.native.functions import compiled_functions
+
+_CALL = ctypes.CFUNCTYPE(
+    None,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_double,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+)
+
+ONE = {
+    "sin": ca.sin,
+    "cos": ca.cos,
+    "tan": ca.tan,
+    "asin": ca.asin,
+    "acos": ca.acos,
+    "atan": ca.atan,
+    "sinh": ca.sinh,
+    "cosh": ca.cosh,
+    "tanh": ca.tanh,
+    "asinh": ca.asinh,
+    "acosh": ca.acosh,
+    "atanh": ca.atanh,
+    "exp": ca.exp,
+    "expm1": ca.expm1,
+    "log": ca.log,
+    "log1p": ca.log1p,
+    "sqrt": ca.sqrt,
+    "erf": ca.erf,
+    "floor": ca.floor,
+    "ceil": ca.ceil,
+    "fabs": ca.fabs,
+    "sign": ca.sign,
+    "negative": lambda a: -a,
+    "square": lambda a: a * a,
+    "twice": lambda a: 2 * a,
+    "inverse": lambda a: 1 / a,
+    "cube": lambda a: a**3,
+    "constant power": lambda a: a**1.7,
+    "not": ca.logic_not,
+}
+TWO = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "power": lambda a, b: a**b,
+    "atan2": ca.atan2,
+    "hypot": ca.hypot,
+    "fmin": ca.fmin,
+    "fmax": ca.fmax,
+    "fmod": ca.fmod,
+    "remainder": ca.remainder,
+    "copysign": ca.copysign,
+    "less": lambda a, b: a < b,
+    "less or equal": lambda a, b: a <= b,
+    "equal": lambda a, b: a == b,
+    "not equal": lambda a, b: a != b,
+    "and": ca.logic_and,
+    "or": ca.logic_or,
+    "if else": lambda a, b: ca.if_else(a > b, a, 3 * b),
+}
+SPECIAL = np.array([0.0, -0.0, 1.0, -1.0, 0.5, 2.0, np.inf, -np.inf, np.nan, 1e-310, 1e300])
+
+
+def called(code, name, x, p, t, m, count):
+    found = np.zeros(max(count, 1))
+    held = [np.ascontiguousarray(v, dtype=float) for v in (x, p, m)]
+    places = [v.ctypes.data for v in held]
+    _CALL(code.addresses[name])(places[0], places[1], float(t), places[2], found.ctypes.data)
+    return found[:count]
+
+
+def expected(function, *arguments):
+    results = function.call([ca.DM(a) for a in arguments])
+    return np.concatenate([np.array(r.nonzeros(), dtype=float) for r in results])
+
+
+def same(received, wanted):
+    """Equal to the last digit, signs of zero and all that is no number included."""
+    np.testing.assert_array_equal(received, wanted)
+
+
+@pytest.fixture
+def symbols():
+    return [ca.SX.sym("x", 2), ca.SX.sym("p", 1), ca.SX.sym("t"), ca.SX.sym("m", 1)]
+
+
+@pytest.mark.parametrize("name", ONE)
+def test_operations_of_one_number(name, symbols):
+    x, p, _, _ = symbols
+    function = ca.Function("f", symbols, [ca.vertcat(ONE[name](x[0]), ONE[name](p))])
+    code = compiled_functions(symbols, {"f": function})
+    numbers = [*np.random.default_rng(1).uniform(-3, 3, 30), *SPECIAL]
+    for number in numbers:
+        arguments = ([number, 0.0], [number / 3], 0.0, [0.0])
+        same(called(code, "f", *arguments, 2), expected(function, *arguments))
+
+
+@pytest.mark.parametrize("name", TWO)
+def test_operations_of_two_numbers(name, symbols):
+    x, _, t, m = symbols
+    results = ca.vertcat(TWO[name](x[0], x[1]), TWO[name](t, m))
+    function = ca.Function("f", symbols, [results])
+    code = compiled_functions(symbols, {"f": function})
+    rng = np.random.default_rng(2)
+    pairs = [*rng.uniform(-3, 3, (30, 2)), *((a, b) for a in SPECIAL for b in SPECIAL)]
+    for a, b in pairs:
+        arguments = ([a, b], [0.0], a, [b])
+        same(called(code, "f", *arguments, 2), expected(function, *arguments))
+
+
+def test_a_function_longer_than_a_chunk_hands_its_numbers_on(symbols):
+    x, p, t, m = symbols
+    values, rng = [x[0], x[1], p, t, m], np.random.default_rng(3)
+    for _ in range(3000):
+        i, j = rng.integers(0, len(values), 2)
+        values.append(ca.sin(values[i]) + rng.uniform(-1, 1) * values[j])
+    chosen = ca.vertcat(*(values[i] for i in rng.integers(0, len(values), 200)))
+    function = ca.Function("f", symbols, [chosen, ca.sum1(chosen)])
+    code = compiled_functions(symbols, {"f": function})
+    arguments = (rng.normal(size=2), rng.normal(size=1), 0.3, rng.normal(size=1))
+    same(called(code, "f", *arguments, 201), expected(function, *arguments))
+
+
+def test_what_is_not_made_of_scalar_operations_is_refused(symbols):
+    x, p, t, m = (ca.MX.sym("s", *s.shape) for s in symbols)
+    function = ca.Function("f", [x, p, t, m], [ca.mtimes(x, x.T)])
+    with pytest.raises(UnsupportedError):
+        assembly(function, "f")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_functions_of_the_machines(name):
+    run = SCENES[name](grid=20)
+    system, rng = run.system, np.random.default_rng(4)
+    names = ["rhs", "jacobian", "look", "margins", "margin_rates"]
+    functions = {name: getattr(system, name) for name in names}
+    code = compiled_functions(system._inputs, functions)
+    for piece in run.pieces:
+        if piece.system is not system:
+            continue
+        for k in range(len(piece.t)):
+            x = piece.x[k] * (1 + 1e-3 * rng.normal(size=piece.x.shape[1]))
+            arguments = (x, run.theta, piece.t[k], piece.settings[k])
+            for each, function in functions.items():
+                wanted = expected(function, *arguments)
+                same(called(code, each, *arguments, len(wanted)), wanted)

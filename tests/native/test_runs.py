@@ -1,0 +1,306 @@
+"""Runs in machine code against the same runs in CasADi's virtual machine."""
+
+import numpy as np
+import pytest
+from linkages import double_rocker, four_bar
+from machine_scenes import SCENES, by_both
+
+import lumped as lp
+from benchmarks.hybrid import Coupled, rubbing
+from benchmarks.simulate_mill import Mill
+from lumped.components import (
+    BearingFriction,
+    Brake,
+    Damper,
+    Fixed,
+    Inertia,
+    SampledPI,
+    Speed,
+    SpeedSensor,
+    Spring,
+    SpringDamper,
+    Torque,
+)
+from lumped.components.translation import Force, Mass
+from lumped.errors import SolverError
+
+pytest.importorskip("llvmlite")
+
+
+def assert_same(a, b, digits=1e-9, steps=True):
+    """Equal times, states and events of two runs; the second one in machine code."""
+    assert "native" not in a.statistics.method
+    assert b.statistics.method == a.statistics.method + ", native"
+    if steps:
+        assert (b.statistics.steps, b.statistics.rejected) == (
+            a.statistics.steps,
+            a.statistics.rejected,
+        )
+    told = [[(e.component, e.before, e.after) for e in run.events] for run in (a, b)]
+    assert told[0] == told[1]
+    for one, other in zip(a.events, b.events, strict=True):
+        assert other.time == pytest.approx(one.time, rel=1e-9, abs=1e-10)
+        assert other.loss == pytest.approx(one.loss, rel=1e-6, abs=1e-9)
+    assert len(a.pieces) == len(b.pieces)
+    np.testing.assert_allclose(b.t, a.t, rtol=1e-9, atol=1e-10)
+    size = np.abs(a.x).max(axis=0, initial=1.0)
+    assert (np.abs(a.x - b.x) <= digits * size).all()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_five_machines_run_alike(name, monkeypatch):
+    """To the accuracy asked for: rate limiters have kinks, where rounding decides on steps."""
+    assert_same(*by_both(monkeypatch, lambda: SCENES[name](rtol=1e-8, grid=100)), 1e-7)
+
+
+@pytest.mark.parametrize("grid", [None, 200, [0.0, 0.3, 0.3, 1.7, 2.0]])
+def test_a_smooth_drive_takes_the_same_steps(grid, monkeypatch):
+    system = lp.assemble(Mill())
+    options = {"until": 2.0, "rtol": 1e-7, "grid": grid}
+    assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, **options)))
+
+
+@pytest.mark.parametrize("grid", [200, [0.0, 0.3, 0.3, 1.7, 2.0]])
+def test_the_implicit_method_takes_as_many_steps(grid, monkeypatch):
+    """The first are as long as rounding of an error that is zero allows."""
+    system = lp.assemble(Mill())
+    options = {"until": 2.0, "rtol": 1e-7, "grid": grid, "method": "implicit"}
+    assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, **options)), 1e-6)
+
+
+def stiff(bodies):
+    """Bodies on stiff shafts with dampers, driven slowly."""
+
+    def connections(m):
+        yield from lp.chain(
+            m.drive, *(p for pair in zip(m.body, m.shaft, strict=True) for p in pair), m.wall
+        )
+
+    return lp.compose(
+        drive=Torque(tau=10 * lp.ops.sin(lp.time)),
+        body=[Inertia(J=1e-3) for _ in range(bodies)],
+        shaft=[SpringDamper(c=1e4, d=100.0) for _ in range(bodies)],
+        wall=Fixed(),
+        connections=connections,
+    )
+
+
+@pytest.mark.parametrize(("bodies", "native"), [(3, True), (30, False)])
+def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies, native, monkeypatch):
+    """Where the matrices are large, Python takes the rest of the run."""
+    system = lp.assemble(stiff(bodies))
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=3.0, rtol=1e-8))
+    assert a.statistics.method == "explicit then implicit"
+    assert b.statistics.method == "explicit then implicit, native"
+    np.testing.assert_allclose(a.x, b.x, atol=1e-7 * np.abs(a.x).max())
+    assert (b.statistics.seconds < a.statistics.seconds) or not native
+
+
+@pytest.mark.parametrize("grid", [None, 500])
+def test_coupled_clutches(grid, monkeypatch):
+    system = lp.assemble(Coupled())
+    assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, until=1.5, grid=grid)))
+
+
+def test_ten_bodies_that_rub(monkeypatch):
+    system = lp.assemble(rubbing(10))
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=10.0, rtol=1e-9))
+    assert len(a.events) > 50
+    assert_same(a, b)
+
+
+def test_a_thousand_cycles_of_stick_and_slip_are_two_thousand_events(monkeypatch):
+    """A spring drags a body that rubs; J w'' = tau - kinetic, in closed form from stop to stop."""
+    J, c, w, static, kinetic = 1.0, 100.0, 0.5, 1.2, 1.0
+    model = lp.compose(
+        drive=Speed(w=w),
+        spring=Spring(c=c),
+        body=Inertia(J=J),
+        rub=BearingFriction(characteristic=((0.0, kinetic),), peak=static / kinetic),
+        connections=lambda m: lp.chain(m.drive, m.spring, m.body, m.rub),
+    )
+    drop = (static - kinetic) / c
+    slip = 2 * np.sqrt(J / c) * (np.pi - np.arctan(drop / w * np.sqrt(c / J)))
+    first, period = static / (c * w), 2 * drop / w + slip
+    monkeypatch.setenv("LUMPED_NATIVE", "1")
+    run = lp.simulate(
+        lp.assemble(model), until=first + 1000 * period - drop / w, rtol=1e-9, grid=[0.0]
+    )
+    assert "native" in run.statistics.method
+    assert len(run.events) == 2000
+    times = np.array([event.time for event in run.events])
+    np.testing.assert_allclose(times[::2], first + period * np.arange(1000), rtol=1e-6)
+    np.testing.assert_allclose(times[1::2] - times[::2], slip, rtol=1e-6)
+
+
+class Floor(lp.Component):
+    """A floor at the height zero."""
+
+    flange = lp.LinearFlange()
+    s: lp.Var = lp.var("m", "height", state="prefer")
+    v: lp.Var = lp.var("m/s", "velocity", state="prefer")
+    f: lp.Var = lp.var("N", "reaction")
+
+    def equations(self):
+        yield self.s == self.flange.s
+        yield self.v == lp.der(self.s)
+        yield self.flange.f == self.f
+        yield lp.hold(self.f, self.v, gap=self.s, restitution=0.8)
+
+
+def test_a_bouncing_ball_and_its_losses(monkeypatch):
+    """Flights last 2 v / g and shorten by the restitution each time, until the ball rests."""
+    m, g, h, e = 2.0, 10.0, 1.0, 0.8
+    model = lp.compose(
+        ball=Mass(m=m, s=h, v=0.0),
+        weight=Force(f=-m * g),
+        floor=Floor(),
+        connections=lambda m: [
+            lp.connect(m.ball.flange_a, m.weight.flange, m.floor.flange),
+        ],
+    )
+    system = lp.assemble(model)
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=6.0, rtol=1e-9))
+    assert_same(a, b, steps=False)
+    fall = np.sqrt(2 * h / g)
+    flights = 2 * fall * e ** np.arange(1, 20)
+    expected = fall + np.concatenate([[0.0], np.cumsum(flights)])
+    np.testing.assert_allclose([x.time for x in b.events[:20]], expected, rtol=1e-9)
+    assert sum(x.loss for x in b.events) == pytest.approx(m * g * h, rel=1e-9)
+    assert b["ball.s"][-1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_two_brakes_on_one_shaft_share_what_they_carry(monkeypatch):
+    """Redundant constraints are settled in Python, between steps in machine code."""
+    model = lp.compose(
+        drive=Torque(tau=6 * lp.ops.sin(3 * lp.time)),
+        body=Inertia(J=1.0, w=1.0),
+        one=Brake(f_max=4.0, u=1.0),
+        two=Brake(f_max=2.0, u=1.0),
+        connections=lambda m: lp.chain(m.drive, m.body, m.one, m.two),
+    )
+    system = lp.assemble(model)
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=5.0, rtol=1e-8))
+    assert len(a.events) > 6
+    assert_same(a, b)
+
+
+class Counter(lp.Component):
+    """Ramps that one state starts and another resets: jumps that make conditions true."""
+
+    y: lp.Var = lp.var("1", "ramp", 0.0, state="always")
+    count: lp.Var = lp.var("1", "number of resets", 0.0, state="always")
+
+    def equations(self):
+        yield lp.der(self.y) == 3 + lp.ops.where(self.count >= 4, 2, 0)
+        yield lp.der(self.count) == 0
+        yield lp.when(self.y >= 1, {self.y: self.y - 1, self.count: self.count + 1})
+
+
+def test_jumps_of_states(monkeypatch):
+    system = lp.assemble(Counter())
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=3.0, rtol=1e-9))
+    assert_same(a, b)
+    expected = 4 + np.floor(5 * (3.0 - 4 / 3))
+    assert b["count"][-1] == expected
+
+
+def test_sampled_control(monkeypatch):
+    model = lp.compose(
+        control=SampledPI(k=2.0, T_i=0.4, T_s=0.05, wanted=1.0),
+        motor=Torque(),
+        body=Inertia(J=0.5),
+        speed=SpeedSensor(),
+        friction=Damper(d=0.3),
+        wall=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.control.y, m.motor.tau),
+            lp.connect(m.motor.flange, m.body.flange_a, m.speed.flange),
+            lp.connect(m.speed.w, m.control.measured),
+            *lp.chain(m.body, m.friction, m.wall),
+        ],
+    )
+    system = lp.assemble(model)
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=2.0, rtol=1e-8))
+    assert len(a.events) >= 40
+    assert_same(a, b)
+
+
+@pytest.mark.parametrize("turning", [True, False])
+def test_closed_linkages_and_states_that_change_places(turning, monkeypatch):
+    part = four_bar(w=10.0) if turning else double_rocker(w=3.0)
+    system = lp.assemble(part)
+    until = 2.0 if turning else 6.0
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, until=until, rtol=1e-9))
+    assert (len(a.events) > 0) == (not turning)
+    assert_same(a, b, 1e-7, steps=turning)
+
+
+def test_changes_without_end_are_named(monkeypatch):
+    """A relay without hysteresis: J w' = -sign(w) switches itself for ever."""
+    w = lp.var("rad/s", "speed", 1.0, state="always")
+
+    class Relay(lp.Component):
+        speed: lp.Var = w
+
+        def equations(self):
+            yield lp.der(self.speed) == lp.ops.where(self.speed > 0, -1.0, 1.0)
+
+    def stopped():
+        with pytest.raises(SolverError) as caught:
+            lp.simulate(lp.assemble(Relay()), until=3.0)
+        return str(caught.value), caught.value.partial
+
+    (told, a), (text, b) = by_both(monkeypatch, stopped)
+    assert text == told
+    assert b.t[-1] == pytest.approx(a.t[-1], rel=1e-9)
+
+
+def test_a_quantity_that_runs_to_infinity(monkeypatch):
+    """Y' = y^2 from 1 has its pole at 1 s."""
+
+    class Pole(lp.Component):
+        y: lp.Var = lp.var("1", "grows", 1.0, state="always")
+
+        def equations(self):
+            yield lp.der(self.y) == self.y**2
+
+    def stopped():
+        with pytest.raises(SolverError, match="(step size shrank|not a finite number)") as caught:
+            lp.simulate(lp.assemble(Pole()), until=3.0, rtol=1e-8, grid=None)
+        return caught.value.partial
+
+    a, b = by_both(monkeypatch, stopped)
+    assert b.t[-1] == pytest.approx(1.0, abs=1e-6)
+    np.testing.assert_array_equal(a.t, b.t)
+
+
+def test_machine_code_begins_when_it_pays(monkeypatch):
+    """Not in the first short run of a system, but after some, and within a long one."""
+    monkeypatch.delenv("LUMPED_NATIVE", raising=False)
+    system = lp.assemble(Mill())
+    first = lp.simulate(system, until=0.01)
+    assert first.statistics.method == "explicit"
+    for _ in range(5):
+        later = lp.simulate(system, until=0.01)
+    assert later.statistics.method == "explicit, native"
+    long = lp.simulate(lp.assemble(Mill()), until=200.0, rtol=1e-9, grid=50)
+    assert long.statistics.method == "explicit, native"
+    monkeypatch.setenv("LUMPED_NATIVE", "0")
+    whole = lp.simulate(lp.assemble(Mill()), until=20.0, rtol=1e-9, grid=5)
+    assert whole.statistics.method == "explicit"
+    np.testing.assert_allclose(long.x[long.t <= 20.0], whole.x, atol=1e-6)
+
+
+def test_reports_of_failed_runs_keep_what_was_computed(monkeypatch):
+    system = lp.assemble(Mill())
+
+    def stopped():
+        with pytest.raises(SolverError, match="max_steps = 50") as caught:
+            lp.simulate(system, until=2.0, max_steps=50, grid=None)
+        return caught.value.partial
+
+    a, b = by_both(monkeypatch, stopped)
+    assert 50 <= b.statistics.steps + b.statistics.rejected <= 51
+    assert len(b.t) == b.statistics.steps + 1
+    np.testing.assert_array_equal(a.x[: len(b.t)], b.x)

@@ -1,0 +1,86 @@
+"""Object code on disk."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+pytest.importorskip("llvmlite")
+
+from lumped.native import store
+
+SCRIPT = """
+import lumped as lp
+from lumped.components import Inertia, Spring
+
+model = lp.compose(
+    a=Inertia(J=1.0, w=1.0),
+    s=Spring(c=10.0),
+    b=Inertia(J=2.0),
+    connections=lambda m: lp.chain(m.a, m.s, m.b),
+)
+run = lp.simulate(lp.assemble(model), until=1.0, rtol=1e-9, grid=[1.0])
+print(run.statistics.method, repr(float(run["s.phi_rel"][-1])))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("LUMPED_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_what_was_saved_is_found_again(folder):
+    assert store.load("key") is None
+    store.save("key", b"machine code")
+    assert store.load("key") == b"machine code"
+    assert [path.name for path in folder.iterdir()] == ["key"]
+
+
+@pytest.mark.parametrize("damage", [b"", b"lumped-1", b"something else, and long enough for a sum"])
+def test_a_damaged_file_counts_as_none(folder, damage):
+    store.save("key", b"machine code")
+    (folder / "key").write_bytes(damage)
+    assert store.load("key") is None
+    whole = b"machine code"
+    store.save("key", whole)
+    (folder / "key").write_bytes((folder / "key").read_bytes()[:-1])
+    assert store.load("key") is None
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("LUMPED_CACHE", str(tmp_path / "file"))
+    store.save("key", b"machine code")
+    assert store.load("key") is None
+
+
+def test_the_folder_is_that_of_the_user(monkeypatch, tmp_path):
+    monkeypatch.delenv("LUMPED_CACHE", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert store.folder() == tmp_path / "lumped"
+
+
+def test_processes_at_once_and_damage_between_them(folder):
+    """Two begin with an empty folder; the next finds the code of the model spoiled."""
+    environment = {**os.environ, "LUMPED_NATIVE": "1", "LUMPED_CACHE": str(folder)}
+    command = [sys.executable, "-c", SCRIPT]
+
+    def begun():
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+
+    told = [process.communicate()[0] for process in [begun() for _ in range(2)]]
+    files = sorted(folder.iterdir(), key=lambda file: file.stat().st_size)
+    assert len(files) == 2  # the model and the time loop
+    files[0].write_bytes(files[0].read_bytes()[:-7])
+    told.append(begun().communicate()[0])
+    method, value = told[0].rsplit(maxsplit=1)
+    assert method == "explicit, native"
+    assert told == [told[0]] * 3
+    # two bodies on a spring: the twist swings with c (1/J + 1/J') and starts with -1 rad/s
+    omega = np.sqrt(10.0 * (1 + 1 / 2))
+    assert float(value) == pytest.approx(-np.sin(omega) / omega, rel=1e-6)
+    assert set(folder.iterdir()) == set(files)
