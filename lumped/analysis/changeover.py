@@ -50,14 +50,6 @@ class Settler:
         self._sharing = Sharing(self._holds)
         self._impacts = Impacts(self._holds, self._sharing, 1e-10 * span)
 
-    def redundant(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> bool:
-        """Whether constraints may have to share a reaction."""
-        return bool(len(self._s.names)) and self._sharing.possible(t, x, modes, guess)
-
-    def words(self, hold: int) -> tuple[str, ...]:
-        """Words for the modes of a hold: stuck, forward, backward, free."""
-        return self._holds.words(hold)
-
     def begin(
         self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:

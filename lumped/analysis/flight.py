@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lumped.analysis.calls import called
+from lumped.analysis.holds import hold_words
 from lumped.analysis.machine import Machine
 from lumped.analysis.result import Event
 from lumped.analysis.settings import instants
@@ -64,24 +65,25 @@ class Flight:
 
     def __init__(self, run: Run, machine: Machine, edges: np.ndarray, place: Place) -> None:
         self._run, self._machine, self._edges = run, machine, edges
-        self._integers = i = machine.integers.copy()
         timed, values = self._timed(edges)
-        count = machine.count
-        self._numbers = d = np.zeros(count + len(edges) + values.size + 1)
-        i[at.EDGES], i[at.TIMED_VALUES] = count, count + len(edges)
+        settings = np.concatenate([place.modes, run.guess])
+        more = len(edges) + values.size + 1
+        i, d = machine.blocks(run.point.theta, place.x, settings, run.until, more)
+        self._integers, self._numbers, self._now = i, d, place.modes
+        i[at.EDGES], i[at.TIMED_VALUES] = machine.count, machine.count + len(edges)
         self._fill(at.EDGES, edges)
         self._fill(at.TIMED_VALUES, values.ravel())
-        self._fill(at.SIGNS, machine.signs)
         i[at.SEGMENTS], i[at.TIMED] = len(edges) - 1, len(timed)
         i[i[at.TIMED_MODE] : i[at.TIMED_MODE] + len(timed)] = timed
-        self._fill(at.P, run.point.theta)
         self._fill(at.ATOL, run.advance.atol)
-        d[[at.UNTIL, at.RTOL]] = run.until, run.rtol
-        d[[at.SOON, at.SHORTEST, at.KNOWN]] = 1e-12 * run.until, 1e-10 * run.until, -1.0
-        self._ask(place)
+        d[at.RTOL], d[at.KNOWN] = run.rtol, -1.0
+        d[at.T], d[at.END] = place.t, edges[place.segment + 1]
+        both = run.implicit > 0 or machine.redundant(i, d)
+        i[at.ASK] = 3 if both else 1 if followers(run.system)[0] else 0
+        i[at.SEGMENT] = place.segment
+        i[at.PHASE] = at.RESTART if place.settled else at.BEGIN_SEGMENT
         self._outputs()
         self._settings()
-        self._state(place)
 
     def _fill(self, vector: int, values: np.ndarray) -> None:
         first = self._integers[vector]
@@ -99,12 +101,6 @@ class Flight:
         directions = system._flat.thresholds[1][timed]
         middles = 0.5 * (edges[:-1] + edges[1:])
         return timed, (directions * (middles[:, None] - found[timed]) >= 0).astype(float)
-
-    def _ask(self, place: Place) -> None:
-        """What Python settles: 1 instants of functions of time, 2 crossings."""
-        run, i = self._run, self._integers
-        both = run.implicit > 0 or run.settler.redundant(place.t, place.x, place.modes, run.guess)
-        i[at.ASK] = 3 if both else 1 if followers(run.system)[0] else 0
 
     def _outputs(self) -> None:
         """Room for what comes back."""
@@ -144,15 +140,6 @@ class Flight:
         self._fill(at.RING, np.array(recent))
         i[at.CROSSINGS] = len(recent)
 
-    def _state(self, place: Place) -> None:
-        i, d = self._integers, self._numbers
-        self._now = place.modes
-        self._fill(at.X, place.x)
-        self._fill(at.M, np.concatenate([place.modes, self._run.guess]))
-        i[at.SEGMENT] = place.segment
-        i[at.PHASE] = at.RESTART if place.settled else at.BEGIN_SEGMENT
-        d[[at.T, at.END]] = place.t, self._edges[place.segment + 1]
-
     def go(self) -> Place:
         """Go on as far as possible; to the end of the run, or to where Python must step.
 
@@ -168,7 +155,7 @@ class Flight:
         run.advance.used(run.advance.method)
         while True:
             begun = clock.perf_counter()
-            why = self._machine(i, self._numbers)
+            why = self._machine("loop", i, self._numbers)
             run.advance.seconds += clock.perf_counter() - begun
             self._drain()
             if why == at.DONE:
@@ -236,7 +223,7 @@ class Flight:
         if kind == 0:
             name, old = s.relation_text(number, bool(before))
             return Event(t, name, old, s.relation_text(number, bool(after))[1])
-        words = self._run.settler.words(number)
+        words = hold_words(s, number)
         return Event(t, s.names[number], words[before], words[after], loss)
 
     def _settle(self, why: int) -> None:

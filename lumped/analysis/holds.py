@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.analysis.calls import called
+from lumped.switching import Switching
 from lumped.system import System
 
-__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "Situation"]
+__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "Situation", "hold_words"]
 
 STUCK, FORWARD, BACKWARD = 0, 1, 2
 """Parts of the mode of a hold."""
@@ -95,7 +96,7 @@ class Holds:
 
     def __init__(self, system: System, theta: np.ndarray) -> None:
         s = self.switching = system.switching
-        self.system, self.theta, self._evaluate = system, theta, called(system, "look")
+        self.system, self._theta, self._evaluate = system, theta, called(system, "look")
         place = {node: i for i, node in enumerate(system.states)}
         self._places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
         self.jump_places = [[place.get(node) for node in jump.nodes] for jump in s.jumps]
@@ -111,7 +112,7 @@ class Holds:
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> Look:
         """Evaluate everything that decides modes."""
-        (row,) = self._evaluate(x, self.theta, t, np.concatenate([modes, guess]))
+        (row,) = self._evaluate(x, self._theta, t, np.concatenate([modes, guess]))
         i, j, k, m = self._ends
         v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
         upper[self._no_upper] = np.inf
@@ -157,9 +158,11 @@ class Holds:
     def word(self, modes: np.ndarray, hold: int) -> str:
         """Mode of a hold in words."""
         stuck, forward, backward = modes[self._parts[:, hold]] > 0.5
-        return self.words(hold)[0 if stuck else 1 if forward else 2 if backward else 3]
+        words = hold_words(self.switching, hold)
+        return words[0 if stuck else 1 if forward else 2 if backward else 3]
 
-    def words(self, hold: int) -> tuple[str, ...]:
-        """Words for stuck, forward, backward, free."""
-        gap = self.switching.has_gap[hold]
-        return ("closed" if gap else "stuck", "open" if gap else "forward", "backward", "free")
+
+def hold_words(switching: Switching, hold: int) -> tuple[str, str, str, str]:
+    """Words for a hold that is stuck, slides forward or backward, or is free."""
+    gap = switching.has_gap[hold]
+    return ("closed" if gap else "stuck", "open" if gap else "forward", "backward", "free")

@@ -18,7 +18,7 @@ from lumped.native.blocks import MOST_DENSE, Sizes, laid_out
 from lumped.native.emit import UnsupportedError
 from lumped.system import System
 
-__all__ = ["Machine", "machine", "patience"]
+__all__ = ["Machine", "begun", "machine", "patience"]
 
 _AT_LEAST, _EACH, _RUN = 0.04, 1e-4, 0.05
 """Time to make machine code, at least and for each operation, and what a run before counts, s."""
@@ -48,9 +48,39 @@ class Machine:
     signs: np.ndarray
     _codes: list[object]
 
-    def __call__(self, integers: np.ndarray, numbers: np.ndarray) -> int:
-        """Go on with a run; why the loop returns."""
-        return _loop()(integers.ctypes.data, numbers.ctypes.data)
+    def blocks(
+        self, theta: np.ndarray, x: np.ndarray, settings: np.ndarray, span: float, more: int = 0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks for one run, with room for some numbers more at the end of the second.
+
+        Parameters
+        ----------
+        span : float
+            Length of the run, s.
+        """
+        z, r = self.integers.copy(), np.zeros(self.count + more)
+        for place, values in (
+            (at.P, theta),
+            (at.X, x),
+            (at.M, settings),
+            (at.SIGNS, self.signs),
+        ):
+            r[z[place] : z[place] + len(values)] = values
+        r[at.UNTIL], r[at.SOON], r[at.SHORTEST] = span, 1e-12 * span, 1e-10 * span
+        return z, r
+
+    def redundant(self, z: np.ndarray, r: np.ndarray) -> bool:
+        """Whether constraints may have to share a reaction, which is left to Python."""
+        count = int(z[at.NH])
+        if not count:
+            return False
+        first = int(z[at.DEMAND])
+        r[first : first + count] = np.random.default_rng(4).uniform(0.5, 1.5, count)
+        return bool(self("redundant", z, r))
+
+    def __call__(self, name: str, z: np.ndarray, r: np.ndarray) -> int:
+        """Call a function of the time loop with the blocks of a run."""
+        return _loop()[name](z.ctypes.data, r.ctypes.data)
 
     def with_jacobian(self, integers: np.ndarray) -> bool:
         """Let a run use the implicit method; whether that is possible."""
@@ -98,11 +128,25 @@ def machine(system: System) -> Machine | None:
     return found
 
 
+def begun(
+    system: System, theta: np.ndarray, x: np.ndarray, settings: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """States and settings at the start, if machine code is at hand and finds them."""
+    code = system.made.get("machine")
+    if code is None or patience(system) > 0 or system._values.implicit:
+        return None
+    z, r = code.blocks(theta, x, settings, 1.0)
+    if code.redundant(z, r) or not code("begin", z, r):
+        return None
+    first, second = int(z[at.XS]), int(z[at.MS])
+    return r[first : first + len(x)].copy(), r[second : second + len(settings)].copy()
+
+
 @cache
-def _loop() -> Callable[[int, int], int]:
+def _loop() -> dict[str, Callable[[int, int], int]]:
     from lumped.native.functions import time_loop
 
-    return _CALL(time_loop().addresses["loop"])
+    return {name: _CALL(address) for name, address in time_loop().addresses.items()}
 
 
 def _built(system: System) -> Machine:

@@ -35,7 +35,7 @@ class Sharing:
         modes[holds.compliances] = 0.0
         stuck = holds.parts(modes)[STUCK]
         # what is independent remains so if some of it lets go
-        if not stuck.any() or not self.possible(t, x, modes, guess):
+        if not stuck.any() or not self._redundant(t, x, modes, guess, np.ones_like(stuck)):
             return
         if not self._redundant(t, x, modes, guess, stuck):
             return
@@ -48,17 +48,6 @@ class Sharing:
         largest = reach[finite].max(initial=0.0)
         weight = np.where(finite & (largest > 0), largest / np.where(finite, reach, 1.0), 1.0)
         modes[holds.compliances] *= np.minimum(weight, 1e3)
-
-    def possible(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> bool:
-        """Whether constraints are redundant if all of them stick."""
-        holds = self._holds
-        kept, key = holds.system.made.get("redundant"), holds.theta.tobytes()
-        if kept is None or kept[0] != key:
-            every = np.ones(len(holds.demands), dtype=bool)
-            kept = key, self._redundant(t, x, modes, guess, every)
-            holds.system.made["redundant"] = kept
-        found: bool = kept[1]
-        return found
 
     def _redundant(
         self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray, stuck: np.ndarray

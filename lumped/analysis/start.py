@@ -9,6 +9,7 @@ import numpy as np
 
 from lumped.analysis.calls import Call
 from lumped.analysis.changeover import Change, Settler
+from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
@@ -57,6 +58,9 @@ def start_point(
     x, settings = begin.solve()[system._in_use], begin.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
+        found = begun(system, begin.theta, x, settings)
+        if found is not None:
+            return OperatingPoint(system, 0.0, found[0], begin.theta, found[1])
         count = len(settings) - len(system._values.implicit)
         settler = Settler(system, begin.theta, 1.0)
         try:
@@ -167,7 +171,8 @@ class _Start:
                 self.system, targets, held, self.free, self.settings, self.guesses, self._text
             )
             self.x, self.theta = self.search.meet(self.x, self.theta)
-            self.system.check_parameters(self.theta)
+            if self.free:
+                self.system.check_parameters(self.theta)
         if len(self.guesses):
             x = self.x[self.system._in_use]
             self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)

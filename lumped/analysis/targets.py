@@ -216,6 +216,10 @@ class Targets:
 
     def _columns(self, matrix: _Matrix, complain: bool = True) -> tuple[list[int], np.ndarray]:
         """Unknowns that the targets determine, the least wanted first, and targets that do so."""
+        key = (matrix[self._evaluate.entries].tobytes(), tuple(self.fixed))
+        known = self._evaluate.known
+        if known is not None and known[0] == key and not self.free:
+            return known[1]
         rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
         places = (k.tolist() for k in self._evaluate.entries)
         for i, j, v in zip(*places, matrix[self._evaluate.entries].tolist(), strict=True):
@@ -233,6 +237,7 @@ class Targets:
                     "more start value or initial equation that depends on it, for example an "
                     "acceleration."
                 )
+        self._evaluate.known = key, (chosen.dependent, usable)
         return chosen.dependent, usable
 
     def _rank(self, node: int) -> int:
@@ -326,6 +331,7 @@ class _Function:
         rows, columns = jacobian.sparsity().get_triplet()
         self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
         self._shape = jacobian.shape
+        self.known: tuple[object, tuple[list[int], np.ndarray]] | None = None
 
     def __call__(
         self, x: np.ndarray, theta: np.ndarray, settings: np.ndarray

@@ -9,6 +9,7 @@ from pathlib import Path
 import casadi as ca
 
 from lumped.native.emit import assembly
+from lumped.native.instant import begin, redundant
 from lumped.native.loop import loop
 from lumped.native.objects import Code, built
 from lumped.native.translate import translated
@@ -51,8 +52,9 @@ def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
 
 @cache
 def time_loop() -> Code:
-    """Machine code of the time loop; its function is "loop"."""
-    return built(_own(), ["loop"], lambda: translated(loop, "loop"), tuned=True)
+    """Machine code of what a run does: the functions "loop", "begin" and "redundant"."""
+    functions = {"loop": loop, "begin": begin, "redundant": redundant}
+    return built(_own(), list(functions), lambda: translated(functions), tuned=True)
 
 
 @cache

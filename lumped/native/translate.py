@@ -13,7 +13,7 @@ import ast
 import math
 import struct
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from lumped.native import words
@@ -42,19 +42,21 @@ class _Value(NamedTuple):
     kind: str
 
 
-def translated(function: Callable[..., object], symbol: str) -> str:
-    """LLVM assembly of a function and all that it calls; it is visible under the symbol."""
-    kernel: Any = function
+def translated(functions: Mapping[str, Callable[..., object]]) -> str:
+    """LLVM assembly of functions and all that they call; they are visible under these symbols."""
+    kernels: Any = list(functions.values())
     found: dict[str, str] = {}
-    waiting: list[Kernel] = [kernel]
+    waiting: list[Kernel] = list(kernels)
     while waiting:
         now = waiting.pop()
         if now.name not in found:
             own = _Translator(now)
-            found[now.name] = own.text("" if now is kernel else "internal ")
+            found[now.name] = own.text("" if now in kernels else "internal ")
             waiting += own.called
-    begin, end = f'@"{kernel.name}"', f"@{symbol}"
-    return "\n".join([*found.values(), _DECLARED]).replace(begin, end)
+    text = "\n".join([*found.values(), _DECLARED])
+    for symbol, kernel in zip(functions, kernels, strict=True):
+        text = text.replace(f'@"{kernel.name}"', f"@{symbol}")
+    return text
 
 
 def _ir(kind: str) -> str:
