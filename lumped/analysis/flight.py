@@ -108,8 +108,8 @@ class Flight:
         n, ng = int(i[at.N]), int(i[at.NG])
         nm, nh, nr = int(i[at.NM]) - ng, int(i[at.NH]), int(i[at.NR])
         grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
-        rows = len(grid) + int(np.clip(4_000_000 // n, 64, _ROWS))
-        pieces = int(np.clip(4_000_000 // max(nm, 1), 16, _PIECES))
+        rows = len(grid) + min(max(4_000_000 // n, 64), _ROWS)
+        pieces = min(max(4_000_000 // max(nm, 1), 16), _PIECES)
         changes = _CHANGES + nh + nr
         self._t, self._x, self._g = np.empty(rows), np.empty((rows, n)), np.empty((rows, ng))
         self._piece_rows = np.empty(pieces, dtype=np.int64)

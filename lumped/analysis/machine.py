@@ -104,12 +104,17 @@ def patience(system: System) -> float:
     It is infinite without LLVM and with ``LUMPED_NATIVE=0``, and zero with ``LUMPED_NATIVE=1``.
     """
     choice = os.environ.get("LUMPED_NATIVE")
-    if choice == "0" or find_spec("llvmlite") is None or machine_failed(system):
+    if choice == "0" or not _has_llvm() or machine_failed(system):
         return math.inf
     if choice == "1" or "machine" in system.made:
         return 0.0
     cost = _AT_LEAST + _EACH * system.rhs.n_instructions()
     return cost - _RUN * float(system.made.get("runs", 0.0))
+
+
+@cache
+def _has_llvm() -> bool:
+    return find_spec("llvmlite") is not None
 
 
 def machine_failed(system: System) -> bool:

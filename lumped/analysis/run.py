@@ -251,6 +251,8 @@ class Run:
         found = instants(self.system, self.point.theta)
         inside = (found > 0) & (found <= self.until)
         edges: list[float] = []
+        if not inside.any():
+            return edges
         for t in np.unique(found[inside]).tolist():
             if not edges or t - edges[-1] > 1e-13 * self.until:
                 edges.append(self.until if self.until - t <= 1e-13 * self.until else t)
