@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lumped.analysis.changeover import Change
-from lumped.errors import SolverError
+from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -204,6 +204,28 @@ class Trajectory:
                 )
             self._known[key] = found
         return self._known[key]
+
+    def point(self, time: float) -> OperatingPoint:
+        """The recorded point nearest to a time, to linearise there; on a jump that after it.
+
+        Raises
+        ------
+        OptionError
+            If the time is not within the run.
+        """
+        if not self.t[0] <= time <= self.t[-1]:
+            raise OptionError(
+                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
+                f"{self.t[-1]:g} s."
+            )
+        pieces = [piece for piece in self.pieces if len(piece.t)]
+        distance = [np.abs(piece.t - time).min() for piece in pieces]
+        piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]
+        gaps = np.abs(piece.t - time)[::-1]
+        k = len(gaps) - 1 - int(gaps.argmin())
+        return OperatingPoint(
+            piece.system, float(piece.t[k]), piece.x[k], self.theta, piece.settings[k]
+        )
 
     def table(self, names: Iterable[Name]) -> np.ndarray:
         """Several quantities as columns, shape (k, len(names))."""
