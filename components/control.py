@@ -223,8 +223,8 @@ class SquareRootController(Component):
     wanted = Input("1", "wanted position")
     measured = Input("1", "measured position")
     K: Param = param("1/s", "gain near the aim", above=0)
-    a: Param = param("1", "deceleration", above=0)
-    y = Output("1", "wanted speed")
+    a: Param = param("1/s2", "deceleration", above=0)
+    y = Output("1/s", "wanted speed")
 
     def equations(self) -> Iterator[Equation]:
         e, e_0 = self.wanted - self.measured, self.a / self.K**2

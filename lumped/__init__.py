@@ -21,6 +21,7 @@ from lumped.analysis.symbolic import expression, symbolic_frequencies
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
+from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
@@ -65,6 +66,7 @@ __all__ = [
     "assemble",
     "campbell",
     "chain",
+    "check_units",
     "compose",
     "connect",
     "critical_speeds",

@@ -19,6 +19,7 @@ __all__ = [
     "SingularModelError",
     "SolverError",
     "StartError",
+    "UnitError",
     "UnknownNameError",
     "nearest",
 ]
@@ -54,6 +55,10 @@ class SingularModelError(LumpedError):
 
 class StartError(LumpedError):
     """Start values contradict each other or cannot be met."""
+
+
+class UnitError(LumpedError):
+    """A value has a unit of another dimension, or one that cannot be read."""
 
 
 class UnknownNameError(LumpedError, KeyError, AttributeError):

@@ -145,6 +145,12 @@ class Constant(Expr):
         self.value = value
 
 
+class Datum(Constant):
+    """A number from a table, in the unit of its column."""
+
+    __slots__ = ()
+
+
 class Time(Expr):
     """The time."""
 

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from lumped.errors import EquationError
-from lumped.expression import Call, Compare, Expr, Number, Where, as_expr, time
+from lumped.expression import Call, Compare, Datum, Expr, Number, Where, as_expr, time
 
 __all__ = [
     "acos",
@@ -157,12 +157,13 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
     for left, right in itertools.pairwise(places):
         if not right > left:
             raise EquationError(f"interpolate: the places must increase, but {left} -> {right}.")
-    argument, total = as_expr(x), as_expr(heights[0])
+    argument: Expr = as_expr(x)
+    total: Expr = Datum(heights[0])
     before = 0.0
     for i, (left, right) in enumerate(itertools.pairwise(places)):
         slope = (heights[i + 1] - heights[i]) / (right - left)
-        run = argument - left
-        total = total + (slope - before) * (maximum(0.0, run) if i else run)
+        run = argument - Datum(left)
+        total = total + Datum(slope - before) * (maximum(0.0, run) if i else run)
         before = slope
     return total
 
@@ -196,14 +197,14 @@ def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
     for i in range(len(t) - 1):
         if t[i + 1] > t[i]:
             slope = (y[i + 1] - y[i]) / (t[i + 1] - t[i])
-            pieces.append((t[i], y[i] + slope * (time - t[i])))
-    pieces.append((t[-1], as_expr(y[-1])))
+            pieces.append((t[i], Datum(y[i]) + Datum(slope) * (time - Datum(t[i]))))
+    pieces.append((t[-1], Datum(y[-1])))
 
     def choose(low: int, high: int) -> Expr:
         """Balanced choice among pieces[low:high], the one before `low` being -1."""
         if high - low == 1:
-            return as_expr(y[0]) if low < 0 else pieces[low][1]
+            return Datum(y[0]) if low < 0 else pieces[low][1]
         middle = (low + high) // 2
-        return Where(time >= pieces[middle][0], choose(middle, high), choose(low, middle))
+        return Where(time >= Datum(pieces[middle][0]), choose(middle, high), choose(low, middle))
 
     return choose(-1, len(pieces))

@@ -14,6 +14,7 @@ from lumped.expression import Expr, Ref, walk
 from lumped.lower import lower
 from lumped.quantity import Input, Param, Var, param
 from lumped.tree import Node, Tree
+from lumped.units import converted, has_unit
 
 __all__ = ["Parameters", "collect", "start_values"]
 
@@ -90,10 +91,14 @@ class Parameters:
         """
         theta = self.defaults.copy()
         for place, value in changes.items():
+            number = self.free[place]
+            if has_unit(value):
+                unit = self.declared[number].unit
+                theta[place] = converted(value, unit, f"{self.names[number]} =")
+                continue
             try:
                 theta[place] = float(value)
             except (TypeError, ValueError):
-                number = self.free[place]
                 raise ParameterError(
                     f"{self.names[number]} = {value!r}: a number in "
                     f"{self.declared[number].unit} is needed."

@@ -14,6 +14,7 @@ from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
 from lumped.errors import SolverError, StartError
 from lumped.system import Changes, Name, System
+from lumped.units import converted, has_unit
 
 __all__ = ["start_point", "start_slopes"]
 
@@ -100,10 +101,13 @@ class _Start:
         given, self.starts = self._evaluated()
         for name, value in start.items():
             unknown = system._tree.unknown(name)
+            unit = system._tree.quantity(unknown).unit
+            if has_unit(value):
+                given[unknown] = converted(value, unit, f"{system.key(name)} =")
+                continue
             try:
                 given[unknown] = float(value)
             except (TypeError, ValueError):
-                unit = system._tree.quantity(unknown).unit
                 raise StartError(
                     f"{system.key(name)} = {value!r}: a number in {unit} is needed."
                 ) from None

@@ -266,6 +266,12 @@ def test_each_quantity_has_a_text_and_a_unit_of_the_si(cls: type[lp.Component]) 
 
 
 @every(LIBRARY)
+def test_its_equations_join_quantities_of_the_same_kind(cls: type[lp.Component]) -> None:
+    checked = lp.check_units(cls(**FIELDS.get(cls, {}), **values(cls, np.random.default_rng(1))))
+    assert checked or declared(cls, lp.Component)
+
+
+@every(LIBRARY)
 def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
     received = vars(cls).get("__doc__") or ""
     expected = "="
