@@ -17,12 +17,14 @@ from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
+from lumped.analysis.store import Saved, load
 from lumped.analysis.symbolic import expression, symbolic_frequencies
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
+from lumped.parameter_file import read_parameters, write_parameters
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
 from lumped.switch import hold, when
@@ -57,6 +59,7 @@ __all__ = [
     "Pin",
     "Port",
     "RootLocus",
+    "Saved",
     "Sensitivity",
     "Sizing",
     "Statistics",
@@ -78,6 +81,7 @@ __all__ = [
     "hold",
     "inverse",
     "linearise",
+    "load",
     "lossless",
     "modal_energies",
     "modes",
@@ -86,6 +90,7 @@ __all__ = [
     "param",
     "participation",
     "profiles",
+    "read_parameters",
     "root_locus",
     "sensitivity",
     "simulate",
@@ -95,4 +100,5 @@ __all__ = [
     "time",
     "var",
     "when",
+    "write_parameters",
 ]

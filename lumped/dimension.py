@@ -30,7 +30,7 @@ _NUMBER: Dimension = {}
 _SAME = {"+", "-", "min", "max"}
 
 
-class _Clash(Exception):
+class _ClashError(Exception):
     """Two sides of different kinds, or an argument that must be a number and is not."""
 
 
@@ -62,7 +62,7 @@ def check_units(model: Component) -> int:
             count += 1
             try:
                 _joined([_dimension(left), _dimension(right)])
-            except _Clash as clash:
+            except _ClashError as clash:
                 faults.append(f"{path}: {shown}: {clash}")
     if faults:
         more = f"\n  ... {len(faults) - 20} more" if len(faults) > 20 else ""
@@ -163,7 +163,7 @@ def _joined(parts: list[Dimension | None]) -> Dimension | None:
     known = [part for part in parts if part is not None]
     for part in known[1:]:
         if part != known[0]:
-            raise _Clash(f"{written(known[0])} against {written(part)}")
+            raise _ClashError(f"{written(known[0])} against {written(part)}")
     return known[0] if known else None
 
 

@@ -50,6 +50,8 @@ def converted(value: Any, unit: str, what: str) -> float:
         size = float(number)
     except (TypeError, ValueError):
         raise UnitError(f"{needed}, such as '3.5 {unit}'.") from None
+    if given_unit == unit:
+        return size
     registry = _registry()
     wanted = registry.Unit(_spelt(unit))
     try:

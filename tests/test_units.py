@@ -80,9 +80,10 @@ def test_without_pint_the_remedy_is_named(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     _registry.cache_clear()
     with pytest.raises(UnitError, match=r"pip install lumped\[units\]"):
-        Inertia(J="3 kg.m2")
+        Inertia(J="3 t.m2")
+    assert Inertia(J="3 kg.m2")._values["J"] == 3.0  # needs no conversion
     monkeypatch.undo()
-    assert Inertia(J="3 kg.m2")._values["J"] == 3.0
+    assert Inertia(J="3 t.m2")._values["J"] == 3000.0
 
 
 class Wrong(lp.Component):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lumped.analysis.changeover import Change
+from lumped.analysis.store import saved
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -230,6 +232,31 @@ class Trajectory:
     def table(self, names: Iterable[Name]) -> np.ndarray:
         """Several quantities as columns, shape (k, len(names))."""
         return np.column_stack([self[name] for name in names])
+
+    def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
+        """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its ending says the format; ``.mat`` is the result file of Modelica tools.
+        names : iterable of names, optional
+            Quantities; default is all.
+
+        Raises
+        ------
+        OptionError
+            If the ending is none of these.
+        """
+        return saved(self, names).write(path)
+
+    def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
+        """A pandas DataFrame over the time, one column for each quantity."""
+        return saved(self, names).to_pandas()
+
+    def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
+        """An xarray Dataset over the time, with units and texts as attributes."""
+        return saved(self, names).to_xarray()
 
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
         """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
