@@ -18,6 +18,7 @@ from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
 from lumped.analysis.store import Saved, load
+from lumped.analysis.sweep import Sweep, sweep
 from lumped.analysis.symbolic import expression, symbolic_frequencies
 from lumped.assemble import assemble
 from lumped.component import Component
@@ -63,6 +64,7 @@ __all__ = [
     "Sensitivity",
     "Sizing",
     "Statistics",
+    "Sweep",
     "System",
     "Trajectory",
     "Var",
@@ -96,6 +98,7 @@ __all__ = [
     "simulate",
     "sizing",
     "start_point",
+    "sweep",
     "symbolic_frequencies",
     "time",
     "var",

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
 
+from lumped.component import Component
 from lumped.errors import UnknownNameError
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
@@ -376,9 +377,8 @@ class System:
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         key = ("chart", tuple(sorted(ranks.items())))
         if key not in self.made:
-            name = self._tree.unknown_name
-            outputs = None if self._outputs is None else [name(u) for u in self._outputs]
-            chart = System(self._flat, outputs, [name(u) for u in self._kept], ranks)
+            _, outputs, kept = self.origin
+            chart = System(self._flat, outputs, kept, ranks)
             chart.made[("chart", tuple(sorted(self._ranks.items())))] = self
             self.made[key] = chart
         found: System = self.made[key]
@@ -395,6 +395,13 @@ class System:
     def names(self) -> list[str]:
         """Names of all quantities."""
         return list(self._tree.unknown_names())
+
+    @property
+    def origin(self) -> tuple[Component, list[str] | None, list[str]]:
+        """Model, outputs and kept quantities from which the system was assembled."""
+        name = self._tree.unknown_name
+        outputs = None if self._outputs is None else [name(u) for u in self._outputs]
+        return self._tree.nodes[0].component, outputs, [name(u) for u in self._kept]
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference."""
