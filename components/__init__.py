@@ -74,6 +74,8 @@ from lumped.components.motors import (
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
     SpeedDrive,
+    SquirrelCageMotor,
+    SynchronousMotor,
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.sensors import (
@@ -180,6 +182,7 @@ __all__ = [
     "Spring",
     "SpringDamper",
     "SquareRootController",
+    "SquirrelCageMotor",
     "Step",
     "Stop",
     "Stribeck",
@@ -189,6 +192,7 @@ __all__ = [
     "Sum",
     "SwingingMass",
     "Switch",
+    "SynchronousMotor",
     "Table",
     "ThermalConductor",
     "Torque",

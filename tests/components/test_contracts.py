@@ -488,6 +488,29 @@ def pulse(at: Motion) -> float:
     return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
 
 
+def cage_currents(at: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Currents of stator and rotor, rows d and q, from the flux linkages."""
+    p, x = at.p, at.x
+    psi = np.array([[x["psi_sd"], x["psi_rd"]], [x["psi_sq"], x["psi_rq"]]])
+    L = np.diag([p["L_ls"], p["L_lr"]]) + p["L_m"]
+    return psi, np.linalg.solve(L, psi.T).T
+
+
+def cage_energy(at: Motion) -> complex:
+    psi, i = cage_currents(at)
+    return rotor(at) + 0.75 * (psi * i).sum()
+
+
+def cage_heat(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * (i**2 @ [at.p["R_s"], at.p["R_r"]]).sum()
+
+
+def cage_supply(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * at.p["V"] * i[0, 0]
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     contact.ElastoBacklash: play_energy,
@@ -515,6 +538,10 @@ STORED: dict[type[lp.Component], Energy] = {
     motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
     motors.SeriesDCMotor: armature,
     motors.SpeedDrive: rotor,
+    motors.SquirrelCageMotor: cage_energy,
+    motors.SynchronousMotor: lambda at: (
+        rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
+    ),
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
     vehicle.Vehicle: lambda at: (
         (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
@@ -538,6 +565,8 @@ DISSIPATED: dict[type[lp.Component], Power] = {
         at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
     ),
     motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    motors.SquirrelCageMotor: cage_heat,
+    motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
     vehicle.Vehicle: rolling,
     winding.Strip: strip_heat,
 }
@@ -551,6 +580,10 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     motors.InductionMotor: kloss,
     motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
     motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    motors.SquirrelCageMotor: cage_supply,
+    motors.SynchronousMotor: lambda at: (
+        1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
+    ),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
