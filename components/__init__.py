@@ -17,7 +17,9 @@ from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
 from lumped.components.control import (
+    CascadeControl,
     CurrentController,
+    FedPI,
     Filter,
     Gain,
     LimitedPI,
@@ -87,7 +89,7 @@ from lumped.components.sensors import (
     SpeedSensor,
     TorqueSensor,
 )
-from lumped.components.sequence import Latch, Minimum, SpeedProfile, Switch
+from lumped.components.sequence import Latch, Minimum, PositionSequencer, SpeedProfile, Switch
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
 from lumped.components.thermal import (
@@ -108,6 +110,7 @@ __all__ = [
     "Brake",
     "CamSwitch",
     "Capacitor",
+    "CascadeControl",
     "Clutch",
     "Coil",
     "Constant",
@@ -125,6 +128,7 @@ __all__ = [
     "ElastoBacklash",
     "EllipticalGear",
     "Expression",
+    "FedPI",
     "Filter",
     "Fixed",
     "FixedTemperature",
@@ -157,6 +161,7 @@ __all__ = [
     "Planetary",
     "PointToPoint",
     "Position",
+    "PositionSequencer",
     "PowerSensor",
     "PulseTorque",
     "QuadraticTorque",
