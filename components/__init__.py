@@ -12,7 +12,7 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
-from lumped.components.cams import CamSwitch, PulseTorque
+from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
@@ -80,6 +80,7 @@ from lumped.components.motors import (
     SynchronousMotor,
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.rolling import RollingTorque
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -135,6 +136,7 @@ __all__ = [
     "Gain",
     "Ground",
     "GuidedRod",
+    "HarmonicTorque",
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
@@ -157,6 +159,7 @@ __all__ = [
     "OneWayClutch",
     "PController",
     "PIController",
+    "PeriodicTorque",
     "PickUp",
     "Planetary",
     "PointToPoint",
@@ -172,6 +175,7 @@ __all__ = [
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
     "Resistor",
+    "RollingTorque",
     "RotatingMass",
     "SampledPI",
     "SelectableGear",

@@ -30,6 +30,7 @@ from lumped.components import (
     lossy_gear,
     motors,
     noncircular,
+    rolling,
     sequence,
     signals,
     sources,
@@ -57,7 +58,11 @@ UNITS = {
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
+HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
+POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 FIELDS = {
+    cams.HarmonicTorque: {"harmonics": HARMONICS},
+    cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
@@ -83,7 +88,11 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 }
 """Parameters for which a random number is none."""
 
-POSITIVE = {electrical.VariableResistor: ["R"], friction.JournalFriction: ["f_n"]}
+POSITIVE = {
+    electrical.VariableResistor: ["R"],
+    friction.JournalFriction: ["f_n"],
+    rolling.RollingTorque: ["F", "a"],
+}
 """Inputs that make no sense below zero."""
 
 BASES = {thermal.Heated}
@@ -466,7 +475,7 @@ def downhill_and_wind(at: Motion) -> float:
     return -v * (drag + p["m"] * p["g"] * np.sin(np.arctan(p["inclination"])))
 
 
-def rolling(at: Motion) -> float:
+def rolling_resistance(at: Motion) -> float:
     p, v = at.p, at.v["coupling"]
     level = np.cos(np.arctan(p["inclination"]))
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
@@ -487,6 +496,17 @@ def pulse(at: Motion) -> float:
     x -= 2 * np.pi * np.round(x / (2 * np.pi))
     inside = abs(x) < at.p["width"] / 2
     return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
+
+
+def harmonic(at: Motion) -> float:
+    phi = at.q["flange"] - at.q["support"]
+    waves = [a * np.sin(k * phi + p) for k, a, p in HARMONICS]
+    return (at.p["mean"] + sum(waves)) * turning(at)
+
+
+def tabulated(at: Motion) -> float:
+    angles, values = np.transpose(POINTS)
+    return np.interp(at.q["flange"] - at.q["support"], angles, values, period=5.0) * turning(at)
 
 
 def cage_currents(at: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -568,12 +588,14 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     motors.SquirrelCageMotor: cage_heat,
     motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
-    vehicle.Vehicle: rolling,
+    vehicle.Vehicle: rolling_resistance,
     winding.Strip: strip_heat,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     gravity.Weight: lowered,
+    cams.HarmonicTorque: harmonic,
+    cams.PeriodicTorque: tabulated,
     cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
@@ -585,6 +607,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     motors.SynchronousMotor: lambda at: (
         1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
     ),
+    rolling.RollingTorque: lambda at: (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
