@@ -87,7 +87,9 @@ class HarmonicTorque(_AngleTorque):
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
-        rows = _rows("harmonics", self.harmonics, 3, "order, amplitude in N.m and phase in rad")
+        rows = _rows(
+            "harmonics", self.harmonics, "order, amplitude (N.m), phase (rad)", (2, 340.0, 0.0)
+        )
         total: Expr = self.mean
         for order, amplitude, phase in rows:
             if order <= 0:
@@ -131,28 +133,32 @@ class PeriodicTorque(_AngleTorque):
 
     def _table(self) -> tuple[list[float], list[float]]:
         """Angles and torques, closed by the first point one period later."""
-        rows = _rows("points", self.points, 2, "angle in rad and torque in N.m")
-        if not 0 < self.period < float("inf"):
-            raise EquationError(f"period = {self.period!r} rad must be positive and finite.")
+        rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
+            raise EquationError(
+                f"period = {self.period!r} rad must be a positive number: the angle after which "
+                "the torque repeats, 2 pi for a turn."
+            )
         angles, values = [a for a, _ in rows], [v for _, v in rows]
         for before, after in pairwise(angles):
             if not after > before:
                 raise EquationError(
-                    f"points: the angles must increase, but {before:g} -> {after:g} rad."
+                    f"points: the angles must increase, but {before:g} -> {after:g} rad. Sort them."
                 )
         end = angles[0] + self.period
         if not angles[-1] < end:
             raise EquationError(
                 f"points: the last angle {angles[-1]:g} rad is not before {end:g} rad, where the "
-                "next period begins with the first point. Leave it out, or give a longer period."
+                "next period begins with the first point. Angles are in rad; leave the closing "
+                "point out, or give a longer period."
             )
         return [*angles, end], [*values, values[0]]
 
 
 def _rows(
-    name: str, given: Sequence[Sequence[float]], width: int, meaning: str
+    name: str, given: Sequence[Sequence[float]], meaning: str, example: Sequence[float]
 ) -> list[tuple[float, ...]]:
-    """Rows of finite numbers.
+    """Rows of finite numbers, as long as the example.
 
     Raises
     ------
@@ -163,9 +169,12 @@ def _rows(
         rows = [tuple(map(float, row)) for row in given]
     except (TypeError, ValueError):
         rows = []
+    width = len(example)
     good = all(len(row) == width and all(abs(v) < float("inf") for v in row) for row in rows)
     if not rows or not good:
-        raise EquationError(f"{name} = {given!r}: rows of {meaning} are needed, finite numbers.")
+        raise EquationError(
+            f"{name} = {given!r}: at least one row of {meaning} is needed, such as ({example},)."
+        )
     return rows
 
 

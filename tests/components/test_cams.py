@@ -12,7 +12,6 @@ from lumped.components import (
     PulseTorque,
     Speed,
 )
-from lumped.errors import EquationError
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:
@@ -70,10 +69,6 @@ class TestPulseTorque:
         expected = 1.0 + turns * 3.0 * 0.5 * 2 / np.pi
         assert turns >= 1
         assert abs(run["wheel.w"][-1] ** 2 / expected - 1) < 1e-9
-
-    def test_unknown_shape_is_refused(self):
-        with pytest.raises(EquationError, match="'half-sine' or 'rectangle'"):
-            turned(PulseTorque(shape="triangle", tau_max=1.0, centre=0.0, width=1.0))
 
 
 def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
