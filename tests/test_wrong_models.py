@@ -18,7 +18,9 @@ from lumped.components import (
     Backlash,
     BearingFriction,
     CamSwitch,
+    CascadeControl,
     Clutch,
+    Coil,
     Constant,
     CrankSlider,
     Damper,
@@ -29,6 +31,7 @@ from lumped.components import (
     EllipticalGear,
     Fixed,
     Ground,
+    HarmonicTorque,
     IdealGear,
     InductionMotor,
     Inertia,
@@ -37,21 +40,28 @@ from lumped.components import (
     LimitedPI,
     LossyGear,
     NonCircularGear,
+    PeriodicTorque,
     Planetary,
     Position,
+    PositionSequencer,
     PulseTorque,
     QuadraticTorque,
     QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
+    RollingTorque,
     SampledPI,
     SlipCoupling,
     Speed,
     SpeedProfile,
     SpeedSensor,
     Spring,
+    SquirrelCageMotor,
     Stribeck,
+    Strip,
+    StripPath,
     StrokeLoad,
+    SynchronousMotor,
     Torque,
     TorqueSensor,
     VoltageSource,
@@ -790,6 +800,110 @@ def pulse_of_unknown_shape():
 def cam_wider_than_a_turn():
     """The range of a cam switch is more than a turn."""
     shear(CamSwitch(centre=0.0, width=7.0))
+
+
+@wrong(MECHANISMS, EquationError, "part (HarmonicTorque)", "harmonics = ((2, 340.0),)", "phase")
+def harmonic_without_phase():
+    """A harmonic of a torque is given without its phase."""
+    shear(HarmonicTorque(harmonics=((2, 340.0),)))
+
+
+@wrong(MECHANISMS, EquationError, "part (HarmonicTorque)", "order 0", "'mean'")
+def harmonic_of_order_zero():
+    """The mean of a torque is given as a harmonic of order zero."""
+    shear(HarmonicTorque(harmonics=((0, 50.0, 0.0), (2, 340.0, 0.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "increase", "2 -> 1 rad")
+def periodic_table_out_of_order():
+    """The points of a periodic torque are not in the order of their angles."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (2.0, 5.0), (1.0, 3.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "360 rad", "6.28319 rad", "in rad")
+def periodic_table_in_degrees():
+    """The angles of a periodic torque are given in degrees, the closing point among them."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (180.0, 5.0), (360.0, 1.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "period = -1 rad", "2 pi for a turn")
+def period_below_zero():
+    """A periodic torque has a negative period."""
+    shear(PeriodicTorque(points=((0.0, 1.0),), period=-1))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "'spline'", "'smooth' or 'lines'")
+def periodic_table_of_unknown_shape():
+    """A periodic torque is to be joined in a way that does not exist."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (2.0, 5.0)), shape="spline"))
+
+
+@wrong(MECHANISMS, ParameterError, "part.R = 0 m", "radius of the rolls", "greater than 0")
+def rolls_without_radius():
+    """Rolls have no radius."""
+    shear(RollingTorque(F=1e6, a=0.01, R=0.0, T_back=0.0, T_front=0.0))
+
+
+# -- winding -----------------------------------------------------------------------------------
+
+WINDING = "Winding"
+
+
+def coiler(*, strip=None, path=None, **given):
+    """A coil on a mandrel that is driven, with its strip or the path of it."""
+    values = {"r": 0.3, "R_max": 1.0, "h": 2e-3, "b": 1.2, "rho": 7850.0} | given
+    line = strip or path
+
+    def connections(m):
+        yield lp.connect(m.drive.flange, m.coil.flange)
+        if path:
+            yield lp.connect(m.coil.strip, m.path.strip)
+            yield lp.connect(m.coil.tangent, m.path.tangent)
+            yield lp.connect(m.coil.R, m.path.R)
+            yield lp.connect(m.path.line, m.pull.flange)
+        elif strip:
+            yield from lp.chain(m.pull.flange, m.strip, m.coil.strip)
+        else:
+            yield lp.connect(m.coil.strip, m.pull.flange)
+
+    parts = {"path" if path else "strip": line} if line else {}
+    build(
+        connections,
+        drive=Speed(w=10.0),
+        coil=Coil(**values),
+        pull=translation.Speed(v=0.0) if strip else translation.Force(f=-5e4),
+        **parts,
+    )
+
+
+@wrong(WINDING, ParameterError, "coil.h = -0.001 m", "thickness of the strip", "at least 0")
+def strip_of_negative_thickness():
+    """The thickness of a strip is negative."""
+    coiler(h=-1e-3)
+
+
+@wrong(WINDING, ParameterError, "coil.R_max = 0.2 m", "radius of a full coil", "coil.r = 0.3 m")
+def full_coil_smaller_than_its_mandrel():
+    """A full coil is smaller than its mandrel."""
+    coiler(R_max=0.2)
+
+
+@wrong(WINDING, ParameterError, "coil.fill = 95 1", "at most 1")
+def fill_in_percent():
+    """The fill of a coil is given in percent."""
+    coiler(fill=95.0)
+
+
+@wrong(WINDING, ParameterError, "strip.c = 0 N/m (stiffness)", "greater than 0")
+def strip_without_stiffness():
+    """An elastic strip has no stiffness."""
+    coiler(strip=Strip(c=0.0))
+
+
+@wrong(WINDING, ParameterError, "path.d = 1 m", "greater than path.r_t = 1.25 m")
+def roll_inside_the_turret():
+    """The roll before a turret stands inside the circle of its coils."""
+    coiler(path=StripPath(r_t=1.25, d=1.0))
 
 
 # -- gears with loss, and heat -----------------------------------------------------------------
@@ -1562,6 +1676,57 @@ def section_for_the_way_back():
 def sampling_time_of_zero():
     """A controller has a negative gain and samples without end."""
     build(pi=SampledPI(k=-2.0, T_i=0.1, T_s=0.0, wanted=1.0, measured=0.0))
+
+
+@wrong(DRIVES, ParameterError, "motor.L_ls = 0 H", "leakage", "motor.pairs = 0 1 (pole pairs)")
+def cage_without_leakage():
+    """A squirrel-cage motor has no leakage and no pole pairs."""
+    build(
+        motor=SquirrelCageMotor(
+            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=0.0, L_lr=2e-3, pairs=0.0, J=0.1, V=180.0, f=50.0
+        )
+    )
+
+
+@wrong(DRIVES, ConnectError, "motor.f: the input (frequency of the supply, Hz)")
+def cage_without_frequency():
+    """A squirrel-cage motor is given a voltage but no frequency."""
+    build(
+        motor=SquirrelCageMotor(
+            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=2e-3, L_lr=2e-3, pairs=2.0, J=0.1, V=180.0
+        )
+    )
+
+
+@wrong(DRIVES, ParameterError, "servo.psi = 0 V.s", "magnets", "servo.L_q = -0.004 H")
+def servo_without_magnets():
+    """A synchronous motor has no magnets and a negative inductance."""
+    build(
+        servo=SynchronousMotor(
+            psi=0.0, R=0.3, L_d=4e-3, L_q=-4e-3, pairs=3.0, J=0.01, v_d=0.0, v_q=20.0
+        )
+    )
+
+
+@wrong(DRIVES, ParameterError, "axis.v_max = -2 1/s", "axis.a = 0 1/s2", "greater than 0")
+def cascade_with_negative_limits():
+    """A cascade control has a negative limit of the speed and no deceleration."""
+    loop = {"wanted": 1.0, "measured": 0.0, "v_measured": 0.0, "v_feed": 0.0, "f_feed": 0.0}
+    build(axis=CascadeControl(K=5.0, a=0.0, v_max=-2.0, k=10.0, T_i=0.1, f_max=8.0, **loop))
+
+
+@wrong(DRIVES, EquationError, "order (PositionSequencer)", "targets = (0.5, None)", "finite number")
+def target_that_is_none():
+    """A sequence of positions holds something that is no number."""
+    build(
+        order=PositionSequencer(targets=(0.5, None), tolerance=0.01, dwell=0.2, measured=0.0),
+    )
+
+
+@wrong(DRIVES, ParameterError, "order.tolerance = 0 1", "order.dwell = -1 s", "greater than 0")
+def sequence_without_tolerance():
+    """A sequence of positions wants them exactly, and a negative dwell."""
+    build(order=PositionSequencer(targets=(0.5,), tolerance=0.0, dwell=-1.0, measured=0.0))
 
 
 # -- own components ----------------------------------------------------------------------------

@@ -30,6 +30,7 @@ from lumped.components import (
     lossy_gear,
     motors,
     noncircular,
+    rolling,
     sequence,
     signals,
     sources,
@@ -57,11 +58,16 @@ UNITS = {
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
+HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
+POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 FIELDS = {
+    cams.HarmonicTorque: {"harmonics": HARMONICS},
+    cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
@@ -82,7 +88,11 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 }
 """Parameters for which a random number is none."""
 
-POSITIVE = {electrical.VariableResistor: ["R"], friction.JournalFriction: ["f_n"]}
+POSITIVE = {
+    electrical.VariableResistor: ["R"],
+    friction.JournalFriction: ["f_n"],
+    rolling.RollingTorque: ["F", "a"],
+}
 """Inputs that make no sense below zero."""
 
 BASES = {thermal.Heated}
@@ -471,7 +481,7 @@ def downhill_and_wind(at: Motion) -> float:
     return -v * (drag + p["m"] * p["g"] * np.sin(np.arctan(p["inclination"])))
 
 
-def rolling(at: Motion) -> float:
+def rolling_resistance(at: Motion) -> float:
     p, v = at.p, at.v["coupling"]
     level = np.cos(np.arctan(p["inclination"]))
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
@@ -492,6 +502,40 @@ def pulse(at: Motion) -> float:
     x -= 2 * np.pi * np.round(x / (2 * np.pi))
     inside = abs(x) < at.p["width"] / 2
     return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
+
+
+def harmonic(at: Motion) -> float:
+    phi = at.q["flange"] - at.q["support"]
+    waves = [a * np.sin(k * phi + p) for k, a, p in HARMONICS]
+    return (at.p["mean"] + sum(waves)) * turning(at)
+
+
+def tabulated(at: Motion) -> float:
+    angles, values = np.transpose(POINTS)
+    return np.interp(at.q["flange"] - at.q["support"], angles, values, period=5.0) * turning(at)
+
+
+def cage_currents(at: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Currents of stator and rotor, rows d and q, from the flux linkages."""
+    p, x = at.p, at.x
+    psi = np.array([[x["psi_sd"], x["psi_rd"]], [x["psi_sq"], x["psi_rq"]]])
+    L = np.diag([p["L_ls"], p["L_lr"]]) + p["L_m"]
+    return psi, np.linalg.solve(L, psi.T).T
+
+
+def cage_energy(at: Motion) -> complex:
+    psi, i = cage_currents(at)
+    return rotor(at) + 0.75 * (psi * i).sum()
+
+
+def cage_heat(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * (i**2 @ [at.p["R_s"], at.p["R_r"]]).sum()
+
+
+def cage_supply(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * at.p["V"] * i[0, 0]
 
 
 STORED: dict[type[lp.Component], Energy] = {
@@ -521,6 +565,10 @@ STORED: dict[type[lp.Component], Energy] = {
     motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
     motors.SeriesDCMotor: armature,
     motors.SpeedDrive: rotor,
+    motors.SquirrelCageMotor: cage_energy,
+    motors.SynchronousMotor: lambda at: (
+        rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
+    ),
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
     vehicle.Vehicle: lambda at: (
         (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
@@ -544,12 +592,16 @@ DISSIPATED: dict[type[lp.Component], Power] = {
         at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
     ),
     motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
-    vehicle.Vehicle: rolling,
+    motors.SquirrelCageMotor: cage_heat,
+    motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
+    vehicle.Vehicle: rolling_resistance,
     winding.Strip: strip_heat,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     gravity.Weight: lowered,
+    cams.HarmonicTorque: harmonic,
+    cams.PeriodicTorque: tabulated,
     cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
@@ -557,6 +609,11 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     motors.InductionMotor: kloss,
     motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
     motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    motors.SquirrelCageMotor: cage_supply,
+    motors.SynchronousMotor: lambda at: (
+        1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
+    ),
+    rolling.RollingTorque: lambda at: (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),
