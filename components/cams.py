@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.expression import Compare, as_expr
+from lumped.expression import Compare, Datum
 from lumped.ops import atan2, cos, maximum, minimum, pi, sin, where
 
 __all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
@@ -97,7 +97,7 @@ class HarmonicTorque(_AngleTorque):
                     f"harmonics: the order {order:g} is not positive. Periods in a turn are meant; "
                     "the constant part is the parameter 'mean'."
                 )
-            total = total + amplitude * sin(order * phi + phase)
+            total = total + Datum(amplitude) * sin(order * phi + phase)
         return total
 
 
@@ -125,10 +125,10 @@ class PeriodicTorque(_AngleTorque):
             raise EquationError(f"shape = {self.shape!r}: 'smooth' or 'lines' is needed.")
         turns = 2 * pi / self.period * (phi - angles[0])
         x = self.period / 2 * (1 + atan2(-sin(turns), -cos(turns)) / pi)
-        total = as_expr(values[0])
+        total: Expr = Datum(values[0])
         for (a, b), (cubic, square, slope) in zip(pairwise(angles), pieces, strict=True):
             u = minimum(maximum(x - (a - angles[0]), 0.0), b - a)
-            total = total + u * (slope + u * (square + u * cubic))
+            total = total + u * (Datum(slope) + u * (Datum(square) + u * Datum(cubic)))
         return total
 
     def _table(self) -> tuple[list[float], list[float]]:

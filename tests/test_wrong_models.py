@@ -78,6 +78,7 @@ from lumped.errors import (
     SingularModelError,
     SolverError,
     StartError,
+    UnitError,
     UnknownNameError,
 )
 
@@ -687,10 +688,22 @@ def parameter_bound_to_a_stranger():
     lp.assemble(Winder())
 
 
-@wrong(PARAMETERS, DeclarationError, "Spring(c='1e4 N.m/rad')", "number in N.m/rad")
-def parameter_as_text():
-    """A stiffness is given as text with its unit."""
-    Spring(c="1e4 N.m/rad")
+@wrong(PARAMETERS, UnitError, "Spring(c=...)", "'1e4 N.m'", "N.m/rad", "angle is missing")
+def parameter_in_another_unit():
+    """A stiffness is given in the unit of a torque."""
+    Spring(c="1e4 N.m")
+
+
+@wrong(PARAMETERS, UnitError, "motor.w = '50 Hz'", "rpm")
+def speed_in_hertz():
+    """A speed is given in Hz, which leaves open whether turns or radians are meant."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "50 Hz"})
+
+
+@wrong(PARAMETERS, UnitError, "Inertia(J=...)", "'0.3 kgm2'", "kg.m2")
+def misspelt_unit():
+    """A unit lacks the dot between its parts."""
+    Inertia(J="0.3 kgm2")
 
 
 @wrong(PARAMETERS, DeclarationError, "Inertia(J=[1.0, 2.0])", "number in kg.m2")
@@ -747,7 +760,7 @@ def parameters_in_a_circle():
     build(fan=Fan())
 
 
-@wrong(PARAMETERS, ParameterError, "line.first.J", "'heavy'", "kg.m2")
+@wrong(PARAMETERS, UnitError, "line.first.J", "'heavy'", "kg.m2")
 def text_in_a_run():
     """A run changes a parameter to a text."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.J": "heavy"})
@@ -2066,7 +2079,7 @@ def start_value_nan():
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": math.nan})
 
 
-@wrong(START, StartError, "motor.w", "'fast'")
+@wrong(START, UnitError, "motor.w", "'fast'")
 def start_value_text():
     """A start value is a text."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
