@@ -227,6 +227,14 @@ def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_su
     assert torque == pytest.approx((gravity(P, 1) + friction(1)) / 42.5, rel=1e-6)
 
 
+def test_time_never_runs_backward_while_rounding_alone_moves_what_rests():
+    for tolerance in (1e-5, 1e-6, 1e-7):
+        run = controlled(until=2.0, grid=None, rtol=tolerance, parameters={"bandwidth": 10.0})
+        assert (np.diff(run.t) >= 0).all()
+        rests = (run.t > 0.7) & (run.t < 1.74)  # and the integral of the error grows
+        assert (np.diff(run["motor.x"][rests]) > -1e-12).all()
+
+
 # -- extremes and energy -----------------------------------------------------------------------
 
 
