@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import lstsq
-from scipy.sparse import csc_array, csr_array, eye_array
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
@@ -207,14 +204,16 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
 
 def _left_vectors(modes: Modes) -> Complex:
     """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration."""
-    matrix = csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
+    matrix = scipy.sparse.csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
     n, parts = matrix.shape[0], _parts(modes)
     found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
     for k, value in enumerate(modes.eigenvalues):
         x = modes.vectors[:, k]
         own = np.flatnonzero(parts == parts[np.abs(x).argmax()])
         block = matrix[own][:, own]
-        factors = splu(csc_array(block - value * (1 + 1e-10) * eye_array(len(own))))
+        factors = scipy.sparse.linalg.splu(
+            scipy.sparse.csc_array(block - value * (1 + 1e-10) * scipy.sparse.eye_array(len(own)))
+        )
         y = np.ones(len(own)) / np.sqrt(len(own))
         y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
         for _ in range(3):
@@ -227,9 +226,9 @@ def _left_vectors(modes: Modes) -> Complex:
 
 def _parts(modes: Modes) -> NDArray[np.int32]:
     """Number of the connected part of the drive to which each state belongs."""
-    matrix = csr_array(sparse_state_matrix(modes.system, modes.point))
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     matrix.eliminate_zeros()
-    found: NDArray[np.int32] = connected_components(matrix, directed=False)[1]
+    found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     return found
 
 
@@ -243,7 +242,7 @@ def _repeated(modes: Modes) -> tuple[int, ...]:
     return tuple(np.flatnonzero(close.any(axis=1) | critical).tolist())
 
 
-def _is_equilibrium(modes: Modes, change: csc_array) -> bool:
+def _is_equilibrium(modes: Modes, change: scipy.sparse.csc_array) -> bool:
     """Whether the derivatives vanish at the point, steady motion apart."""
     system, point = modes.system, modes.point
     inputs = (point.x, point.theta, point.time, point.modes)
@@ -252,16 +251,16 @@ def _is_equilibrium(modes: Modes, change: csc_array) -> bool:
     return bool((rates <= _STILL * (terms + 1e-9)).all())
 
 
-def _followed(modes: Modes, change: csc_array, places: list[int]) -> Real:
+def _followed(modes: Modes, change: scipy.sparse.csc_array, places: list[int]) -> Real:
     """How an equilibrium moves with parameters: least change of states, shape (n, p)."""
     system, point = modes.system, modes.point
     by_parameters = ca.jacobian(system.rates, system._inputs[1][places])
     function = ca.Function("f", system._inputs, [by_parameters])
     inputs = (point.x, point.theta, point.time, point.modes)
-    right = (change @ csc_array(function(*inputs).sparse())).toarray()
+    right = (change @ scipy.sparse.csc_array(function(*inputs).sparse())).toarray()
     matrix = (change @ sparse_state_matrix(system, point)).toarray()
     scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
-    step = lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
+    step = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
     left_over = np.abs(matrix @ step + right).max(axis=0, initial=0.0)
     size = np.abs(right).max(axis=0, initial=0.0)
     lost = np.flatnonzero(left_over > 1e-6 * size)
