@@ -67,15 +67,15 @@ def _motors() -> Iterator[Row]:
         found = sizing.speed_range(i, v_max=20.0)
         note = f"{slower} with the speed of example 3.1"
         yield Row(f"range of motor speeds, {name}, 20 m/s", "1", None, found, RESTORED, note)
-    for speed, found, base, most in (
+    for speed, chosen, base, most in (
         ("20 m/s", motor, "323.24 from (3.12), a = 1.25", "847.85 from (3.13)"),
         ("1300 m/min", second, "350.2, perhaps 350 was meant", "918.5 from (3.13)"),
     ):
         yield Row(
-            f"base speed of the motor, {speed}", "rpm", None, found.base * RPM, INFERRED, base
+            f"base speed of the motor, {speed}", "rpm", None, chosen.base * RPM, INFERRED, base
         )
         name = f"greatest speed of the motor, {speed}"
-        yield Row(name, "rpm", None, found.speed * RPM, RESTORED, most)
+        yield Row(name, "rpm", None, chosen.speed * RPM, RESTORED, most)
     note = "69.3597, which holds the full coil in high gear"
     yield Row("rated torque, 20 m/s", "kN.m", None, motor.torque / 1e3, INFERRED, note)
 
@@ -91,7 +91,7 @@ def _gears() -> Iterator[Row]:
     ):
         held = sizing.greatest_tension(found, slow, i)[0] / 1e3
         yield Row(f"tension at full coil, {name}", "kN", None, held, INFERRED, note)
-    reach = sizing.torque_at_mandrel(drawn.torque) / TENSION
+    reach = float(sizing.torque_at_mandrel(drawn.torque)) / TENSION
     yield Row("radius up to which 2160 kW hold 80 kN", "m", None, reach, INFERRED, "0.92")
     for name, i, value in (("high", I_HIGH, "1200"), ("low", I_LOW, "812.4")):
         fastest = 60 * motor.speed * MANDREL / i
@@ -129,7 +129,7 @@ def _deviations() -> Iterator[Row]:
     ends = np.array([MANDREL, RADIUS])
     steady = tension_deviation(ends) / 1e3
     starting = tension_deviation(np.array([*ends, 0.555]), v=0.0, a=1.0) / 1e3
-    text = steady - strip_momentum(ends) / ends / 1e3
+    text = steady - strip_momentum(1.0) / 1e3
     thin, thick = (tension_deviation(ends[:1], h=h)[0] / 1e3 for h in (0.3e-3, 5e-3))
     for name, found, note in (
         ("steady, empty", steady[0], "11.771 from A / R^4 + B"),

@@ -106,9 +106,7 @@ def capacity(radius: float = RADIUS, h: float = THICKNESS) -> float:
     return float(np.pi * (radius**2 - MANDREL**2) / h)
 
 
-def strip_momentum(
-    radius: float | np.ndarray, v: float = SPEED, h: float = THICKNESS
-) -> float | np.ndarray:
+def strip_momentum(radius: float, v: float = SPEED, h: float = THICKNESS) -> float:
     """Angular momentum that the strip brings to a coil each second, N.m: rho b h v^2 R.
 
     It is what ``w dJ/dt`` of (3.5) adds to the motor torque by mistake.

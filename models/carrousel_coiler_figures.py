@@ -80,7 +80,7 @@ def _draw_deviation() -> Figure:
         found = tension_deviation(radii, v, a)
         axis.plot(radii, found / 1e3, label=label)
         if v == SPEED:
-            text = found - strip_momentum(radii) / radii
+            text = found - strip_momentum(1.0)  # over the radius, to which it is proportional
             axis.plot(radii, text / 1e3, "C0--", label="20 m/s, with w dJ/dt of (3.5)")
     axis.axhline(0.0, color="grey", linewidth=0.8)
     axis.set(title="Deviation of the tension without inertia compensation")
