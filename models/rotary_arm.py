@@ -114,7 +114,7 @@ def _inertias() -> Iterator[Row]:
     rotor = J_ROTOR * RATIO**2
     yield Row("moment of inertia, rotor at the arm", "kg.m2", None, rotor, FROM_PRINT, note)
     note = "of (1 - 0.17) / 0.6 s, rounded"
-    yield Row("acceleration", "rad/s2", EPS, (FAST - SLOW) / 0.6, TEXT, note)
+    yield Row("acceleration of the ramps", "rad/s2", EPS, (FAST - SLOW) / 0.6, TEXT, note)
     fast = SPEED * np.pi / 30 / RATIO
     yield Row("fast speed", "rad/s", FAST, fast, TEXT, "480 rpm over 50; the source rounds to 1")
 

@@ -43,7 +43,7 @@ PUBLISHED = {  # relative deviation from print: rounding, and what the remarks o
     "moment of inertia, counterweights": 1e-6,
     "moment of inertia, mandrel": 1e-5,
     "moment of inertia, shaft": 4e-3,
-    "acceleration": 2.5e-3,
+    "acceleration of the ramps": 2.5e-3,
     "fast speed": 5.4e-3,
     "motor torque, all together": 5e-5,
     "power needed": 1e-4,
