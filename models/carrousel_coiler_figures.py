@@ -116,7 +116,7 @@ def _draw_gears() -> Figure:
     for v, T in ((1200, 80), (780, 100), (400, 110), (1080, 90)):
         axis.plot(v, T, "ok")
         gear = sizing.gear_for(v / 60, 1e3 * T) or "none"
-        axis.annotate(gear, (v, T), (5, 5), textcoords="offset points")
+        axis.annotate(gear, (v, T), (-5, 5), textcoords="offset points", ha="right")
     axis.set(title="Tension from the empty to the full coil; dots: gear chosen for a strip")
     axis.set(xlabel="line speed, m/min", ylabel="tension, kN", ylim=(0, 135))
     _finish(figure)
