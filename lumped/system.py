@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
 from lumped.component import Component
 from lumped.errors import UnknownNameError
@@ -343,9 +343,9 @@ class System:
             idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
         return frozenset(reduced.states[i] for i in idle)
 
-    def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> csc_array:
+    def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
-        matrix = csc_array(self.jacobian(*point_inputs)[0].sparse())
+        matrix = scipy.sparse.csc_array(self.jacobian(*point_inputs)[0].sparse())
         matrix.data[self._cancelling] = 0.0
         return matrix
 

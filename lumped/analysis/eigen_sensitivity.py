@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import lstsq
-from scipy.sparse import csc_array
 
 from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.linearise import sparse_state_matrix
@@ -214,7 +213,7 @@ def _repeated(modes: Modes) -> tuple[int, ...]:
     return tuple(np.flatnonzero(close.any(axis=1) | critical).tolist())
 
 
-def _is_equilibrium(modes: Modes, change: csc_array) -> bool:
+def _is_equilibrium(modes: Modes, change: scipy.sparse.csc_array) -> bool:
     """Whether the derivatives vanish at the point, steady motion apart."""
     system, point = modes.system, modes.point
     inputs = (point.x, point.theta, point.time, point.modes)
@@ -223,16 +222,16 @@ def _is_equilibrium(modes: Modes, change: csc_array) -> bool:
     return bool((rates <= _STILL * (terms + 1e-9)).all())
 
 
-def _followed(modes: Modes, change: csc_array, places: list[int]) -> Real:
+def _followed(modes: Modes, change: scipy.sparse.csc_array, places: list[int]) -> Real:
     """How an equilibrium moves with parameters: least change of states, shape (n, p)."""
     system, point = modes.system, modes.point
     by_parameters = ca.jacobian(system.rates, system._inputs[1][places])
     function = ca.Function("f", system._inputs, [by_parameters])
     inputs = (point.x, point.theta, point.time, point.modes)
-    right = (change @ csc_array(function(*inputs).sparse())).toarray()
+    right = (change @ scipy.sparse.csc_array(function(*inputs).sparse())).toarray()
     matrix = (change @ sparse_state_matrix(system, point)).toarray()
     scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
-    step = lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
+    step = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
     left_over = np.abs(matrix @ step + right).max(axis=0, initial=0.0)
     size = np.abs(right).max(axis=0, initial=0.0)
     lost = np.flatnonzero(left_over > 1e-6 * size)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import DOP853
+import scipy
 
 from lumped.analysis import rodas5p
 from lumped.analysis.calls import Call, called, expanded
@@ -267,26 +267,27 @@ def _explicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     s = _Frame(system)
     stages = [s.f]
     argument = s.x
-    for a, c in zip(DOP853.A[1:], DOP853.C[1:], strict=True):
+    table = scipy.integrate.DOP853
+    for a, c in zip(table.A[1:], table.C[1:], strict=True):
         argument = s.x + s.h * _combined(stages, a)
         stages.append(s.rate(argument, s.t + c * s.h))
-    new = s.x + s.h * _combined(stages, DOP853.B)
+    new = s.x + s.h * _combined(stages, table.B)
     f_new = s.rate(new, s.t + s.h)
     scale = s.scale(new)
     limit = s.h * ca.norm_2((f_new - stages[-1]) / scale)
     limit = limit / ca.fmax(ca.norm_2((new - argument) / scale), 1e-300)
     stages.append(f_new)
-    e5 = ca.sumsqr(_combined(stages, DOP853.E5) / scale)
-    e3 = ca.sumsqr(_combined(stages, DOP853.E3) / scale)
+    e5 = ca.sumsqr(_combined(stages, table.E5) / scale)
+    e3 = ca.sumsqr(_combined(stages, table.E3) / scale)
     # the ratio is 0/0 only where both estimates vanish
     error = s.h * e5 / ca.sqrt(ca.fmax((e5 + 0.01 * e3) * s.n, 1e-300))
     interpolation = ca.MX(s.n, 0)
     if dense:
-        for a, c in zip(DOP853.A_EXTRA, DOP853.C_EXTRA, strict=True):
+        for a, c in zip(table.A_EXTRA, table.C_EXTRA, strict=True):
             stages.append(s.rate(s.x + s.h * _combined(stages, a), s.t + c * s.h))
         delta = new - s.x
         columns = [delta, s.h * s.f - delta, 2 * delta - s.h * (f_new + s.f)]
-        columns += [s.h * _combined(stages, row) for row in DOP853.D]
+        columns += [s.h * _combined(stages, row) for row in table.D]
         interpolation = ca.horzcat(*columns)
     evaluations = 12 + 3 * dense
     return s.finish("explicit", new, f_new, error, 1 / 8, limit, interpolation), evaluations

@@ -8,8 +8,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import MatrixRankWarning, lsqr, spsolve
+import scipy
 
 from lumped.analysis.calls import Call
 from lumped.analysis.initial import initial_residuals
@@ -115,7 +114,7 @@ class Targets:
         found[columns] = 0.0
         miss = -np.asarray(by_parameters) - matrix @ found
         miss[: len(wanted)] += wanted
-        part = csc_array(matrix)[rows][:, columns].toarray()
+        part = scipy.sparse.csc_array(matrix)[rows][:, columns].toarray()
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
 
@@ -255,7 +254,7 @@ class Targets:
         missed = np.flatnonzero(self._missed(miss, self.wanted, matrix, z))
         if not len(missed):
             return
-        matrix = csc_array(matrix)
+        matrix = scipy.sparse.csc_array(matrix)
         unsearched = np.setdiff1d(missed, searched)
         row = int(unsearched[0] if len(unsearched) else missed[0])
         given = row < len(self.unknowns)
@@ -289,12 +288,14 @@ class Targets:
             f"fewer start values{'' if given else ' or initial equations'}, or make them fit."
         )
 
-    def _repeated_by(self, matrix: csc_array, row: int) -> list[int]:
+    def _repeated_by(self, matrix: scipy.sparse.csc_array, row: int) -> list[int]:
         """Targets of which multiples add up to the effect of one on what is not fixed."""
         rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
         movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
         wanted = movable[:, [row]].toarray().ravel()
-        share = np.abs(lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0])
+        share = np.abs(
+            scipy.sparse.linalg.lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0]
+        )
         found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
         return found
 
@@ -332,7 +333,7 @@ class _Function:
     ) -> tuple[np.ndarray, _Matrix]:
         value, nonzeros = self._call(x, theta, 0.0, settings)
         if self._shape[0] * self._shape[1] > _DENSE:
-            return value, csc_array((nonzeros, self.entries), shape=self._shape)
+            return value, scipy.sparse.csc_array((nonzeros, self.entries), shape=self._shape)
         matrix = np.zeros(self._shape)
         matrix[self.entries] = nonzeros
         return value, matrix
@@ -370,8 +371,8 @@ def _solved(matrix: _Matrix, right: np.ndarray) -> np.ndarray:
         except np.linalg.LinAlgError:
             return np.full(len(right), np.nan)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MatrixRankWarning)
-        return np.atleast_1d(spsolve(csc_array(matrix), right))
+        warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+        return np.atleast_1d(scipy.sparse.linalg.spsolve(scipy.sparse.csc_array(matrix), right))
 
 
 def _capital(text: str) -> str:
