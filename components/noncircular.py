@@ -1,24 +1,30 @@
 """Gears whose ratio varies over a turn: elliptical and other non-circular pairs.
 
-Both flanges count from the housing and stand at zero together; a pair in external mesh turns its
-flanges in opposite directions. Torques follow from virtual work. The angle of flange b is a
-function of that of flange a without jumps, so any number of turns is followed.
+Both flanges count from the housing, which takes ``tau_support = -tau_a - tau_b``; an open support
+stands still. A pair in external mesh turns its flanges in opposite directions. Torques follow from
+virtual work. The angle of flange b is a function of that of flange a without jumps, so any number
+of turns is followed.
 
 Source: Litvin, Fuentes-Aznar, Gonzalez-Perez and Hayasaka, Noncircular Gears, 2009, ch. 2 and 4.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
 
 from lumped import Component, Equation, Expr, Flange, Param, lossless, param
 from lumped.errors import EquationError
-from lumped.expression import Number, as_expr
-from lumped.ops import atan2, cos, pi, sin
+from lumped.expression import Number, as_expr, time
+from lumped.lower import lower
+from lumped.ops import atan2, cos, periodic_spline, pi, sin
 
-__all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
+__all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "from_ratio", "slowest_at", "through"]
 
-Transmission = Callable[[Expr], Expr]
+Transmission = Callable[[Expr], Number]
 
 
 class EllipticalGear(Component):
@@ -32,34 +38,148 @@ class EllipticalGear(Component):
 
     flange_a = Flange()
     flange_b = Flange()
+    support = Flange(grounded=True)
     e: Param = param("1", "eccentricity of the ellipses", min=0, below=1)
     phase: Param = param("rad", "angle of flange a at which b is fastest", 0.0)
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b = self.flange_a, self.flange_b
-        yield lossless(b.phi == -elliptical(a.phi, self.e, self.phase), a, b)
+        a, b, housing = self.flange_a, self.flange_b, self.support
+        driven = -elliptical(a.phi - housing.phi, self.e, self.phase)
+        yield lossless(b.phi == housing.phi + driven, a, b, housing)
 
 
 class NonCircularGear(Component):
     """Gear pair of a given transmission function: ``phi_b = transmission(phi_a)``.
 
-    `transmission` takes the angle of flange a and returns that of flange b, in `lumped.ops`; for
-    external mesh it falls. For example ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``. The ratio
-    ``w_b / w_a`` is its derivative, ``tau_a = -(w_b / w_a) tau_b``.
+    `transmission` takes the angle of flange a and returns that of flange b, both relative to the
+    support, in `lumped.ops`; for external mesh it falls. For example
+    ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``; `through` and `from_ratio` make one from points
+    and from a wanted ratio. The ratio ``w_b / w_a`` is its derivative,
+    ``tau_a = -(w_b / w_a) tau_b``.
     """
 
     flange_a = Flange()
     flange_b = Flange()
+    support = Flange(grounded=True)
     transmission: Transmission | None = None
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b = self.flange_a, self.flange_b
+        a, b, housing = self.flange_a, self.flange_b, self.support
         if not callable(self.transmission):
             raise EquationError(
                 f"transmission = {self.transmission!r}: a function of the angle of flange a is "
                 "needed, for example transmission=lambda x: -(x + 0.1 * lp.ops.sin(2 * x))."
             )
-        yield lossless(b.phi == as_expr(self.transmission(a.phi)), a, b)
+        driven = as_expr(self.transmission(a.phi - housing.phi))
+        yield lossless(b.phi == housing.phi + driven, a, b, housing)
+
+
+@dataclass(frozen=True)
+class _Periodic:
+    """Transmission ``mean x`` plus a correction that repeats with every turn of flange a."""
+
+    mean: float
+    angles: tuple[float, ...]
+    corrections: tuple[float, ...]
+
+    def __call__(self, x: Expr) -> Expr:
+        """Angle of flange b, rad."""
+        return self.mean * x + periodic_spline(x, self.angles, self.corrections)
+
+
+def through(points: Sequence[Sequence[float]]) -> Transmission:
+    """Transmission of a `NonCircularGear` through points, continued turn after turn.
+
+    A mean ratio and a correction that is a periodic cubic spline, so that ratio and acceleration
+    have no jump, at the end of a turn neither. What b turns from the first row to the last is what
+    it turns in each turn of a.
+
+    Parameters
+    ----------
+    points : rows of float, shape (n, 2), n >= 4
+        Angle of flange a, rad, increasing over one whole turn, and angle of flange b, rad.
+
+    Returns
+    -------
+    callable
+        Angle of flange b over that of flange a.
+
+    Raises
+    ------
+    EquationError
+        If the rows are no pairs of numbers, do not cover exactly one turn of flange a in increasing
+        order, or b would stand still or turn back somewhere.
+    """
+    try:
+        a, b = (np.array(column, dtype=float) for column in zip(*points, strict=True))
+    except (TypeError, ValueError):
+        raise EquationError(
+            "through(points): rows of two numbers are needed, angle of flange a and of b in rad."
+        ) from None
+    if abs(a[-1] - a[0] - 2 * pi) > 1e-9:
+        raise EquationError(
+            f"through(points): flange a goes from {a[0]:g} to {a[-1]:g} rad, which is "
+            f"{(a[-1] - a[0]) / (2 * pi):.6g} turns; the rows must cover exactly one, with the "
+            "angle of b at its end in the last row."
+        )
+    mean = float((b[-1] - b[0]) / (a[-1] - a[0]))
+    found = _Periodic(mean, tuple(a.tolist()), tuple((b - mean * a).tolist()))
+    fine = (a[:-1, None] + np.diff(a)[:, None] * np.linspace(0, 1, 9)[:-1]).ravel()
+    angle = ca.SX.sym("angle")
+    slope = ca.gradient(lower(found(time), _no_leaf, time=angle), angle)
+    _refuse_reversal("through(points)", fine, _values(slope, angle, fine), mean)
+    return found
+
+
+def from_ratio(
+    ratio: Transmission, turns: float = 1.0, pieces: int = 360
+) -> Transmission:
+    """Transmission of a `NonCircularGear` with a wanted ratio: the integral of ``w_b / w_a``.
+
+    The ratio is integrated over a turn by Gauss's rule with eight points in each piece, and the
+    angle at the ends of the pieces joined by a periodic spline (see `through`). Flange b stands at
+    zero with a. With 360 pieces a ratio that varies slowly is met to about 1e-6, the angle to 1e-9.
+
+    Parameters
+    ----------
+    ratio : callable
+        ``w_b / w_a`` over the angle of flange a in rad, period 2 pi, written with `lumped.ops`;
+        negative throughout for external mesh.
+    turns : float
+        Turns of b in one turn of a, with the sign of the ratio. For closed pitch curves a ratio of
+        small whole numbers.
+    pieces : int
+        Pieces of the spline, at least 4.
+
+    Returns
+    -------
+    callable
+        Angle of flange b over that of flange a.
+
+    Raises
+    ------
+    EquationError
+        If the integral over one turn is not `turns` within 1e-9, the ratio changes its sign or is
+        not finite, or there are too few pieces.
+    """
+    if pieces < 4:
+        raise EquationError(f"from_ratio: pieces = {pieces}: at least 4 are needed.")
+    angle = ca.SX.sym("angle")
+    wanted = lower(as_expr(ratio(time)), _no_leaf, time=angle)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    ends = np.linspace(0, 2 * pi, pieces + 1)
+    places = (ends[:-1, None] + (pi / pieces) * (1 + nodes)).ravel()
+    heights = _values(wanted, angle, places)
+    _refuse_reversal("from_ratio", places, heights, turns)
+    driven = np.cumsum([0.0, *(heights.reshape(pieces, -1) @ weights * (pi / pieces))])
+    found = driven[-1] / (2 * pi)
+    if abs(found - turns) > 1e-9 * abs(turns):
+        raise EquationError(
+            f"from_ratio: over one turn of flange a this ratio turns b by {found:.9g} turns, not "
+            f"turns = {turns:g}; multiply the ratio by {turns / found:.9g}."
+        )
+    driven *= turns / found
+    return through(np.column_stack([ends, driven]))
 
 
 def elliptical(phi: Number, e: Number, phase: Number) -> Expr:
@@ -95,3 +215,25 @@ def slowest_at(phi_b: Number, e: Number) -> Expr:
 def _lead(x: Expr, e: Number) -> Expr:
     """Bounded difference of the angles of two ellipses, ``x`` from the fastest point."""
     return 2 * atan2(as_expr(e) * sin(x), 1 - e * cos(x))
+
+
+def _no_leaf(leaf: Expr) -> ca.SX:
+    raise EquationError(f"from_ratio: '{leaf!r}' is no number; only the angle may vary.")
+
+
+def _values(expression: ca.SX, angle: ca.SX, places: np.ndarray) -> np.ndarray:
+    """Values at many angles, shape (n,)."""
+    found = ca.Function("values", [angle], [expression])(ca.DM(places).T)
+    return np.asarray(found).ravel()
+
+
+def _refuse_reversal(what: str, places: np.ndarray, ratio: np.ndarray, turns: float) -> None:
+    """Refuse a ratio that is not finite, zero, or of the other sign than the turns of b."""
+    wrong = ~(np.isfinite(ratio) & (ratio * turns > 0))
+    if wrong.any():
+        i = int(np.argmax(wrong))
+        raise EquationError(
+            f"{what}: the ratio w_b / w_a is {ratio[i]:.3g} at {places[i]:.4g} rad of flange a, "
+            f"but b makes {turns:g} turns in one of a; the ratio of two gears keeps the sign of "
+            "these turns. It is negative throughout for external mesh."
+        )
