@@ -258,13 +258,13 @@ class Where(Expr):
 
 
 class Periodic(Expr):
-    """Piecewise cubic function of an expression, repeated for ever.
+    """Piecewise polynomial of an expression, repeated for ever.
 
     Attributes
     ----------
     knots : tuple of float, shape (n,)
         Begins of the pieces, increasing, within one period.
-    rows : tuple of tuple of float, shape (n, 4)
+    rows : tuple of tuple of float, shape (n, degree + 1)
         Coefficients of each piece by falling powers of the distance from its begin.
     """
 

@@ -119,6 +119,6 @@ def _periodic(node: Periodic, x: ca.SX) -> ca.SX:
     beyond = ca.vertcat(1, place >= knots[1:], 0)
     selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, ca.horzcat(knots, rows))
     run, value = place - selected[0], selected[1]
-    for power in range(2, 5):
-        value = value * run + selected[power]
+    for i in range(2, selected.numel()):
+        value = value * run + selected[i]
     return value

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PPoly, make_interp_spline
 
 from lumped.errors import EquationError
 from lumped.expression import Call, Compare, Expr, Number, Periodic, Where, as_expr, time
@@ -171,12 +171,13 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
     return total
 
 
-def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
+def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree: int = 3) -> Expr:
     """Smooth curve through points of one period, repeated for ever.
 
     A cubic between each two points, with continuous slope and curvature everywhere; derivatives
-    are exact. Its error falls with the fourth power of the distance of the points. Unlike for
-    `where`, a run does not stop where one piece ends.
+    are exact. Its error falls with the fourth power of the distance of the points, that of degree
+    5 with the sixth, for points of a smooth function. Unlike for `where`, a run does not stop where
+    one piece ends.
 
     Source: de Boor, A Practical Guide to Splines, 1978, ch. IV.
 
@@ -184,8 +185,10 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr
     ----------
     x : expression
         Where.
-    xs, ys : sequence of float, shape (n,), n >= 4
+    xs, ys : sequence of float, shape (n,), n > degree
         Points over one period; `xs` increasing, and the last value equal to the first.
+    degree : {3, 5}
+        Of the polynomials.
 
     Raises
     ------
@@ -194,10 +197,10 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr
         increase, or the last value is not the first.
     """
     places, heights = np.array(xs, dtype=float), np.array(ys, dtype=float)
-    if places.shape != heights.shape or places.ndim != 1 or len(places) < 4:
+    if places.shape != heights.shape or places.ndim != 1 or len(places) <= degree:
         raise EquationError(
             f"periodic_spline: {places.size} places and {heights.size} values; as many of each, at "
-            "least four."
+            f"least {degree + 1}."
         )
     if not (np.isfinite(places).all() and np.isfinite(heights).all()):
         raise EquationError("periodic_spline: the points must be finite numbers.")
@@ -213,10 +216,14 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr
             "the points cover one whole period."
         )
     heights[-1] = heights[0]
-    curve = CubicSpline(places, heights, bc_type="periodic")
-    rows = tuple(map(tuple, curve.c.T.tolist()))
+    curve = PPoly.from_spline(make_interp_spline(places, heights, degree, bc_type="periodic"))
+    inside = (curve.x[:-1] >= places[0]) & (curve.x[:-1] < places[-1]) & (np.diff(curve.x) > 0)
+    rows = tuple(map(tuple, curve.c.T[inside].tolist()))
     return Periodic(
-        as_expr(x), float(places[-1] - places[0]), tuple(places[:-1].tolist()), rows
+        as_expr(x),
+        float(places[-1] - places[0]),
+        tuple(curve.x[:-1][inside].tolist()),
+        rows,
     )
 
 
