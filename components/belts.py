@@ -17,9 +17,9 @@ class Belt(Component):
     Two strands of the free length ``l``, each of the stiffness ``c = EA / l``, run between pulleys
     on which they do not slip. ``e = r_a phi_a - r_b phi_b`` is how much strand 1 is stretched and
     strand 2 shortened; a crossed belt turns the pulleys in opposite directions,
-    ``e = r_a phi_a + r_b phi_b``. A strand only pulls: it goes slack at ``c |e| = F_0``, which is an
-    event, and then ``T = 0``. Damping is at most as strong as the spring. Angles count from the
-    support, the frame of both axes, which takes ``-tau_a - tau_b``; open, it stands still.
+    ``e = r_a phi_a + r_b phi_b``. A strand only pulls: at ``c |e| = F_0`` one goes slack, which is
+    an event, and then has ``T = 0``. Damping is at most as strong as the spring. Angles count from
+    the support, the frame of both axes, which takes ``-tau_a - tau_b``; open, it stands still.
 
     With the distance D of the axes and ``r = r_b - r_a`` (crossed: ``-r_b - r_a``) the strands are
     ``l = sqrt(D^2 - r^2)`` long, and pull axis a towards axis b with ``F = (T_1 + T_2) l / D`` and

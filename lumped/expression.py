@@ -280,6 +280,7 @@ class Periodic(Expr):
         self.of, self.period, self.knots, self.rows = of, period, knots, rows
 
     def children(self) -> tuple[Expr, ...]:
+        """The expression."""
         return (self.of,)
 
 

@@ -194,8 +194,10 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree:
     ------
     EquationError
         If the lengths differ, there are too few points, a number is not finite, `xs` does not
-        increase, or the last value is not the first.
+        increase, the last value is not the first, or the degree is another.
     """
+    if degree not in (3, 5):
+        raise EquationError(f"periodic_spline: degree = {degree}: 3 or 5 is needed.")
     places, heights = np.array(xs, dtype=float), np.array(ys, dtype=float)
     if places.shape != heights.shape or places.ndim != 1 or len(places) <= degree:
         raise EquationError(
