@@ -145,7 +145,9 @@ class TestFromRatio:
 
     def test_ratio_is_met_with_its_integral_and_its_slope(self):
         run = turned(
-            NonCircularGear(transmission=from_ratio(lambda x: 2 + 0.5 * sin(x) + 0.2 * cos(3 * x), 2))
+            NonCircularGear(
+                transmission=from_ratio(lambda x: 2 + 0.5 * sin(x) + 0.2 * cos(3 * x), 2)
+            )
         )
         t = run.t
         angle = 2 * t + 0.5 * (1 - np.cos(t)) + 0.2 / 3 * np.sin(3 * t)

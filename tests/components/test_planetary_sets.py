@@ -237,7 +237,9 @@ class TestBevelDifferential:
         )
 
     def test_both_outputs_take_the_same_torque_at_any_speeds(self):
-        changed = {f'torques["{n}"].tau': v for n, v in (("a", 9.0), ("left", -8.0), ("right", 1.0))}
+        changed = {
+            f'torques["{n}"].tau': v for n, v in (("a", 9.0), ("left", -8.0), ("right", 1.0))
+        }
         run = lp.simulate(lp.assemble(self.model()), until=3.0, parameters=changed)
         left, right = run["gear.left.tau"], run["gear.right.tau"]
         assert np.abs(left - right).max() < 1e-12 * np.abs(left).max()
