@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from lumped import Component, Equation, Expr, Flange, Param, lossless, param
+from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.expression import Number, as_expr
+from lumped.expression import Number, Partial, as_expr
 from lumped.ops import atan2, cos, pi, sin
 
 __all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
@@ -36,11 +36,10 @@ class EllipticalGear(Component):
     support = Flange(grounded=True)
     e: Param = param("1", "eccentricity of the ellipses", min=0, below=1)
     phase: Param = param("rad", "angle of flange a at which b is fastest", 0.0)
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
 
-    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b, housing = self.flange_a, self.flange_b, self.support
-        driven = -elliptical(a.phi - housing.phi, self.e, self.phase)
-        yield lossless(b.phi == housing.phi + driven, a, b, housing)
+    def equations(self) -> Iterator[Equation]:
+        yield from _meshing(self, -elliptical(self.phi, self.e, self.phase))
 
 
 class NonCircularGear(Component):
@@ -57,16 +56,24 @@ class NonCircularGear(Component):
     flange_b = Flange()
     support = Flange(grounded=True)
     transmission: Transmission | None = None
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
 
-    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b, housing = self.flange_a, self.flange_b, self.support
+    def equations(self) -> Iterator[Equation]:
         if not callable(self.transmission):
             raise EquationError(
                 f"transmission = {self.transmission!r}: a function of the angle of flange a is "
                 "needed, for example transmission=lambda x: -(x + 0.1 * lp.ops.sin(2 * x))."
             )
-        driven = as_expr(self.transmission(a.phi - housing.phi))
-        yield lossless(b.phi == housing.phi + driven, a, b, housing)
+        yield from _meshing(self, as_expr(self.transmission(self.phi)))
+
+
+def _meshing(gear: EllipticalGear | NonCircularGear, driven: Expr) -> Iterator[Equation]:
+    """Kinematics with the angle of b over that of a, and torques by virtual work."""
+    a, b, housing = gear.flange_a, gear.flange_b, gear.support
+    yield gear.phi == a.phi - housing.phi
+    yield b.phi == housing.phi + driven
+    yield a.tau == -Partial(driven, gear.phi) * b.tau  # type: ignore[arg-type]
+    yield housing.tau == -a.tau - b.tau
 
 
 def elliptical(phi: Number, e: Number, phase: Number) -> Expr:
