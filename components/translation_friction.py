@@ -58,8 +58,9 @@ class GuideFriction(_OnRod):
     """Friction of a rod in a guide under a load: ``f = mu |load|`` against the motion.
 
     The rod goes through from flange a to flange b. `load` is the force across, of either sign, such
-    as the force `guide` of a `CrankSlider`; it may depend on the friction itself. At standstill
-    the friction bears up to `peak` times that force.
+    as the force `guide` of a `CrankSlider`; it may depend on the friction itself, and where that
+    makes it grow without limit, the mechanism jams and a run ends with an error. At standstill the
+    friction bears up to `peak` times that force.
     """
 
     mu: Param = param("1", "friction coefficient", min=0)

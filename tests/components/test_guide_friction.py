@@ -16,6 +16,7 @@ from lumped.components import (
     Torque,
     translation,
 )
+from lumped.errors import SolverError
 
 R, L, E, M, G, MU = 0.2, 0.6, 0.05, 3.0, 9.81, 0.3
 
@@ -153,6 +154,26 @@ def test_it_holds_a_body_on_a_slope_up_to_the_friction_angle():
     assert moved(angle - 1e-6) == 0
     expected = G * (np.sin(angle + 0.1) - MU * np.cos(angle + 0.1))
     assert abs(moved(angle + 0.1) - expected) < 1e-9
+
+
+@pytest.mark.parametrize("mu", [0.6, 1.0, 2.0])
+def test_it_jams_beyond_the_cone_of_friction(mu):
+    """Braking grows without limit where ``J (mu |tan(psi)| - 1) = m s'^2`` for a flywheel J."""
+    model = lp.compose(
+        fly=Inertia(J=2.0, w=5.0),
+        crank=CrankSlider(r=R, L=1.1 * R, m=M),
+        guide=translation.GuideFriction(mu=mu),
+        connections=lambda m: (
+            lp.connect(m.fly.flange_a, m.crank.flange),
+            lp.connect(m.crank.slider, m.guide.flange_a),
+            lp.connect(m.crank.guide, m.guide.load),
+        ),
+    )
+    with pytest.raises(SolverError) as caught:
+        lp.simulate(lp.assemble(model), until=1.0, rtol=1e-9, grid=100_000)
+    run = caught.value.partial
+    slope, tan = (run["crank.v"] / run["fly.w"])[-1], np.tan(run["crank.psi"][-1])
+    assert abs(mu * abs(tan) - (1 + M * slope**2 / 2.0)) < 2e-4
 
 
 @pytest.mark.parametrize("side", [1, -1])
