@@ -1,6 +1,6 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
-from lumped import ops, profiles
+from lumped import ops, profiles, transmissions
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
@@ -101,6 +101,7 @@ __all__ = [
     "sweep",
     "symbolic_frequencies",
     "time",
+    "transmissions",
     "var",
     "when",
     "write_parameters",
