@@ -12,7 +12,7 @@ from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
 from lumped.analysis.result import Piece, Trajectory
 from lumped.analysis.saltation import Saltation
-from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, Stepper, first_step
+from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -43,6 +43,11 @@ class Forward:
         Derivatives of the parameters by what is varied.
     rtol : float
         Relative tolerance.
+
+    Attributes
+    ----------
+    evaluations : int
+        Evaluations of the right-hand side with its derivatives, in all runs so far.
     """
 
     def __init__(self, system: System, seed: np.ndarray, rtol: float) -> None:
@@ -52,6 +57,7 @@ class Forward:
         self.augmented = self._augment()
         self._steppers: dict[Method, Stepper] = {}
         self._saltation: Saltation | None = None
+        self.evaluations = 0
 
     def courses(
         self, run: Trajectory, S: np.ndarray
@@ -169,6 +175,7 @@ class Forward:
             found = stepper.many(head, x, f, run.theta, modes, end, self.rtol, atol)
             log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, len(x) + len(guess))
             accepted = np.flatnonzero(log[2] == ACCEPTED)
+            self.evaluations += int((log[2] != IDLE).sum()) * stepper.evaluations
             if found[0][5] == GIVEN_UP or not len(accepted):
                 raise SolverError(
                     f"{self.system.name}: the derivatives grow without bound or are not finite "

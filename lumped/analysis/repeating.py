@@ -1,0 +1,177 @@
+"""What must repeat in a periodic motion: which states, by which advance; where to begin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from lumped.analysis.result import OperatingPoint, Piece, Trajectory
+from lumped.analysis.settings import instants
+from lumped.analysis.shooting import Guess
+from lumped.analysis.simulate import simulate
+from lumped.errors import OptionError, SolverError
+from lumped.system import Name, System
+
+__all__ = ["advances", "after_cycles", "after_time", "drifting", "needs_time"]
+
+
+def advances(system: System, turn: Mapping[Name, float]) -> np.ndarray:
+    """By what each state grows in a period, from the advances of named angles or positions.
+
+    Raises
+    ------
+    OptionError
+        If a name is no state, nor equal to one times a constant.
+    """
+    found = np.zeros(len(system.states))
+    for name, value in turn.items():
+        key = system.key(name)
+        if not np.isfinite(value) or value == 0:
+            raise OptionError(f"periodic: turn of {key} = {value!r}: a number other than zero.")
+        expression = system.expressions([key])
+        slopes = ca.jacobian(expression, system._inputs[0])
+        places = np.array(slopes.sparsity().get_triplet()[1], dtype=int)
+        if len(places) != 1 or not slopes.nonzeros()[0].is_constant():
+            near = ", ".join(system.state_names[:12])
+            raise OptionError(
+                f"periodic: {key} is neither a state nor in a constant ratio to one; give the "
+                f"turn of a state that goes on turning. States: {near}."
+            )
+        found[places[0]] = value / float(slopes.nonzeros()[0])
+    return found
+
+
+def drifting(system: System, advance: np.ndarray) -> np.ndarray:
+    """Which states have no effect on any that must repeat, such as a counter of energy."""
+    x = system._inputs[0]
+    n = len(system.states)
+    place = {node: i for i, node in enumerate(system.states)}
+    acts = np.zeros((n + 1, n), dtype=bool)  # the last row is what switches
+    _mark(acts, np.arange(n), system.rates, x)
+    if system.switching:
+        needed = system._in_states(system.switching.needed())
+        _mark(acts, np.full(needed.numel(), n), needed, x)
+        values = system._in_states(system.switching.values)
+        rows = np.full(values.numel(), n)
+        for jump in system.switching.jumps:
+            for i, node in enumerate(jump.nodes):
+                rows[jump.first + i] = place.get(node, n)
+        _mark(acts, rows, values, x)
+    left = np.ones(n + 1, dtype=bool)
+    while True:
+        idle = left[:n] & ~acts[left].any(axis=0) & (advance == 0)
+        if not idle.any():
+            return ~left[:n]
+        left[:n] &= ~idle
+
+
+def _mark(acts: np.ndarray, owners: np.ndarray, expression: ca.SX, x: ca.SX) -> None:
+    rows, columns = ca.jacobian_sparsity(expression, x).get_triplet()
+    acts[owners[np.array(rows, dtype=int)], np.array(columns, dtype=int)] = True
+
+
+def needs_time(system: System, theta: np.ndarray) -> bool:
+    """Whether functions of time act on the states."""
+    t = system._inputs[2]
+    parts = [system.rates]
+    if system.switching:
+        parts.append(system._in_states(system.switching.needed()))
+    return bool(
+        ca.jacobian_sparsity(ca.vertcat(*parts), t).nnz()
+        or np.isfinite(instants(system, theta)).any()
+    )
+
+
+def after_cycles(
+    point: OperatingPoint, advance: np.ndarray, period: float, cycles: int, rtol: float
+) -> Guess:
+    """Where a driven system is after some periods, each begun anew at the time zero."""
+    for _ in range(cycles):
+        run = simulate(point.system, until=period, start=point, grid=None, rtol=rtol)
+        last = run.pieces[-1]
+        point = _point(point, run, last, len(last.t) - 1, advance)
+    return Guess(point, period, np.zeros(len(advance)))
+
+
+def after_time(
+    point: OperatingPoint,
+    advance: np.ndarray,
+    near: float | None,
+    settle: float,
+    rtol: float,
+) -> Guess:
+    """Where a system of unknown period is after some time, its period, what fixes the phase.
+
+    Of an angle that turns, the place where it started is taken again; else the middle of the
+    longest smooth part of a period.
+    """
+    system = point.system
+    run = simulate(system, until=settle, start=point, grid=None, rtol=rtol)
+    if any(piece.system is not system for piece in run.pieces):
+        raise SolverError(
+            f"{system.name}: states change places (see run.events); periodic motions are not "
+            "followed across that.",
+            run,
+        )
+    if advance.any():
+        return _at_section(point, run, advance)
+    if near is None:
+        raise AssertionError
+    last = run.pieces[-1]
+    begin = _point(point, run, last, len(last.t) - 1, advance)
+    later = simulate(system, until=2 * near, start=begin, grid=1000, rtol=rtol)
+    inside = [p for p in later.pieces if len(p.t) > 2 and p.t[0] < 0.5 * near]
+    longest = max(inside, key=lambda p: min(p.t[-1], 0.6 * near) - p.t[0])
+    middle = int(np.searchsorted(longest.t, 0.5 * (longest.t[0] + min(longest.t[-1], 0.6 * near))))
+    middle = min(middle, len(longest.t) - 1)
+    now, x = float(longest.t[middle]), longest.x[middle]
+    size = np.maximum(np.ptp(later.x, axis=0), 1e-300)
+    ahead = (later.t > now + 0.6 * near) & (later.t < now + 1.4 * near)
+    distance = np.linalg.norm((later.x[ahead] - x) / size, axis=1)
+    period = float(later.t[ahead][np.argmin(distance)] - now)
+    rate = np.asarray(system.rhs(x, run.theta, now, longest.settings[middle])).ravel()
+    return Guess(_point(begin, later, longest, middle, advance), period, rate / size**2)
+
+
+def _at_section(point: OperatingPoint, run: Trajectory, advance: np.ndarray) -> Guess:
+    """The last time that the first turning angle passes where it started."""
+    system, leading = point.system, int(np.flatnonzero(advance)[0])
+    turns = (run.x[:, leading] - point.x[leading]) / advance[leading]
+    whole = int(np.floor(turns[-1]))
+    if whole < 1:
+        name = system.state_names[leading]
+        raise SolverError(
+            f"{system.name}: after settle = {run.t[-1]:g} s {name} has turned "
+            f"{turns[-1]:.3g} of its turn of {advance[leading]:.6g}; at least one is needed. Let "
+            "it settle longer, or give the turn the sign in which it turns.",
+            run,
+        )
+    first, now = (np.interp(k, turns, run.t) for k in (whole - 1, whole))
+    piece = next(p for p in reversed(run.pieces) if len(p.t) and p.t[0] <= now)
+    x = np.array([np.interp(now, piece.t, column) for column in piece.x.T])
+    near = min(int(np.searchsorted(piece.t, now)), len(piece.t) - 1)
+    found = OperatingPoint(
+        system, 0.0, x - whole * advance, run.theta, _modes(point, piece.settings[near])
+    )
+    found.x[leading] = point.x[leading]
+    phase = np.zeros(len(advance))
+    phase[leading] = 1.0
+    return Guess(found, float(now - first), phase)
+
+
+def _point(
+    old: OperatingPoint, run: Trajectory, piece: Piece, row: int, advance: np.ndarray
+) -> OperatingPoint:
+    """A point of a run as start of the next, at the time zero."""
+    modes = _modes(old, piece.settings[row])
+    return OperatingPoint(old.system, 0.0, piece.x[row] - advance, run.theta, modes)
+
+
+def _modes(old: OperatingPoint, settings: np.ndarray) -> np.ndarray:
+    """Modes of now with implicit quantities of the start, where angles have not turned yet."""
+    if not np.any(settings):
+        return settings
+    count = len(settings) - len(old.system._values.implicit)
+    return np.concatenate([settings[:count], old.modes[count:]])
