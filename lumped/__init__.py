@@ -5,9 +5,13 @@ from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.flywheel import Flywheel, flywheel
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.orbit import PeriodicOrbit
+from lumped.analysis.orbit_sensitivity import OrbitSensitivity
+from lumped.analysis.periodic import periodic
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
@@ -35,6 +39,7 @@ __all__ = [
     "Event",
     "Expr",
     "Flange",
+    "Flywheel",
     "FrequencyResponse",
     "HeatPort",
     "Input",
@@ -43,9 +48,11 @@ __all__ = [
     "ModalEnergies",
     "Modes",
     "OperatingPoint",
+    "OrbitSensitivity",
     "Output",
     "Param",
     "Peak",
+    "PeriodicOrbit",
     "Pin",
     "Port",
     "Sensitivity",
@@ -63,6 +70,7 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "flywheel",
     "frequency_response",
     "hold",
     "inverse",
@@ -72,6 +80,7 @@ __all__ = [
     "modes",
     "ops",
     "param",
+    "periodic",
     "profiles",
     "sensitivity",
     "simulate",

@@ -119,8 +119,7 @@ class _Balance:
         self, X: np.ndarray, period: float, D: np.ndarray
     ) -> tuple[np.ndarray, csc_array, np.ndarray]:
         """What the balance misses over a period, its Jacobian, and rates times the period."""
-        problem, system = self.problem, self.problem.system
-        points, active = len(X), self.problem.active
+        system, active, points = self.problem.system, self.problem.active, len(X)
         part = np.arange(points) / points
         x = np.repeat(self.guess.point.x[:, None], points, axis=1)
         x[active] = (X + np.outer(part, self.advance)).T

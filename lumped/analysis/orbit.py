@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
+from lumped.analysis.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity
 from lumped.analysis.result import Trajectory
 from lumped.analysis.shooting import Orbit, Problem
 from lumped.analysis.smooth import Course, Extreme, course, extreme, integral
@@ -135,6 +136,22 @@ class PeriodicOrbit:
         both = self.system.expressions([force, speed])
         return integral(course(self.run, both[0] * both[1])).real
 
+    def sensitivity(self, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
+        """Derivatives of the period, the start states and quantities by parameters.
+
+        Parameters
+        ----------
+        of : iterable of names
+            Quantities along the orbit.
+        to : iterable of names
+            Parameters. A prescribed period stays as it is.
+
+        Returns
+        -------
+        OrbitSensitivity
+        """
+        return orbit_sensitivity(self.problem, self.found, self.run, tuple(of), tuple(to))
+
     def _course(self, name: Name) -> list[Course]:
         key = self.system.key(name)
         known = self._courses
@@ -171,8 +188,3 @@ class PeriodicOrbit:
                 values = (number(v) for v in (low, high, self.mean(name)))
                 rows.append((name, *values, self.system.quantity(name).unit))
         return "\n".join(lines) + "\n" + table(("state", "min", "max", "mean", "unit"), rows)
-
-
-def expressions_of(system: System, names: list[Name]) -> ca.SX:
-    """Quantities of a system as one column."""
-    return system.expressions(names)

@@ -10,16 +10,13 @@ import numpy as np
 from lumped.analysis.harmonic import collocate
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.repeating import advances, after_cycles, after_time, drifting, needs_time
-from lumped.analysis.shooting import Guess, Orbit, Problem, closed, shoot
+from lumped.analysis.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
-__all__ = ["periodic"]
-
-_CYCLES = 10
-"""Periods to settle unless a time is given."""
+__all__ = ["again", "periodic"]
 
 
 def periodic(
@@ -86,28 +83,30 @@ def periodic(
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
     _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
-    advance = advances(system, turn or {})
     point = start_point(system, parameters, start)
+    advance = advances(system, turn or {}, point.theta)
     driven = needs_time(system, point.theta)
     if driven and period is None:
         raise OptionError(
             f"periodic: functions of time act on {system.name}; give the period that they "
             "prescribe, period=."
         )
+    if not driven and period is not None:
+        raise OptionError(
+            f"periodic: no function of time acts on {system.name}, so that no period is "
+            "prescribed; give turn= or near= instead."
+        )
     if not len(system.states):
         raise OptionError(f"periodic: {system.name} has no states; simulate one period of it.")
     _check_advance(system, point.x, point.theta, point.modes, advance, period)
-    idle = drifting(system, advance)
-    active = np.flatnonzero(~idle)
+    active = np.flatnonzero(~drifting(system, advance))
+    if not len(active):
+        raise OptionError(f"periodic: no state of {system.name} has an effect; nothing repeats.")
     problem = Problem(system, advance, active, period is None, rtol, iterations)
-    coarse = max(rtol, 1e-8)
     if period is not None:
-        cycles = _CYCLES if settle is None else round(settle / period)
-        guess = after_cycles(point, advance, period, cycles, coarse)
+        guess = after_cycles(problem, point, period, settle)
     else:
-        time = _CYCLES * near if settle is None and near is not None else float(settle or 0)
-        guess = after_time(point, advance, near, time, coarse)
-    guess = Guess(guess.point, guess.period, guess.phase[active])
+        guess = after_time(problem, point, near, settle)
     used = None
     if method == "harmonic":
         refined, used, steps, evaluations = collocate(problem, guess, harmonics)
@@ -125,6 +124,12 @@ def periodic(
     return _result(problem, orbit, method, used, grid)
 
 
+def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
+    """The periodic motion near a guess, by shooting, as another was found."""
+    grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
+    return _result(orbit.problem, shoot(orbit.problem, guess), "shooting", None, grid)
+
+
 def _result(
     problem: Problem, orbit: Orbit, method: str, used: int | None, grid: int
 ) -> PeriodicOrbit:
@@ -132,7 +137,7 @@ def _result(
     T, point = orbit.guess.period, orbit.guess.point
     run = simulate(system, until=T, start=point, grid=grid, rtol=problem.rtol)
     if problem.free:
-        _refuse_rest(problem, orbit)
+        refuse_rest(problem, run)
     values = np.linalg.eigvals(orbit.monodromy)
     values = values[np.argsort(-np.abs(values))]
     shift = None
@@ -141,7 +146,7 @@ def _result(
         shift, values = complex(values[nearest]), np.delete(values, nearest)
     idle = np.setdiff1d(np.arange(len(names)), active)
     gained = run.pieces[-1].x[-1] - point.x
-    worst = int(np.argmax(np.abs(orbit.residuals))) if len(active) else 0
+    worst = int(np.argmax(np.abs(orbit.residuals)))
     return PeriodicOrbit(
         system,
         run,
@@ -150,8 +155,8 @@ def _result(
         {names[i]: float(gained[i]) for i in idle},
         values,
         shift,
-        float(np.abs(orbit.residuals).max(initial=0.0)),
-        names[active[worst]] if len(active) else "",
+        float(np.abs(orbit.residuals).max()),
+        names[active[worst]],
         method,
         used,
         orbit.iterations,
@@ -159,18 +164,6 @@ def _result(
         problem,
         orbit,
     )
-
-
-def _refuse_rest(problem: Problem, orbit: Orbit) -> None:
-    """An equilibrium repeats after any period."""
-    x = np.concatenate([piece.x for piece in orbit.run.pieces])[:, problem.active]
-    moved = np.ptp(x, axis=0) / np.maximum(np.abs(x).max(axis=0), 1e-300)
-    if (moved < 1e-6).all() or np.abs(x).max() < 1e-9:
-        raise SolverError(
-            f"{problem.system.name}: what was found is an equilibrium, not a periodic motion. "
-            "Give start values farther from it.",
-            orbit.run,
-        )
 
 
 def _check_advance(

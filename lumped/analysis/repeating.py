@@ -9,37 +9,45 @@ import numpy as np
 
 from lumped.analysis.result import OperatingPoint, Piece, Trajectory
 from lumped.analysis.settings import instants
-from lumped.analysis.shooting import Guess
+from lumped.analysis.shooting import Guess, Problem, refuse_rest, sizes
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 
 __all__ = ["advances", "after_cycles", "after_time", "drifting", "needs_time"]
 
+_CYCLES = 10
+"""Periods to settle unless a time is given."""
 
-def advances(system: System, turn: Mapping[Name, float]) -> np.ndarray:
+_COARSE = 1e-8
+"""Tolerance of runs that only give a first guess."""
+
+
+def advances(system: System, turn: Mapping[Name, float], theta: np.ndarray) -> np.ndarray:
     """By what each state grows in a period, from the advances of named angles or positions.
 
     Raises
     ------
     OptionError
-        If a name is no state, nor equal to one times a constant.
+        If a name is no state, nor in a constant ratio to one.
     """
     found = np.zeros(len(system.states))
+    x, p, _, _ = system._inputs
     for name, value in turn.items():
         key = system.key(name)
         if not np.isfinite(value) or value == 0:
             raise OptionError(f"periodic: turn of {key} = {value!r}: a number other than zero.")
-        expression = system.expressions([key])
-        slopes = ca.jacobian(expression, system._inputs[0])
-        places = np.array(slopes.sparsity().get_triplet()[1], dtype=int)
-        if len(places) != 1 or not slopes.nonzeros()[0].is_constant():
-            near = ", ".join(system.state_names[:12])
+        slopes = ca.jacobian(system.expressions([key]), x)
+        places = slopes.sparsity().get_triplet()[1]
+        others = [v for v in ca.symvar(slopes) if not ca.depends_on(p, v)]
+        if len(places) != 1 or others:
             raise OptionError(
                 f"periodic: {key} is neither a state nor in a constant ratio to one; give the "
-                f"turn of a state that goes on turning. States: {near}."
+                "turn of a state that goes on turning. States: "
+                f"{', '.join(system.state_names[:12])}."
             )
-        found[places[0]] = value / float(slopes.nonzeros()[0])
+        ratio = np.asarray(ca.Function("ratio", [p], [ca.densify(slopes)])(theta))
+        found[places[0]] = value / ratio[0, places[0]]
     return found
 
 
@@ -85,59 +93,63 @@ def needs_time(system: System, theta: np.ndarray) -> bool:
 
 
 def after_cycles(
-    point: OperatingPoint, advance: np.ndarray, period: float, cycles: int, rtol: float
+    problem: Problem, point: OperatingPoint, period: float, settle: float | None
 ) -> Guess:
     """Where a driven system is after some periods, each begun anew at the time zero."""
-    for _ in range(cycles):
+    rtol = max(problem.rtol, _COARSE)
+    for _ in range(_CYCLES if settle is None else round(settle / period)):
         run = simulate(point.system, until=period, start=point, grid=None, rtol=rtol)
         last = run.pieces[-1]
-        point = _point(point, run, last, len(last.t) - 1, advance)
-    return Guess(point, period, np.zeros(len(advance)))
+        _refuse_charts(run)
+        point = _point(point, run, last, len(last.t) - 1, problem.advance)
+    return Guess(point, period, np.zeros(len(problem.active)))
 
 
 def after_time(
-    point: OperatingPoint,
-    advance: np.ndarray,
-    near: float | None,
-    settle: float,
-    rtol: float,
+    problem: Problem, point: OperatingPoint, near: float | None, settle: float | None
 ) -> Guess:
     """Where a system of unknown period is after some time, its period, what fixes the phase.
 
     Of an angle that turns, the place where it started is taken again; else the middle of the
     longest smooth part of a period.
     """
-    system = point.system
-    run = simulate(system, until=settle, start=point, grid=None, rtol=rtol)
-    if any(piece.system is not system for piece in run.pieces):
-        raise SolverError(
-            f"{system.name}: states change places (see run.events); periodic motions are not "
-            "followed across that.",
-            run,
-        )
+    system, advance, rtol = problem.system, problem.advance, max(problem.rtol, _COARSE)
+    time = settle if settle is not None else _CYCLES * float(near or 0)
+    run = simulate(system, until=time, start=point, grid=None, rtol=rtol)
+    _refuse_charts(run)
     if advance.any():
-        return _at_section(point, run, advance)
-    if near is None:
-        raise AssertionError
-    last = run.pieces[-1]
+        return _at_section(problem, point, run)
+    last, near = run.pieces[-1], float(near or 0)
     begin = _point(point, run, last, len(last.t) - 1, advance)
     later = simulate(system, until=2 * near, start=begin, grid=1000, rtol=rtol)
+    _refuse_charts(later)
+    refuse_rest(problem, later)
     inside = [p for p in later.pieces if len(p.t) > 2 and p.t[0] < 0.5 * near]
     longest = max(inside, key=lambda p: min(p.t[-1], 0.6 * near) - p.t[0])
     middle = int(np.searchsorted(longest.t, 0.5 * (longest.t[0] + min(longest.t[-1], 0.6 * near))))
-    middle = min(middle, len(longest.t) - 1)
     now, x = float(longest.t[middle]), longest.x[middle]
-    size = np.maximum(np.ptp(later.x, axis=0), 1e-300)
+    size = sizes(problem, later.x)
     ahead = (later.t > now + 0.6 * near) & (later.t < now + 1.4 * near)
-    distance = np.linalg.norm((later.x[ahead] - x) / size, axis=1)
-    period = float(later.t[ahead][np.argmin(distance)] - now)
+    apart = (later.x[ahead] - x)[:, problem.active] / size
+    period = float(later.t[ahead][np.argmin(np.linalg.norm(apart, axis=1))] - now)
     rate = np.asarray(system.rhs(x, run.theta, now, longest.settings[middle])).ravel()
-    return Guess(_point(begin, later, longest, middle, advance), period, rate / size**2)
+    phase = rate[problem.active] / size**2
+    return Guess(_point(begin, later, longest, middle, advance), period, phase)
 
 
-def _at_section(point: OperatingPoint, run: Trajectory, advance: np.ndarray) -> Guess:
+def _refuse_charts(run: Trajectory) -> None:
+    if any(piece.system is not run.system for piece in run.pieces):
+        raise SolverError(
+            f"{run.system.name}: states change places (see run.events); periodic motions are not "
+            "followed across that.",
+            run,
+        )
+
+
+def _at_section(problem: Problem, point: OperatingPoint, run: Trajectory) -> Guess:
     """The last time that the first turning angle passes where it started."""
-    system, leading = point.system, int(np.flatnonzero(advance)[0])
+    system, advance = problem.system, problem.advance
+    leading = int(np.flatnonzero(advance)[0])
     turns = (run.x[:, leading] - point.x[leading]) / advance[leading]
     whole = int(np.floor(turns[-1]))
     if whole < 1:
@@ -156,8 +168,7 @@ def _at_section(point: OperatingPoint, run: Trajectory, advance: np.ndarray) -> 
         system, 0.0, x - whole * advance, run.theta, _modes(point, piece.settings[near])
     )
     found.x[leading] = point.x[leading]
-    phase = np.zeros(len(advance))
-    phase[leading] = 1.0
+    phase = (problem.active == leading).astype(float)
     return Guess(found, float(now - first), phase)
 
 
@@ -171,7 +182,5 @@ def _point(
 
 def _modes(old: OperatingPoint, settings: np.ndarray) -> np.ndarray:
     """Modes of now with implicit quantities of the start, where angles have not turned yet."""
-    if not np.any(settings):
-        return settings
     count = len(settings) - len(old.system._values.implicit)
     return np.concatenate([settings[:count], old.modes[count:]])

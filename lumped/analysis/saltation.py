@@ -105,8 +105,7 @@ class Saltation:
         risen |= set(np.flatnonzero(new[1] > old[1]).tolist())
         jumps = [j for j, w in enumerate(switching.jumps) if w.mode in risen and not old[1][w.mode]]
         hits = [h for kind, h in rows if kind == "slide" and switching.has_gap[h]]
-        stuck = (side[1][switching.first_modes] > 0.5 for side in (old, new))
-        before, after = stuck
+        before, after = (side[1][switching.first_modes] > 0.5 for side in (old, new))
         limited = switching.has_upper & switching.has_lower
         closing = np.flatnonzero(after & ~before & ~switching.has_gap & ~limited).tolist()
         if not hits:

@@ -7,13 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve, svd
 
+from lumped.analysis.advance import nominals
 from lumped.analysis.forward import Forward
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Guess", "Orbit", "Problem", "closed", "shoot"]
+__all__ = [
+    "Guess",
+    "Orbit",
+    "Problem",
+    "bordered",
+    "closed",
+    "refuse_rest",
+    "shoot",
+    "sizes",
+]
 
 _SHORTEST = 2.0**-7
 """Fraction of a Newton step below which the search gives up."""
@@ -100,22 +110,35 @@ class _Shot:
             )
         self.end, self.settings = last.x[-1], last.settings[-1]
         missed = (self.end - guess.point.x - problem.advance)[active]
-        self.size = sizes(problem, self.run)
+        self.size = sizes(problem, self.run.x)
         self.residuals: np.ndarray = missed / self.size
         self.rate = np.asarray(
             system.rhs(self.end, self.run.theta, guess.period, self.settings)
         ).ravel()[active]
 
 
-def sizes(problem: Problem, run: Trajectory) -> np.ndarray:
-    """How large the active states become."""
-    own = np.concatenate([p.x for p in run.pieces if p.system is problem.system])
-    size: np.ndarray = np.abs(own).max(axis=0)[problem.active]
-    return np.maximum(size, 1e-6 * max(size.max(initial=0.0), 1e-300))
+def sizes(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """How large the active states become, at least what runs resolve."""
+    least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
+    found: np.ndarray = np.maximum(np.abs(x).max(axis=0), least)[problem.active]
+    return found
+
+
+def refuse_rest(problem: Problem, run: Trajectory) -> None:
+    """An equilibrium repeats after any period."""
+    if (np.ptp(run.x, axis=0)[problem.active] < 1e-6 * sizes(problem, run.x)).all():
+        raise SolverError(
+            f"{problem.system.name}: what was found is an equilibrium, not a periodic motion. "
+            "Give start values farther from it, and let it settle less.",
+            run,
+        )
 
 
 def shoot(problem: Problem, guess: Guess) -> Orbit:
     """Newton's method, damped, until the residual is below the tolerance.
+
+    Where an orbit is so unstable that it amplifies the errors of a run beyond that, until it does
+    not get smaller.
 
     The Jacobian is the monodromy matrix less one (Parker and Chua, Practical Numerical Algorithms
     for Chaotic Systems, 1989, ch. 5), from the sensitivity equations, exact across events; an
@@ -151,6 +174,9 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
                     break
             fraction /= 2
         else:
+            amplified = problem.rtol * np.abs(monodromy * shot.size / shot.size[:, None]).max()
+            if np.abs(shot.residuals).max() <= amplified:
+                return _finished(problem, shot, forward, iteration, evaluations)
             _refuse(problem, shot, iteration, "no step along Newton's direction makes it smaller")
     _refuse(problem, shot, problem.iterations, "too many iterations")
     raise AssertionError
@@ -195,17 +221,26 @@ def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
 def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
     """Changes of the active states and of the period."""
     k, size = len(problem.active), shot.size
+    matrix, right = _scaled(problem, shot, monodromy), -shot.residuals
+    if not problem.free:
+        return solve(matrix, right) * size, 0.0
+    found = solve(matrix, np.append(right, 0.0))
+    return found[:k] * size, float(found[k] * shot.guess.period)
+
+
+def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> np.ndarray:
+    """Jacobian of the residuals in states over their size and period over its length."""
+    k, size = len(problem.active), shot.size
     matrix = (monodromy - np.eye(k)) * size / size[:, None]
-    right = -shot.residuals
     if problem.free:
         row, column = shot.guess.phase * size, shot.rate * shot.guess.period / size
-        row, column = row / np.linalg.norm(row), column[:, None]
-        matrix, right = np.block([[matrix, column], [row[None, :], 0.0]]), np.append(right, 0.0)
+        row = row / np.linalg.norm(row)
+        matrix = np.block([[matrix, column[:, None]], [row[None, :], 0.0]])
     _, values, rows = svd(matrix)
     if values[-1] <= max(1e-9, 10 * problem.rtol) * max(values[0], 1.0):
         _refuse_singular(problem, shot, np.abs(rows[-1, :k]))
-    found = solve(matrix, right)
-    return found[:k] * size, float(found[k] * shot.guess.period) if problem.free else 0.0
+    found: np.ndarray = matrix
+    return found
 
 
 def _refuse_singular(problem: Problem, shot: _Shot, shares: np.ndarray) -> None:
@@ -231,6 +266,7 @@ def _finished(
             shot.run,
         )
     monodromy = _monodromy(problem, shot, forward)
+    _scaled(problem, shot, monodromy)  # refuses what is not determined
     evaluations += forward.evaluations
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, iterations, evaluations)
 

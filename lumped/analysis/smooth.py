@@ -69,15 +69,25 @@ def extreme(pieces: list[Course], sign: int) -> Extreme:
     for piece in pieces:
         shapes = sign * _shapes(piece)
         values = shapes @ powers
-        k, j = np.unravel_index(int(np.argmax(values)), values.shape)
-        if values[k, j] <= best.value:
-            continue
-        law = Polynomial(shapes[k])
-        roots = np.real(law.deriv().roots())
-        places = [inside[j], *roots[(roots > 0) & (roots < 1)]]
-        top = max(places, key=law)
-        best = Extreme(float(law(top)), float(piece.t[k] + top * (piece.t[k + 1] - piece.t[k])))
+        middle = int(np.argmax(values.max(axis=1)))
+        for k in range(max(middle - 1, 0), min(middle + 2, len(shapes))):
+            law = Polynomial(shapes[k])
+            top = _top(law, float(inside[np.argmax(values[k])]))
+            if law(top) > best.value:
+                time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
+                best = Extreme(float(law(top)), float(time))
     return Extreme(sign * best.value, best.time)
+
+
+def _top(law: Polynomial, near: float) -> float:
+    """Where a polynomial on 0 to 1 is greatest, by Newton's method."""
+    slope, bend = law.deriv(), law.deriv(2)
+    place = near
+    for _ in range(4):
+        if bend(place) >= 0:
+            break
+        place = float(np.clip(place - slope(place) / bend(place), 0, 1))
+    return max(near, place, key=law)
 
 
 def integral(pieces: list[Course], frequency: float = 0.0) -> complex:

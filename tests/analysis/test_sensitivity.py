@@ -8,6 +8,7 @@ import lumped as lp
 from lumped.components import (
     BearingFriction,
     Brake,
+    Coupling,
     Damper,
     Fixed,
     IdealGear,
@@ -405,3 +406,32 @@ def test_states_that_change_places_are_refused():
         SolverError, lambda: lp.sensitivity(system, of=["x"], to=["g"], until=3.0, start={"u": 6.0})
     )
     assert "states change places" in text
+
+
+def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
+    class Pair(lp.Component):
+        """Two bodies that are joined where the first passes an angle."""
+
+        a: Inertia = Inertia(J=2.0, w=3.0, phi=0.0)
+        b: Inertia = Inertia(J=1.0, w=-1.5)
+        coupling: Coupling = Coupling()
+        at: lp.Param = lp.param("rad", "angle where they are joined", 1.0)
+
+        def connections(self):
+            yield lp.chain(self.a, self.coupling, self.b)
+
+        def equations(self):
+            yield self.coupling.u == where(self.a.phi > self.at, 1.0, 0.0)
+
+    system = lp.assemble(Pair(), keep=["a.phi"])
+    to = ["a.w", "b.w", "a.J", "at"]
+    found = lp.sensitivity(system, of=["a.phi", "b.w"], to=to, until=1.0, rtol=1e-9)
+    J, K, w, v, at = 2.0, 1.0, 3.0, -1.5, 1.0
+    closed, joint = at / w, (J * w + K * v) / (J + K)
+    t = found.run.t
+    by_w = np.where(t <= closed, t, J / (J + K) * (t - closed) + joint * at / w**2)
+    late = t > closed
+    close(found["a.phi", "a.w"][late], by_w[late], 1e-8)
+    close(found["a.phi", "b.w"][late], (K / (J + K) * (t - closed))[late], 1e-8)
+    close(found["b.w", "a.J"][late], np.full(late.sum(), K * (w - v) / (J + K) ** 2), 1e-8)
+    close(found["a.phi", "at"][late], np.full(late.sum(), 1 - joint / w), 1e-8)
