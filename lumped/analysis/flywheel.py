@@ -18,7 +18,8 @@ from lumped.table import number, table
 
 __all__ = ["Flywheel", "flywheel"]
 
-_MOST = 30
+_MOST = 12
+"""Times that the inertia is doubled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ class Flywheel:
 def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: float) -> Flywheel:
     """Find the inertia at a shaft with which its speed has a wanted cyclic irregularity.
 
-    The exact inertia is found by the secant method on periodic motions, on the reciprocal of the
+    The exact inertia is found by Brent's method on periodic motions, on the reciprocal of the
     irregularity, which is nearly linear in the inertia. The classical one takes the excess work
     over the turn from the present motion and assumes that it stays: with the reduced inertia J and
     the kinetic energy ``E = J w^2 / 2`` at each angle, ``w = sqrt(2 (E + E_0) / (J + J_added))``
@@ -107,30 +108,45 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
             f"{irregularity:.4g}; no inertia needs to be added."
         )
     classical = _wittenbauer(orbit, place, speed, irregularity)
-    before, evaluations = float(theta[place]), 0
-    known = [(before, 1 / now)]
-    value, best = before + classical, orbit
-    for count in range(1, _MOST):
-        changed = theta.copy()
-        changed[place] = value
-        old = best.found.guess
-        point = OperatingPoint(system, 0.0, old.point.x, changed, old.point.modes)
-        best = again(best, Guess(point, old.period, old.phase))
-        evaluations += best.evaluations
-        reached = best.fluctuation(speed)
-        if abs(reached / irregularity - 1) < 1e-9:
-            return Flywheel(key, before, value, classical, reached, best, count, evaluations)
-        known.append((value, 1 / reached))
-        (a, f), (b, g) = known[-2:]
-        if g == f:
+    before, search = float(theta[place]), _Search(orbit, place, speed, irregularity)
+    low, high = before, before + classical
+    for _ in range(_MOST):
+        if search(high) >= 0:
             break
-        value = max(b + (1 / irregularity - g) * (b - a) / (g - f), 0.5 * (before + min(a, b)))
-    raise SolverError(
-        f"flywheel: with {key} = {value:.6g} kg.m2 the irregularity of {system.key(speed)} is "
-        f"{best.fluctuation(speed):.6g}, and it does not come to {irregularity:.6g}. The shaft may "
-        "be driven by something that the inertia does not smooth.",
-        best.run,
-    )
+        low, high = high, before + 2 * (high - before)
+    else:
+        raise SolverError(
+            f"flywheel: with {key} = {low:.6g} kg.m2 the irregularity of {system.key(speed)} is "
+            f"still {search.orbit.fluctuation(speed):.6g}; no inertia brings it to "
+            f"{irregularity:.6g}. Something else than inertia governs the speed of this shaft.",
+            search.orbit.run,
+        )
+    value = float(brentq(search, low, high, xtol=1e-12 * high, rtol=1e-10))
+    search(value)
+    reached = search.orbit.fluctuation(speed)
+    cost = search.count, search.evaluations
+    return Flywheel(key, before, value, classical, reached, search.orbit, *cost)
+
+
+class _Search:
+    """Reciprocal of the irregularity over that wanted, less one, for values of the parameter."""
+
+    def __init__(self, orbit: PeriodicOrbit, place: int, speed: Name, wanted: float) -> None:
+        self.orbit, self.place, self.speed, self.wanted = orbit, place, speed, wanted
+        self.count = self.evaluations = 0
+        self._known = {float(orbit.run.theta[place]): wanted / orbit.fluctuation(speed) - 1}
+
+    def __call__(self, value: float) -> float:
+        if value not in self._known:
+            old = self.orbit.found.guess
+            theta = old.point.theta.copy()
+            theta[self.place] = value
+            point = OperatingPoint(self.orbit.system, 0.0, old.point.x, theta, old.point.modes)
+            self.orbit = again(self.orbit, Guess(point, old.period, old.phase))
+            self.count += 1
+            self.evaluations += self.orbit.evaluations
+            self._known[value] = self.wanted / self.orbit.fluctuation(self.speed) - 1
+        return self._known[value]
 
 
 def _wittenbauer(orbit: PeriodicOrbit, place: int, speed: Name, irregularity: float) -> float:

@@ -365,7 +365,7 @@ def test_wrong_names_directions_and_kinds_of_system_are_refused():
         lp.periodic(ROTOR, turn={"phi": -2 * np.pi}, settle=5.0)
     with pytest.raises(OptionError, match="functions of time act"):
         lp.periodic(driven(), near=6.0)
-    with pytest.raises(OptionError, match="no function of time acts on One.*near="):
+    with pytest.raises(OptionError, match=r"no function of time acts on One.*near="):
         lp.periodic(van_der_pol(), period=VAN_DER_POL)
     with pytest.raises(OptionError, match="needs a smooth system, but Slider changes modes"):
         lp.periodic(lp.assemble(Slider()), near=3.0, method="harmonic")
