@@ -137,8 +137,9 @@ def refuse_rest(problem: Problem, run: Trajectory) -> None:
 def shoot(problem: Problem, guess: Guess) -> Orbit:
     """Newton's method, damped, until the residual is below the tolerance.
 
-    Where an orbit is so unstable that it amplifies the errors of a run beyond that, until it does
-    not get smaller.
+    Where no part of a step makes it smaller, the motion goes on for a period by itself. Where an
+    orbit is so unstable that it amplifies the errors of a run beyond that, they are the
+    tolerance.
 
     The Jacobian is the monodromy matrix less one (Parker and Chua, Practical Numerical Algorithms
     for Chaotic Systems, 1989, ch. 5), from the sensitivity equations, exact across events; an
@@ -149,10 +150,10 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
     SolverError
         If it does not converge, or motions beside the one found are periodic too.
     """
-    forward = Forward(problem.system, _no_parameters(problem), problem.rtol)
-    shot, evaluations = _Shot(problem, guess), 0
+    forward = _forward(problem)
+    shot = _Shot(problem, guess)
+    evaluations = shot.run.statistics.evaluations - forward.evaluations
     for iteration in range(problem.iterations + 1):
-        evaluations += shot.run.statistics.evaluations
         if np.abs(shot.residuals).max(initial=0.0) <= problem.rtol:
             return _finished(problem, shot, forward, iteration, evaluations)
         if iteration == problem.iterations:
@@ -169,6 +170,8 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
                     tried = _Shot(problem, _moved(shot, x, period))
                 except SolverError:
                     tried = None
+                if tried is not None:
+                    evaluations += tried.run.statistics.evaluations
                 if tried is not None and np.linalg.norm(tried.residuals) < merit:
                     shot = tried
                     break
@@ -177,16 +180,18 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
             amplified = problem.rtol * np.abs(monodromy * shot.size / shot.size[:, None]).max()
             if np.abs(shot.residuals).max() <= amplified:
                 return _finished(problem, shot, forward, iteration, evaluations)
-            _refuse(problem, shot, iteration, "no step along Newton's direction makes it smaller")
-    _refuse(problem, shot, problem.iterations, "too many iterations")
+            shot = _Shot(problem, _moved(shot, shot.end - problem.advance, shot.guess.period))
+            evaluations += shot.run.statistics.evaluations
+    _refuse(problem, shot)
     raise AssertionError
 
 
 def closed(problem: Problem, guess: Guess) -> Orbit:
     """The period that begins at a guess, as it is."""
-    forward = Forward(problem.system, _no_parameters(problem), problem.rtol)
+    forward = _forward(problem)
     shot = _Shot(problem, guess)
-    return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
+    evaluations = shot.run.statistics.evaluations - forward.evaluations
+    return _finished(problem, shot, forward, 0, evaluations)
 
 
 def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
@@ -198,8 +203,15 @@ def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
     return found
 
 
-def _no_parameters(problem: Problem) -> np.ndarray:
-    return np.zeros((problem.system._inputs[1].numel(), len(problem.active)))
+def _forward(problem: Problem) -> Forward:
+    """Sensitivity equations by the start states alone."""
+    made, k = problem.system.made, len(problem.active)
+    key = ("forward", k, problem.rtol)
+    if key not in made:
+        seed = np.zeros((problem.system._inputs[1].numel(), k))
+        made[key] = Forward(problem.system, seed, problem.rtol)
+    found: Forward = made[key]
+    return found
 
 
 def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
@@ -271,14 +283,14 @@ def _finished(
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, iterations, evaluations)
 
 
-def _refuse(problem: Problem, shot: _Shot, iterations: int, why: str) -> None:
+def _refuse(problem: Problem, shot: _Shot) -> None:
     worst = int(np.argmax(np.abs(shot.residuals)))
     number = int(problem.active[worst])
     name = problem.system.state_names[number]
     unit = "" if "(" in name else f" {problem.system.quantity(name).unit}"
     missed = shot.residuals[worst] * shot.size[worst]
     raise SolverError(
-        f"{problem.system.name}: no periodic motion found after {iterations} iterations ({why}): "
+        f"{problem.system.name}: no periodic motion found after {problem.iterations} iterations: "
         f"after T = {shot.guess.period:.9g} s {name} misses its value by {missed:.4g}{unit}, "
         f"{abs(shot.residuals[worst]):.2g} of its size (tolerance {problem.rtol:.2g}). Let it "
         "settle longer, give start values nearer to it, or check the period.",
