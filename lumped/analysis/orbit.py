@@ -48,6 +48,9 @@ class PeriodicOrbit:
         What the states miss after the period, largest, over their size.
     worst : str
         State of the largest residual.
+    seam : tuple of str
+        States whose rates jump from the end of a period to the start of the next, because functions
+        of time do not go on there as they begin.
     method : str
         "shooting" or "harmonic".
     harmonics_used : int or None
@@ -65,6 +68,7 @@ class PeriodicOrbit:
     shift: complex | None
     residual: float
     worst: str
+    seam: tuple[str, ...]
     method: str
     harmonics_used: int | None
     iterations: int
@@ -181,6 +185,11 @@ class PeriodicOrbit:
             if states:
                 by = ", ".join(f"{name} by {value:.6g}" for name, value in states.items())
                 lines.append(f"{what} in a period: {by}")
+        if self.seam:
+            lines.append(
+                "where a period follows the other, functions of time do not go on as they begin: "
+                f"the rates of {', '.join(self.seam)} jump"
+            )
         rows = []
         for name in self.system.state_names[:12]:
             if "(" not in name and name not in self.advance and name not in self.drift:

@@ -23,32 +23,62 @@ _COARSE = 1e-8
 """Tolerance of runs that only give a first guess."""
 
 
-def advances(system: System, turn: Mapping[Name, float], theta: np.ndarray) -> np.ndarray:
+def advances(point: OperatingPoint, turn: Mapping[Name, float], period: float | None) -> np.ndarray:
     """By what each state grows in a period, from the advances of named angles or positions.
+
+    Of several states that an angle is the sum of, such as another angle and a twist, the one turns
+    after whose turn everything repeats.
 
     Raises
     ------
     OptionError
-        If a name is no state, nor in a constant ratio to one.
+        If a name is no state, nor in a constant ratio to one, or nothing repeats after the turn.
     """
+    system = point.system
     found = np.zeros(len(system.states))
     x, p, _, _ = system._inputs
+    choices: list[np.ndarray] = [found]
     for name, value in turn.items():
         key = system.key(name)
         if not np.isfinite(value) or value == 0:
             raise OptionError(f"periodic: turn of {key} = {value!r}: a number other than zero.")
         slopes = ca.jacobian(system.expressions([key]), x)
-        places = slopes.sparsity().get_triplet()[1]
-        others = [v for v in ca.symvar(slopes) if not ca.depends_on(p, v)]
-        if len(places) != 1 or others:
+        if not slopes.nnz() or any(not ca.depends_on(p, v) for v in ca.symvar(slopes)):
             raise OptionError(
                 f"periodic: {key} is neither a state nor in a constant ratio to one; give the "
                 "turn of a state that goes on turning. States: "
                 f"{', '.join(system.state_names[:12])}."
             )
-        ratio = np.asarray(ca.Function("ratio", [p], [ca.densify(slopes)])(theta))
-        found[places[0]] = value / ratio[0, places[0]]
-    return found
+        (ratios,) = np.asarray(ca.Function("ratios", [p], [ca.densify(slopes)])(point.theta))
+        units = np.eye(len(ratios))[np.flatnonzero(ratios)]
+        choices = [c + value * unit / (ratios @ unit) for c in choices for unit in units]
+    faults = [_fault(point, choice, period) for choice in choices]
+    for choice, fault in zip(choices, faults, strict=True):
+        if not fault:
+            return choice
+    raise OptionError(f"periodic: {system.name} is another after its turn: {faults[0]}")
+
+
+def _fault(point: OperatingPoint, advance: np.ndarray, period: float | None) -> str:
+    """What is different after an advance; empty if nothing is."""
+    system, theta, names = point.system, point.theta, point.system.state_names
+    before = np.asarray(system.rhs(point.x, theta, 0.0, point.modes)).ravel()
+    least, text = np.inf, ""
+    for t in (0.0,) if period is None else (0.0, period):
+        after = np.asarray(system.rhs(point.x + advance, theta, t, point.modes)).ravel()
+        scale = np.maximum(np.maximum(np.abs(before), np.abs(after)), 1.0)
+        missed = np.abs(after - before) / scale
+        worst = int(np.argmax(missed))
+        if missed[worst] <= 1e-6:
+            return ""
+        if missed[worst] < least:
+            least = missed[worst]
+            text = (
+                f"the rate of {names[worst]} is {before[worst]:.6g} before it and "
+                f"{after[worst]:.6g} after. Give the turn, with its sign, after which everything "
+                "repeats, for all states that turn."
+            )
+    return text
 
 
 def drifting(system: System, advance: np.ndarray) -> np.ndarray:

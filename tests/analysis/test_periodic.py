@@ -7,6 +7,8 @@ from scipy.optimize import fsolve
 
 import lumped as lp
 from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.models.pilger_mill_drive import GEAR, Driven, ElasticallyDriven
+from lumped.models.pilger_mill_stand import SPEED
 from lumped.ops import cos, sin, where
 
 VAN_DER_POL = 6.6632868593231301896996820305  # period for mu = 1 (Amore, arXiv:1611.09411)
@@ -279,6 +281,28 @@ def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
         for tau in (1.001, 0.999)
     ]
     assert by.period["tau"] == pytest.approx((beside[0] - beside[1]) / 0.002, rel=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("drive", [Driven(), ElasticallyDriven(c=2e6, d=2e3)])
+def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(drive, method):
+    w = GEAR * SPEED["P"]
+    system = lp.assemble(drive.with_({"wanted": w}), keep=["mill.crank.phi"])
+    start = {"motor.w": w, "shaft.w": SPEED["P"]}
+    start = dict([*start.items()][: 1 + isinstance(drive, ElasticallyDriven)])
+    turn = {"mill.crank.phi": 2 * np.pi}
+    orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, method=method)
+    assert orbit.advance == pytest.approx({"motor.phi": 2 * np.pi * GEAR})
+    assert orbit.period == pytest.approx(2 * np.pi / SPEED["P"], rel=1e-12)
+    assert orbit.mean("motor.w") == pytest.approx(w, rel=1e-10)
+    # a run that settled passes the same extremes
+    T = orbit.period
+    times = np.linspace(14, 15, 4001) * T
+    run = lp.simulate(system, until=15 * T, start=start, grid=times, rtol=1e-9)
+    assert run["motor.tau"].max() == pytest.approx(orbit.greatest("motor.tau").value, rel=1e-5)
+    assert np.ptp(run["motor.w"]) / w == pytest.approx(orbit.fluctuation("motor.w"), rel=1e-5)
+    assert orbit.stable
+    assert abs(orbit.shift - 1) < 1e-9
 
 
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
