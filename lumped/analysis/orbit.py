@@ -141,7 +141,7 @@ class PeriodicOrbit:
         return integral(course(self.run, both[0] * both[1])).real
 
     def sensitivity(self, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
-        """Derivatives of the period, the start states and quantities by parameters.
+        """Derivatives of the period and of quantities, their means and greatest values.
 
         Parameters
         ----------
@@ -154,7 +154,9 @@ class PeriodicOrbit:
         -------
         OrbitSensitivity
         """
-        return orbit_sensitivity(self.problem, self.found, self.run, tuple(of), tuple(to))
+        names = tuple(of)
+        tops = [self.greatest(name) for name in names]
+        return orbit_sensitivity(self.problem, self.found, self.run, names, tuple(to), tops)
 
     def _course(self, name: Name) -> list[Course]:
         key = self.system.key(name)

@@ -277,10 +277,14 @@ def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
     by = orbit.sensitivity(["w"], ["tau", "J"])
     beside = [
-        lp.periodic(ROTOR, turn=turn, settle=5.0, parameters={"tau": tau}).period
-        for tau in (1.001, 0.999)
+        lp.periodic(ROTOR, turn=turn, settle=5.0, parameters={"tau": tau}) for tau in (1.001, 0.999)
     ]
-    assert by.period["tau"] == pytest.approx((beside[0] - beside[1]) / 0.002, rel=1e-5)
+    slope = (beside[0].period - beside[1].period) / 0.002
+    assert by.period["tau"] == pytest.approx(slope, rel=1e-5)
+    assert by.mean[0, 0] == pytest.approx(-2 * np.pi * slope / orbit.period**2, rel=1e-5)
+    slope = (beside[0].greatest("w").value - beside[1].greatest("w").value) / 0.002
+    assert by.greatest[0, 0] == pytest.approx(slope, rel=1e-5)
+    assert "greatest" in repr(by)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -297,8 +301,8 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
     assert orbit.mean("motor.w") == pytest.approx(w, rel=1e-10)
     # a run that settled passes the same extremes
     T = orbit.period
-    times = np.linspace(14, 15, 4001) * T
-    run = lp.simulate(system, until=15 * T, start=start, grid=times, rtol=1e-9)
+    times = np.linspace(59, 60, 4001) * T
+    run = lp.simulate(system, until=60 * T, start=start, grid=times, rtol=1e-9)
     assert run["motor.tau"].max() == pytest.approx(orbit.greatest("motor.tau").value, rel=1e-5)
     assert np.ptp(run["motor.w"]) / w == pytest.approx(orbit.fluctuation("motor.w"), rel=1e-5)
     assert orbit.stable
@@ -402,11 +406,13 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
 
         w: lp.Var = lp.var("rad/s", "speed")
         phi: lp.Var = lp.var("rad", "angle")
+        tau: lp.Var = lp.var("N.m", "torque")
         on: lp.Param = lp.param("s", "end of the torque", 0.5)
 
         def equations(self):
             yield lp.der(self.phi) == self.w
-            yield lp.der(self.w) == where(lp.time < self.on, 1.0, 0.0) - self.w
+            yield self.tau == where(lp.time < self.on, 1.0, 0.0)
+            yield lp.der(self.w) == self.tau - self.w
 
     system = lp.assemble(Switched(on=on), keep=["phi"])
     orbit = lp.periodic(system, period=1.0, settle=0)
@@ -417,7 +423,11 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
     assert orbit.drift["phi"] == pytest.approx(on, rel=1e-9)  # mean speed is mean torque
     assert orbit.fluctuation("w") == pytest.approx((top - begin) / on, rel=1e-9)
     assert orbit.multipliers == pytest.approx([np.exp(-1)], rel=1e-9)
-    by = orbit.sensitivity(["w"], ["on"])
+    by = orbit.sensitivity(["w", "tau"], ["on"])
+    assert by.mean[:, 0] == pytest.approx(1.0, rel=1e-8)
+    # the top is where the torque ends, and moves with it
+    slope = (1 - begin) * np.exp(-on) + 1 / (np.e - 1)
+    assert by.greatest[:, 0] == pytest.approx([slope, 0.0], rel=1e-7)
     assert by.start[system.state_names.index("w"), 0] == pytest.approx(
         np.exp(on) / (np.e - 1), rel=1e-8
     )
