@@ -433,3 +433,38 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
     )
     with pytest.raises(OptionError, match="functions of time in Switched jump"):
         lp.periodic(system, period=1.0, method="harmonic")
+
+
+@pytest.mark.parametrize("cosine", [1, -1])
+def test_a_ball_that_bounces_once_in_each_period_of_a_shaken_plate(cosine):
+    """Period, place and multipliers by hand (Guckenheimer and Holmes, 1983, section 2.4)."""
+    e, A, W, g = 0.6, 0.3, 2 * np.pi, 9.81
+
+    class Ball(lp.Component):
+        """Ball above a plate at ``A cos(W t)``."""
+
+        h: lp.Var = lp.var("m", "gap")
+        v: lp.Var = lp.var("m/s", "its rate", state="prefer")
+        f: lp.Var = lp.var("N", "reaction of the plate, downwards")
+
+        def equations(self):
+            yield self.v == lp.der(self.h)
+            yield lp.der(self.v) == -g + A * W**2 * cos(W * lp.time) - self.f
+            yield lp.hold(self.f, self.v, gap=self.h, restitution=e)
+
+    up = g / 2  # leaves with it and is back after a second
+    plate = up * (1 - e) / (1 + e)
+    phase = np.arcsin(-plate / (A * W))
+    phase = phase if cosine > 0 else np.pi - phase
+    hit = (phase / W) % 1.0
+    flown = 1.0 - hit
+    begin = {"h": A * np.cos(phase) + up * flown - g / 2 * flown**2 - A, "v": up - g * flown}
+    beside = {"h": begin["h"] + 1e-3, "v": begin["v"] - 1e-3}
+    orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=beside, settle=0)
+    assert orbit.run.x[0] == pytest.approx(list(begin.values()), rel=1e-9)
+    assert orbit.run.events[0].time == pytest.approx(hit, rel=1e-9)
+    # map of instant and speed from one impact to the next, linearised
+    a = -A * W**2 * np.cos(phase)  # acceleration of the plate
+    exact = np.roots([1, -(1 + e**2 + (1 + e) ** 2 * a / g), e**2])
+    close(np.sort_complex(orbit.multipliers), np.sort_complex(exact), 1e-8)
+    assert orbit.stable == (cosine > 0)
