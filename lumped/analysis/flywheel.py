@@ -65,6 +65,8 @@ class Flywheel:
             ("irregularity", number(self.irregularity), "1"),
         ]
         head = f"{self.inertia}: {self.orbits} orbits, {self.evaluations} evaluations"
+        if not self.orbit.stable:
+            head += f"; unstable orbit: largest multiplier {self.orbit.largest:.6g}"
         return head + "\n" + table(("flywheel", "value", "unit"), rows)
 
 
@@ -117,36 +119,40 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
     else:
         raise SolverError(
             f"flywheel: with {key} = {low:.6g} kg.m2 the irregularity of {system.key(speed)} is "
-            f"still {search.orbit.fluctuation(speed):.6g}; no inertia brings it to "
+            f"still {search.orbits[low].fluctuation(speed):.6g}; no inertia brings it to "
             f"{irregularity:.6g}. Something else than inertia governs the speed of this shaft.",
-            search.orbit.run,
+            search.orbits[low].run,
         )
     value = float(brentq(search, low, high, xtol=1e-12 * high, rtol=1e-10))
     search(value)
-    reached = search.orbit.fluctuation(speed)
-    cost = search.count, search.evaluations
-    return Flywheel(key, before, value, classical, reached, search.orbit, *cost)
+    found, count = search.orbits[value], len(search.orbits) - 1
+    evaluations = sum(made.evaluations for made in search.orbits.values()) - orbit.evaluations
+    reached = found.fluctuation(speed)
+    return Flywheel(key, before, value, classical, reached, found, count, evaluations)
 
 
 class _Search:
-    """Reciprocal of the irregularity over that wanted, less one, for values of the parameter."""
+    """Reciprocal of the irregularity over that wanted, less one, for values of the parameter.
+
+    Attributes
+    ----------
+    orbits : dict of float to PeriodicOrbit
+        For each value so far; a new one is searched for from the last.
+    """
 
     def __init__(self, orbit: PeriodicOrbit, place: int, speed: Name, wanted: float) -> None:
-        self.orbit, self.place, self.speed, self.wanted = orbit, place, speed, wanted
-        self.count = self.evaluations = 0
-        self._known = {float(orbit.run.theta[place]): wanted / orbit.fluctuation(speed) - 1}
+        self.place, self.speed, self.wanted = place, speed, wanted
+        self.orbits, self._last = {float(orbit.run.theta[place]): orbit}, orbit
 
     def __call__(self, value: float) -> float:
-        if value not in self._known:
-            old = self.orbit.found.guess
+        if value not in self.orbits:
+            old = self._last.found.guess
             theta = old.point.theta.copy()
             theta[self.place] = value
-            point = OperatingPoint(self.orbit.system, 0.0, old.point.x, theta, old.point.modes)
-            self.orbit = again(self.orbit, Guess(point, old.period, old.phase))
-            self.count += 1
-            self.evaluations += self.orbit.evaluations
-            self._known[value] = self.wanted / self.orbit.fluctuation(self.speed) - 1
-        return self._known[value]
+            point = OperatingPoint(self._last.system, 0.0, old.point.x, theta, old.point.modes)
+            self._last = again(self._last, Guess(point, old.period, old.phase))
+            self.orbits[value] = self._last
+        return self.wanted / self.orbits[value].fluctuation(self.speed) - 1
 
 
 def _wittenbauer(orbit: PeriodicOrbit, place: int, speed: Name, irregularity: float) -> float:

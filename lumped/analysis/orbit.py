@@ -48,6 +48,8 @@ class PeriodicOrbit:
         What the states miss after the period, largest, over their size.
     worst : str
         State of the largest residual.
+    condition : float
+        Condition number of the equations for the start states, and the period if it is unknown.
     seam : tuple of str
         States whose rates jump from the end of a period to the start of the next, because functions
         of time do not go on there as they begin.
@@ -68,6 +70,7 @@ class PeriodicOrbit:
     shift: complex | None
     residual: float
     worst: str
+    condition: float
     seam: tuple[str, ...]
     method: str
     harmonics_used: int | None
@@ -176,7 +179,7 @@ class PeriodicOrbit:
         lines = [
             f"{self.system.name}: period {self.period:.9g} s ({self.frequency:.6g} Hz); {how}, "
             f"{self.iterations} iterations, {self.evaluations} evaluations, residual "
-            f"{self.residual:.2g} ({self.worst})",
+            f"{self.residual:.2g} ({self.worst}), condition {self.condition:.2g}",
             f"largest multiplier {self.largest:.6g}"
             if self.stable
             else f"unstable orbit: largest multiplier {self.largest:.6g}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -111,14 +112,7 @@ def periodic(
     if method == "harmonic":
         refined, used, steps, evaluations = collocate(problem, guess, harmonics)
         orbit = closed(problem, refined)
-        orbit = Orbit(
-            orbit.guess,
-            orbit.run,
-            orbit.monodromy,
-            orbit.residuals,
-            steps,
-            orbit.evaluations + evaluations,
-        )
+        orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
     else:
         orbit = shoot(problem, guess)
     return _result(problem, orbit, method, used, grid)
@@ -157,6 +151,7 @@ def _result(
         shift,
         float(np.abs(orbit.residuals).max()),
         names[active[worst]],
+        orbit.condition,
         _seam(run, active),
         method,
         used,

@@ -80,6 +80,8 @@ class Orbit:
         Derivatives of the active states after a period by those before it.
     residuals : ndarray, shape (k,)
         What the active states miss after a period, over their size.
+    condition : float
+        Condition number of the Jacobian, in states over their size.
     iterations, evaluations : int
         Newton steps, evaluations of the right-hand side.
     """
@@ -88,6 +90,7 @@ class Orbit:
     run: Trajectory
     monodromy: np.ndarray
     residuals: np.ndarray
+    condition: float
     iterations: int
     evaluations: int
 
@@ -233,15 +236,15 @@ def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
 def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
     """Changes of the active states and of the period."""
     k, size = len(problem.active), shot.size
-    matrix, right = _scaled(problem, shot, monodromy), -shot.residuals
+    (matrix, _), right = _scaled(problem, shot, monodromy), -shot.residuals
     if not problem.free:
         return solve(matrix, right) * size, 0.0
     found = solve(matrix, np.append(right, 0.0))
     return found[:k] * size, float(found[k] * shot.guess.period)
 
 
-def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> np.ndarray:
-    """Jacobian of the residuals in states over their size and period over its length."""
+def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
+    """Jacobian in states over their size and period over its length, and its condition."""
     k, size = len(problem.active), shot.size
     matrix = (monodromy - np.eye(k)) * size / size[:, None]
     if problem.free:
@@ -251,8 +254,7 @@ def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> np.ndarray:
     _, values, rows = svd(matrix)
     if values[-1] <= max(1e-9, 10 * problem.rtol) * max(values[0], 1.0):
         _refuse_singular(problem, shot, np.abs(rows[-1, :k]))
-    found: np.ndarray = matrix
-    return found
+    return matrix, float(values[0] / values[-1])
 
 
 def _refuse_singular(problem: Problem, shot: _Shot, shares: np.ndarray) -> None:
@@ -278,9 +280,10 @@ def _finished(
             shot.run,
         )
     monodromy = _monodromy(problem, shot, forward)
-    _scaled(problem, shot, monodromy)  # refuses what is not determined
+    _, condition = _scaled(problem, shot, monodromy)
     evaluations += forward.evaluations
-    return Orbit(shot.guess, shot.run, monodromy, shot.residuals, iterations, evaluations)
+    cost = iterations, evaluations
+    return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
 
 
 def _refuse(problem: Problem, shot: _Shot) -> None:
