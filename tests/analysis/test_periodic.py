@@ -287,13 +287,20 @@ def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     assert "greatest" in repr(by)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("drive", [Driven(), ElasticallyDriven(c=2e6, d=2e3)])
+@pytest.mark.parametrize(
+    ("drive", "method"),
+    [
+        (Driven(), "shooting"),
+        (ElasticallyDriven(c=2e6, d=2e3), "shooting"),
+        (ElasticallyDriven(c=2e6, d=2e3), "harmonic"),
+    ],
+)
 def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(drive, method):
     w = GEAR * SPEED["P"]
     system = lp.assemble(drive.with_({"wanted": w}), keep=["mill.crank.phi"])
-    start = {"motor.w": w, "shaft.w": SPEED["P"]}
-    start = dict([*start.items()][: 1 + isinstance(drive, ElasticallyDriven)])
+    start = {"motor.w": w}
+    if isinstance(drive, ElasticallyDriven):
+        start["shaft.w"] = SPEED["P"]
     turn = {"mill.crank.phi": 2 * np.pi}
     orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, method=method)
     assert orbit.advance == pytest.approx({"motor.phi": 2 * np.pi * GEAR})
