@@ -5,12 +5,16 @@ from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.flywheel import Flywheel, flywheel
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.locus import RootLocus, root_locus
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.orbit import PeriodicOrbit
+from lumped.analysis.orbit_sensitivity import OrbitSensitivity
 from lumped.analysis.orders import Order, orders
 from lumped.analysis.participation import Participation, participation
+from lumped.analysis.periodic import periodic
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
@@ -43,6 +47,7 @@ __all__ = [
     "Event",
     "Expr",
     "Flange",
+    "Flywheel",
     "FrequencyResponse",
     "HeatPort",
     "Input",
@@ -52,11 +57,13 @@ __all__ = [
     "Modes",
     "Node",
     "OperatingPoint",
+    "OrbitSensitivity",
     "Order",
     "Output",
     "Param",
     "Participation",
     "Peak",
+    "PeriodicOrbit",
     "Pin",
     "Port",
     "RootLocus",
@@ -79,6 +86,7 @@ __all__ = [
     "eigen_sensitivity",
     "equilibrium",
     "expression",
+    "flywheel",
     "frequency_response",
     "hold",
     "inverse",
@@ -91,6 +99,7 @@ __all__ = [
     "orders",
     "param",
     "participation",
+    "periodic",
     "profiles",
     "read_parameters",
     "root_locus",

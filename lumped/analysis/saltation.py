@@ -105,16 +105,23 @@ class Saltation:
         risen |= set(np.flatnonzero(new[1] > old[1]).tolist())
         jumps = [j for j, w in enumerate(switching.jumps) if w.mode in risen and not old[1][w.mode]]
         hits = [h for kind, h in rows if kind == "slide" and switching.has_gap[h]]
+        before, after = (side[1][switching.first_modes] > 0.5 for side in (old, new))
+        limited = switching.has_upper & switching.has_lower
+        closing = np.flatnonzero(after & ~before & ~switching.has_gap & ~limited).tolist()
         if not hits:
-            return [self._change(tuple(jumps), (), True, old)]
-        return [self._change(tuple(jumps), tuple(hits), bounce, old) for bounce in (True, False)]
+            return [self._change(tuple(jumps), (), tuple(closing), new)]
+        return [
+            self._change(tuple(jumps), tuple(b), tuple(c), new)
+            for b, c in ((hits, closing), ([], hits + closing))
+        ]
 
     def _change(
-        self, jumps: tuple[int, ...], hits: tuple[int, ...], bounce: bool, old: Side
+        self, jumps: tuple[int, ...], bouncing: tuple[int, ...], closing: tuple[int, ...], new: Side
     ) -> ca.Function:
-        """One possible change: of `when` statements, and of bodies that hit each other."""
-        modes = old[1][: self.system._flat.mode_count]
-        key = (jumps, hits, bounce, modes.tobytes() if hits else b"")
+        """One possible change: of `when` statements, of bodies that bounce and that stay."""
+        modes = new[1][: self.system._flat.mode_count]
+        hit = bool(bouncing or closing)
+        key = (jumps, bouncing, closing, modes.tobytes() if hit else b"")
         if key not in self._made:
             x, p, t, m = self.inputs
             rates = self.system.rates
@@ -126,27 +133,30 @@ class Saltation:
                 for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                     if node in place:
                         x_new[place[node]] = sign * values[jump.first + i]
-            if hits:
-                x_new = x_new + self._impulse(hits, bounce, modes)
+            if hit:
+                x_new = x_new + self._impulse(bouncing, closing, modes)
             drift = ca.jtimes(x_new, ca.vertcat(x, t), ca.vertcat(rates, 1))
             outputs = [ca.densify(v) for v in (x_new, self._along(x_new), drift)]
             self._made[key] = ca.Function("change", [x, self.S, p, t, m], outputs)
         return self._made[key]
 
-    def _impulse(self, hits: tuple[int, ...], bounce: bool, modes: np.ndarray) -> ca.SX:
+    def _impulse(
+        self, bouncing: tuple[int, ...], closing: tuple[int, ...], modes: np.ndarray
+    ) -> ca.SX:
         """Jump of the states where constraints close (see `Settler` for the law)."""
         switching = self.system.switching
         speed = self.system._in_states(switching.speed)
         restitution = self.system._in_states(switching.restitution)
         x, p, t, m = self.inputs
         rest = ca.SX(m)
+        rest[: len(modes)] = ca.DM(modes)
         for h, first in enumerate(switching.first_modes.tolist()):
             limited = switching.has_upper[h] and switching.has_lower[h]
-            holds = h in hits or (modes[first] > 0.5 and not limited)
+            holds = h in bouncing or h in closing or (modes[first] > 0.5 and not limited)
             rest[first : first + 3] = ca.DM([holds, 0, 0])
         push = ca.SX(rest)
-        for h in hits:
-            again = 1 + restitution[h] if bounce else 1
+        for h in (*bouncing, *closing):
+            again = 1 + restitution[h] if h in bouncing else 1
             push[int(switching.first_modes[h]) + 4] = -again * speed[h]
         rhs = self.system.rhs
         jump: ca.SX = rhs(x, p, t, push) - rhs(x, p, t, rest)

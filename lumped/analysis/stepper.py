@@ -26,6 +26,7 @@ __all__ = [
     "CROSSED",
     "GIVEN_UP",
     "HEAD",
+    "IDLE",
     "REJECTED",
     "STIFF_AFTER",
     "Stepper",
