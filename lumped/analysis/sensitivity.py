@@ -12,7 +12,7 @@ import numpy as np
 from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
 from lumped.analysis.result import Piece, Trajectory
-from lumped.analysis.saltation import Saltation
+from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_slopes
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, Stepper, first_step
@@ -213,7 +213,7 @@ class _Forward:
         """Follow the derivatives along the pieces of a run."""
         method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
         stepper = Stepper.build(self.augmented, method, True) if self.n else None
-        saltation = Saltation(self.system, self.S, self.seed)
+        saltation = Saltation.of(self.system)
         S = self._start(run)
         pieces = [piece for piece in run.pieces if len(piece.t)]
         values: list[np.ndarray] = []
@@ -229,7 +229,10 @@ class _Forward:
             if number:
                 last = pieces[number - 1]
                 sides = (last.x[-1], last.settings[-1]), (piece.x[0], piece.settings[0])
-                S, t_p = saltation.across(run, t, *sides, S)
+                crossed = saltation.at(run, t, *sides).forward(S, self.seed)
+                if crossed is None:
+                    raise coincide(run, t)
+                S, t_p = crossed
                 instants.append((t, t_p / self.scale))
             courses = [S] * len(piece.t)
             if stepper is not None and piece.t[-1] > t:
