@@ -1,10 +1,12 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
 from lumped import ops, profiles
+from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.gradient import Gradient, gradient
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
@@ -36,6 +38,7 @@ __all__ = [
     "Expr",
     "Flange",
     "FrequencyResponse",
+    "Gradient",
     "HeatPort",
     "Input",
     "LinearFlange",
@@ -64,6 +67,8 @@ __all__ = [
     "eigen_sensitivity",
     "equilibrium",
     "frequency_response",
+    "functionals",
+    "gradient",
     "hold",
     "inverse",
     "linearise",

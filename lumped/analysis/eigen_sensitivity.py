@@ -16,6 +16,7 @@ from scipy.sparse.linalg import splu
 
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
+from lumped.analysis.ranking import ranked
 from lumped.analysis.steady import unsteady_part
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
@@ -106,15 +107,16 @@ class EigenSensitivity:
                 f"({self.modes.hertz[mode]:.6g} Hz) repeats, so it has no derivative of its own. "
                 "Change a parameter a little to part the modes."
             )
-        relative = self.relative[mode]
-        order = np.argsort(-np.abs(relative), kind="stable")
-        return [(self.parameters[i], float(relative[i])) for i in order]
+        what = f"frequency of mode {mode}"
+        return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
 
     def plot(self, mode: int = 0) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
 
-        return tornado(self, mode)
+        modes = self.modes
+        title = f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz"
+        return tornado(self.ranked(mode), title, "the frequency")
 
     def __repr__(self) -> str:
         rows = []

@@ -14,8 +14,8 @@ from lumped.analysis.dense import Method
 from lumped.analysis.result import Piece, Trajectory
 from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.simulate import simulate
-from lumped.analysis.start import start_slopes
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, Stepper, first_step
+from lumped.analysis.varied import slopes_at_zero, sources
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
@@ -136,7 +136,7 @@ class _Forward:
         self.n, self.k = len(system.states), len(to)
         x, p, t, m = system._inputs
         self.given = start
-        self.places, self.varied = self._sources(start)
+        self.places, self.varied = sources(system, self.to, start)
         # each column is scaled by the size of what it is differentiated by
         defaults = system._flat.parameters.defaults
         self.scale = np.array([abs(defaults[i]) if i >= 0 else 1.0 for i in self.places])
@@ -149,41 +149,6 @@ class _Forward:
         y = system.expressions(self.of)
         self.output = ca.Function("output", [x, self.S, p, t, m], [ca.vec(self._along(y))])
         self.augmented = self._augment()
-
-    def _sources(self, start: Changes) -> tuple[list[int], dict[int, np.ndarray]]:
-        """Places of parameters in `to` (-1: a start value); unit vectors of start values."""
-        system, tree = self.system, self.system._tree
-        given = [*system._flat.given, *(tree.unknown(name) for name in start)]
-        nodes = {system._reduced.node(unknown): unknown for unknown in given}
-        places: list[int] = []
-        varied: dict[int, np.ndarray] = {}
-        for column, name in enumerate(self.to):
-            if name in system.parameters:
-                places.append(system.places([name])[0])
-                continue
-            unknown = tree.unknown(name)
-            node = system._reduced.node(unknown)
-            if node is None or (node not in nodes and node not in system.states):
-                raise OptionError(
-                    f"sensitivity: {name} is no parameter that can be changed, no given start "
-                    f"value and no state. States: {', '.join(system.state_names[:12])}."
-                )
-            signs, held = system._reduced.aliases.signs, nodes.get(node, unknown)
-            places.append(-1)
-            unit = np.eye(self.k)[column] * float(signs[unknown] * signs[held])
-            varied[held] = varied.get(held, 0.0) + unit
-        return places, varied
-
-    def _start(self, run: Trajectory) -> np.ndarray:
-        """Derivatives of the states at the time zero, scaled."""
-        x, S = start_slopes(self.system, run.theta, self.given, self.seed, self.varied)
-        if np.abs(x - run.pieces[0].x[0]).max(initial=0.0) > 0:
-            raise SolverError(
-                f"{self.system.name}: bodies collide at the time zero; derivatives are not "
-                "followed across that. Give start values after the impact.",
-                run,
-            )
-        return S
 
     def _along(self, expression: ca.SX) -> ca.SX:
         """Derivatives of an expression along the columns of S and the parameters."""
@@ -214,7 +179,7 @@ class _Forward:
         method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
         stepper = Stepper.build(self.augmented, method, True) if self.n else None
         saltation = Saltation.of(self.system)
-        S = self._start(run)
+        S = slopes_at_zero(run, self.given, self.seed, self.varied)
         pieces = [piece for piece in run.pieces if len(piece.t)]
         values: list[np.ndarray] = []
         instants: list[tuple[float, np.ndarray]] = []

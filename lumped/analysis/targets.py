@@ -307,8 +307,6 @@ class _Function:
         Where each initial equation stands.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
-    by_parameters : Function
-        Their derivatives by all parameters: (all states, p, t, m).
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
@@ -326,7 +324,7 @@ class _Function:
 
     @cached_property
     def by_parameters(self) -> ca.Function:
-        """Derivatives by all parameters."""
+        """Derivatives by all parameters: (all states, p, t, m)."""
         found = ca.jacobian(self._expression, self._inputs[1])
         return ca.Function("by_parameters", self._inputs, [found])
 

@@ -1,0 +1,114 @@
+"""Steps of a run as functions, alone and backwards: many per call, no Python in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from lumped.analysis.calls import Call, expanded
+from lumped.analysis.dense import Method, interpolated
+from lumped.analysis.onestep import explicit_dense, explicit_step, implicit_dense, implicit_step
+from lumped.system import System
+
+__all__ = ["CHUNKS", "FRACTIONS", "backwards", "looked", "step_function"]
+
+CHUNKS = (64, 8, 1)
+"""Steps in one call, largest first."""
+
+FRACTIONS = tuple(i / 8 for i in range(1, 9))
+"""Of each step, at which it is looked for extremes."""
+
+
+def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Function:
+    """One step: (x, p, t, h, m) -> new x, integrals over the step."""
+    n, q = len(system.states), integrands.numel()
+    x, p, t, h, m = _symbols(system)
+    rates = ca.densify(ca.cse(ca.vertcat(system.rates, integrands)))
+    rhs = ca.Function("rates", system._inputs, [rates])
+
+    def rate(z: ca.MX, t: ca.MX) -> ca.MX:
+        return rhs(z[:n], p, t, m)
+
+    z = ca.vertcat(x, ca.MX.zeros(q))
+    if method == "explicit":
+        new = explicit_step(rate, z, rate(z, t), t, h)[-1]
+    else:
+        by_x = ca.horzcat(ca.jacobian(rates, system._inputs[0]), ca.SX(n + q, q))
+        drift = ca.densify(ca.jacobian(rates, system._inputs[2]))
+        slopes = ca.Function("slopes", system._inputs, [by_x, drift])(x, p, t, m)
+        new = implicit_step(rate, slopes, z, rate(z, t), t, h)[-1]
+    function = ca.Function("step", [x, p, t, h, m], [new[:n], new[n:]])
+    return expanded(function, system) if method == "explicit" else function
+
+
+def backwards(
+    step: ca.Function, chosen: np.ndarray, count: int
+) -> Call:
+    """Adjoints before several steps from those after them.
+
+    (adjoint, x, p, t, h, m) -> adjoint, derivatives by p, integrals; columns of x, t, h and m are
+    the steps, the first one first; results are sums over the steps, but for the adjoint.
+
+    Parameters
+    ----------
+    step : Function
+        From `step_function`.
+    chosen : ndarray, shape (integrals, k)
+        Derivatives of the k results by the integrals.
+    count : int
+        Number of steps.
+    """
+    n, p, m = (step.size1_in(i) for i in (0, 1, 4))
+    q, k = chosen.shape
+    kind: Any = ca.SX if step.is_a("SXFunction") else ca.MX
+    after, both = kind.sym("after", n, k), kind.sym("both", n + p)
+    t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
+    new, integrals = step(both[:n], both[n:], t, h, modes)
+    seeds = ca.vertcat(after, kind(ca.DM(chosen)))
+    found = ca.densify(ca.jtimes(ca.vertcat(new, integrals), both, seeds, True))
+    results = [found[:n, :], found[n:, :], ca.densify(integrals)]
+    once = ca.Function("back", [after, both, t, h, modes], results, {"cse": True})
+    adjoint, theta = ca.MX.sym("adjoint", n, k), ca.MX.sym("p", p)
+    xs, ts, hs = ca.MX.sym("x", n, count), ca.MX.sym("t", 1, count), ca.MX.sym("h", 1, count)
+    ms = ca.MX.sym("m", m, count)
+    columns = [ca.horzsplit(v) for v in (xs, ts, hs, ms)]
+    by_p, total, before = ca.MX.zeros(p, k), ca.MX.zeros(q), adjoint
+    for x, time, length, setting in reversed(list(zip(*columns, strict=True))):
+        before, more, part = once(before, ca.vertcat(x, theta), time, length, setting)
+        by_p, total = by_p + more, total + part
+    inputs = [adjoint, xs, theta, ts, hs, ms]
+    return Call(ca.Function("sweep", inputs, [before, by_p, total]))
+
+
+def looked(system: System, method: Method, names: Sequence[str]) -> ca.Function:
+    """Quantities inside a step: (x, p, t, h, m) -> shape (names, FRACTIONS)."""
+    x, p, t, h, m = _symbols(system)
+    quantities = system.function(names)
+
+    def rate(x: ca.MX, t: ca.MX) -> ca.MX:
+        return system.rhs(x, p, t, m)
+
+    if method == "explicit":
+        stages, _, new = explicit_step(rate, x, rate(x, t), t, h)
+        dense = explicit_dense(rate, x, new, [*stages, rate(new, t + h)], t, h)
+    else:
+        slopes = system.jacobian(x, p, t, m)
+        increments, new = implicit_step(rate, slopes, x, rate(x, t), t, h)
+        dense = implicit_dense(increments)
+    columns = ca.horzsplit(dense)
+    found = []
+    for part in FRACTIONS:
+        inside = interpolated(method, part, x, new, columns) if part < 1 else new
+        found.append(quantities(inside, p, t + part * h, m))
+    function = ca.Function("looked", [x, p, t, h, m], [ca.densify(ca.horzcat(*found))])
+    return expanded(function, system) if method == "explicit" else function
+
+
+def _symbols(system: System) -> list[ca.MX]:
+    """States, parameters, time, length of a step, settings."""
+    x, p, _, m = system._inputs
+    sizes = {"x": x.numel(), "p": p.numel(), "t": 1, "h": 1, "m": m.numel()}
+    return [ca.MX.sym(name, size) for name, size in sizes.items()]
