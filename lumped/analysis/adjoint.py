@@ -17,7 +17,7 @@ import numpy as np
 from lumped.analysis.calls import Call
 from lumped.analysis.dense import Method
 from lumped.analysis.result import Trajectory
-from lumped.analysis.reverse import CHUNKS, backwards, step_function
+from lumped.analysis.reverse import CHUNKS, backwards, chained, step_function
 from lumped.analysis.saltation import Saltation, coincide
 from lumped.errors import SolverError
 from lumped.system import System
@@ -96,6 +96,7 @@ class Steps:
         factors = [ca.vertsplit(system.expressions(names)) for names in products]
         self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
         self._steps: dict[Method, ca.Function] = {}
+        self._backs: dict[Method, ca.Function] = {}
         self._calls: dict[tuple[Method, int], Call] = {}
 
     @classmethod
@@ -120,9 +121,12 @@ class Steps:
         return self._steps[method]
 
     def back(self, method: Method, count: int) -> Call:
-        """Several steps backwards (see `backwards`)."""
+        """Several steps backwards (see `chained`)."""
         if (method, count) not in self._calls:
-            self._calls[method, count] = backwards(self.step(method), self.chosen, count)
+            if method not in self._backs:
+                self._backs[method] = backwards(self.step(method), self.chosen)
+            parameters = self.system._inputs[1].numel()
+            self._calls[method, count] = chained(self._backs[method], parameters, count)
         return self._calls[method, count]
 
     @cached_property

@@ -13,7 +13,7 @@ from lumped.analysis.dense import Method, interpolated
 from lumped.analysis.onestep import explicit_dense, explicit_step, implicit_dense, implicit_step
 from lumped.system import System
 
-__all__ = ["CHUNKS", "FRACTIONS", "backwards", "looked", "step_function"]
+__all__ = ["CHUNKS", "FRACTIONS", "backwards", "chained", "looked", "step_function"]
 
 CHUNKS = (64, 8, 1)
 """Steps in one call, largest first."""
@@ -44,13 +44,10 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
     return expanded(function, system) if method == "explicit" else function
 
 
-def backwards(
-    step: ca.Function, chosen: np.ndarray, count: int
-) -> Call:
-    """Adjoints before several steps from those after them.
+def backwards(step: ca.Function, chosen: np.ndarray) -> ca.Function:
+    """Adjoints before a step from those after it.
 
-    (adjoint, x, p, t, h, m) -> adjoint, derivatives by p, integrals; columns of x, t, h and m are
-    the steps, the first one first; results are sums over the steps, but for the adjoint.
+    (adjoint, states and parameters, t, h, m) -> adjoint, derivatives by parameters, integrals.
 
     Parameters
     ----------
@@ -58,26 +55,34 @@ def backwards(
         From `step_function`.
     chosen : ndarray, shape (integrals, k)
         Derivatives of the k results by the integrals.
-    count : int
-        Number of steps.
     """
     n, p, m = (step.size1_in(i) for i in (0, 1, 4))
-    q, k = chosen.shape
     kind: Any = ca.SX if step.is_a("SXFunction") else ca.MX
-    after, both = kind.sym("after", n, k), kind.sym("both", n + p)
+    after, both = kind.sym("after", n, chosen.shape[1]), kind.sym("both", n + p)
     t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
     new, integrals = step(both[:n], both[n:], t, h, modes)
     seeds = ca.vertcat(after, kind(ca.DM(chosen)))
     found = ca.densify(ca.jtimes(ca.vertcat(new, integrals), both, seeds, True))
     results = [found[:n, :], found[n:, :], ca.densify(integrals)]
-    once = ca.Function("back", [after, both, t, h, modes], results, {"cse": True})
-    adjoint, theta = ca.MX.sym("adjoint", n, k), ca.MX.sym("p", p)
+    return ca.Function("back", [after, both, t, h, modes], results, {"cse": True})
+
+
+def chained(back: ca.Function, parameters: int, count: int) -> Call:
+    """Several steps backwards.
+
+    (adjoint, x, p, t, h, m) -> adjoint, derivatives by p, integrals; columns of x, t, h and m are
+    the steps, the first one first; results are sums over the steps, but for the adjoint.
+    """
+    n, k = back.size_in(0)
+    m = back.size1_in(4)
+    adjoint, theta = ca.MX.sym("adjoint", n, k), ca.MX.sym("p", parameters)
     xs, ts, hs = ca.MX.sym("x", n, count), ca.MX.sym("t", 1, count), ca.MX.sym("h", 1, count)
     ms = ca.MX.sym("m", m, count)
     columns = [ca.horzsplit(v) for v in (xs, ts, hs, ms)]
-    by_p, total, before = ca.MX.zeros(p, k), ca.MX.zeros(q), adjoint
+    by_p, total = (ca.MX.zeros(*back.size_out(i)) for i in (1, 2))
+    before = adjoint
     for x, time, length, setting in reversed(list(zip(*columns, strict=True))):
-        before, more, part = once(before, ca.vertcat(x, theta), time, length, setting)
+        before, more, part = back(before, ca.vertcat(x, theta), time, length, setting)
         by_p, total = by_p + more, total + part
     inputs = [adjoint, xs, theta, ts, hs, ms]
     return Call(ca.Function("sweep", inputs, [before, by_p, total]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import casadi as ca
@@ -98,6 +99,15 @@ def coincide(run: Trajectory, t: float) -> SolverError:
     )
 
 
+class _Impact(NamedTuple):
+    """Constraints that close, those that take impulses, whether any bounces, modes after it."""
+
+    hits: tuple[int, ...]
+    members: tuple[int, ...]
+    bounce: bool
+    modes: np.ndarray
+
+
 class Saltation:
     """Jumps of the derivatives of one system."""
 
@@ -172,24 +182,30 @@ class Saltation:
             )
         return np.zeros((0, n + len(run.theta))), used
 
-    def _changes(self, used: list[int], old: Side, new: Side) -> list[ca.Function]:
+    def _changes(self, used: list[int], old: Side, new: Side) -> Iterator[ca.Function]:
         """What may become of the states: (x, p, t, m) -> states, derivatives by x and p, drift."""
-        switching = self.system.switching
-        rows = [switching.rows[i] for i in used]
-        risen = {int(switching.relation_modes[k]) for kind, k in rows if kind == "relation"}
+        s = self.system.switching
+        rows = [s.rows[i] for i in used]
+        risen = {int(s.relation_modes[k]) for kind, k in rows if kind == "relation"}
         risen |= set(np.flatnonzero(new[1] > old[1]).tolist())
-        jumps = [j for j, w in enumerate(switching.jumps) if w.mode in risen and not old[1][w.mode]]
-        hits = [h for kind, h in rows if kind == "slide" and switching.has_gap[h]]
+        jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[1][w.mode])
+        impulsive = ~(s.has_upper & s.has_lower)
+        was, now = (side[1][s.first_modes] > 0.5 for side in (old, new))
+        hits = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
+        hits |= set(np.flatnonzero(now & ~was & impulsive).tolist())
         if not hits:
-            return [self._change(tuple(jumps), (), True, old)]
-        return [self._change(tuple(jumps), tuple(hits), bounce, old) for bounce in (True, False)]
+            yield self._change(jumps, None, old)
+            return
+        for stay in (was & impulsive, was & now & impulsive):
+            for bounce in (True, False):
+                members = np.flatnonzero(stay).tolist()
+                impact = _Impact(tuple(sorted(hits)), tuple({*hits, *members}), bounce, new[1])
+                yield self._change(jumps, impact, old)
 
-    def _change(
-        self, jumps: tuple[int, ...], hits: tuple[int, ...], bounce: bool, old: Side
-    ) -> ca.Function:
+    def _change(self, jumps: tuple[int, ...], impact: _Impact | None, old: Side) -> ca.Function:
         """One possible change: of `when` statements, and of bodies that hit each other."""
-        modes = old[1][: self.system._flat.mode_count]
-        key = (jumps, hits, bounce, modes.tobytes() if hits else b"")
+        modes = self.system._flat.mode_count
+        key = (jumps, impact and (*impact[:3], old[1][:modes].tobytes(), impact.modes[:modes].tobytes()))
         if key not in self._made:
             x, p, t, _ = self.inputs
             rates = self.system.rates
@@ -201,30 +217,27 @@ class Saltation:
                 for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                     if node in place:
                         x_new[place[node]] = sign * values[jump.first + i]
-            if hits:
-                x_new = x_new + self._impulse(hits, bounce, modes)
+            if impact is not None:
+                x_new = x_new + self._impulse(x_new, impact)
             drift = ca.jtimes(x_new, ca.vertcat(x, t), ca.vertcat(rates, 1))
             outputs = [x_new, ca.jacobian(x_new, x), ca.jacobian(x_new, p), ca.densify(drift)]
             self._made[key] = ca.Function("change", self.inputs, outputs)
         return self._made[key]
 
-    def _impulse(self, hits: tuple[int, ...], bounce: bool, modes: np.ndarray) -> ca.SX:
-        """Jump of the states where constraints close (see `Settler` for the law)."""
-        switching = self.system.switching
-        speed = self.system._in_states(switching.speed)
-        restitution = self.system._in_states(switching.restitution)
-        x, p, t, m = self.inputs
-        rest = ca.SX(m)
-        for h, first in enumerate(switching.first_modes.tolist()):
-            limited = switching.has_upper[h] and switching.has_lower[h]
-            holds = h in hits or (modes[first] > 0.5 and not limited)
-            rest[first : first + 3] = ca.DM([holds, 0, 0])
+    def _impulse(self, x: ca.SX, impact: _Impact) -> ca.SX:
+        """Jump of the states where constraints close (see `Impacts` for the law)."""
+        s, count = self.system.switching, self.system._flat.mode_count
+        _, p, t, m = self.inputs
+        rest = ca.vertcat(ca.SX(ca.DM(impact.modes[:count])), m[count:])
+        both = self.system._in_states(ca.horzcat(s.speed, s.restitution))
+        closing = ca.Function("closing", self.inputs, [both])(x, p, t, m)
+        for h, first in enumerate(s.first_modes.tolist()):
+            rest[first : first + 5] = ca.DM([h in impact.members, 0, 0, 0, 0])
         push = ca.SX(rest)
-        for h in hits:
-            again = 1 + restitution[h] if bounce else 1
-            push[int(switching.first_modes[h]) + 4] = -again * speed[h]
-        rhs = self.system.rhs
-        jump: ca.SX = rhs(x, p, t, push) - rhs(x, p, t, rest)
+        for h in impact.hits:
+            again = 1 + closing[h, 1] if impact.bounce else 1
+            push[int(s.first_modes[h]) + 4] = -again * closing[h, 0]
+        jump: ca.SX = self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
         return jump
 
 

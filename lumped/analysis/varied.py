@@ -27,12 +27,13 @@ def sources(
     tree, reduced = system._tree, system._reduced
     given = [*system._flat.given, *(tree.unknown(name) for name in start)]
     nodes = {reduced.node(unknown): unknown for unknown in given}
-    known = system.parameters
+    p = system._flat.parameters
+    known = {p.names[i]: place for place, i in enumerate(p.free)}
     places: list[int] = []
     varied: dict[int, np.ndarray] = {}
     for column, name in enumerate(names):
         if name in known:
-            places.append(system.places([name])[0])
+            places.append(known[name])
             continue
         unknown = tree.unknown(name)
         node = reduced.node(unknown)
