@@ -6,11 +6,17 @@ from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.equilibrium_sensitivity import (
+    EquilibriumSensitivity,
+    equilibrium_sensitivity,
+)
 from lumped.analysis.gradient import Gradient, gradient
+from lumped.analysis.hessian import Hessian, hessian
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
+from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
@@ -34,12 +40,14 @@ __all__ = [
     "CriticalSpeed",
     "EigenSensitivity",
     "Equation",
+    "EquilibriumSensitivity",
     "Event",
     "Expr",
     "Flange",
     "FrequencyResponse",
     "Gradient",
     "HeatPort",
+    "Hessian",
     "Input",
     "LinearFlange",
     "Linearisation",
@@ -51,6 +59,7 @@ __all__ = [
     "Peak",
     "Pin",
     "Port",
+    "ResponseSensitivity",
     "Sensitivity",
     "Sizing",
     "Statistics",
@@ -66,9 +75,11 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "equilibrium_sensitivity",
     "frequency_response",
     "functionals",
     "gradient",
+    "hessian",
     "hold",
     "inverse",
     "linearise",
@@ -78,6 +89,7 @@ __all__ = [
     "ops",
     "param",
     "profiles",
+    "response_sensitivity",
     "sensitivity",
     "simulate",
     "sizing",

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -69,6 +70,25 @@ class Point:
     late: float = 0.0
 
 
+class Swept(NamedTuple):
+    """What a sweep finds.
+
+    Attributes
+    ----------
+    by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
+        Derivatives of the results by states at the time zero and by parameters.
+    integrals : ndarray
+        Values of the integrals.
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s.
+    """
+
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    integrals: np.ndarray
+    shared: tuple[float, ...]
+
+
 class Steps:
     """Steps of one system with integrals of some products, and the same backwards.
 
@@ -123,11 +143,15 @@ class Steps:
     def back(self, method: Method, count: int) -> Call:
         """Several steps backwards (see `chained`)."""
         if (method, count) not in self._calls:
-            if method not in self._backs:
-                self._backs[method] = backwards(self.step(method), self.chosen)
             parameters = self.system._inputs[1].numel()
-            self._calls[method, count] = chained(self._backs[method], parameters, count)
+            self._calls[method, count] = chained(self.single(method), parameters, count)
         return self._calls[method, count]
+
+    def single(self, method: Method) -> ca.Function:
+        """One step backwards (see `backwards`)."""
+        if method not in self._backs:
+            self._backs[method] = backwards(self.step(method), self.chosen)
+        return self._backs[method]
 
     @cached_property
     def integrated(self) -> ca.Function:
@@ -156,19 +180,13 @@ def legs_of(run: Trajectory) -> list[Leg]:
     return legs
 
 
-def sweep(
-    run: Trajectory, legs: list[Leg], steps: Steps, points: list[Point]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sweep(run: Trajectory, legs: list[Leg], steps: Steps, points: list[Point]) -> Swept:
     """Derivatives of results by states at the time zero and by parameters, and the integrals.
 
     Parameters
     ----------
     legs : list of Leg
         From `legs_of`, with the instants of the points among their times.
-
-    Returns
-    -------
-    ndarray, shapes (n, k), (p, k) and (integrals,)
 
     Raises
     ------
@@ -179,6 +197,7 @@ def sweep(
     adjoint = np.zeros((len(system.states), count))
     by_parameters = np.zeros((len(theta), count))
     integrals = np.zeros(len(steps.chosen))
+    shared: list[float] = []
     for number in reversed(range(len(legs))):
         leg = legs[number]
         here = [(int(np.searchsorted(leg.t, p.time)), p) for p in points if p.leg == number]
@@ -193,9 +212,10 @@ def sweep(
                     adjoint[:, point.column] += point.by_states
                     by_parameters[:, point.column] += point.by_parameters
         if number:
-            adjoint, by_p = _across(run, legs, number, steps, points, adjoint)
+            adjoint, by_p, shares = _across(run, legs, number, steps, points, adjoint)
             by_parameters += by_p
-    return adjoint, by_parameters, integrals
+            shared += [float(leg.t[0])] * shares
+    return Swept(adjoint, by_parameters, integrals, tuple(reversed(shared)))
 
 
 def _through(
@@ -228,8 +248,8 @@ def _across(
     steps: Steps,
     points: list[Point],
     adjoint: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Back over the instant at which a leg begins: adjoints, derivatives by parameters."""
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Back over the instant at which a leg begins: adjoints, derivatives by parameters, sharing."""
     system, theta = run.system, run.theta
     last, leg = legs[number - 1], legs[number]
     t = float(leg.t[0])
@@ -244,7 +264,8 @@ def _across(
         )
         late += (before - after) @ steps.chosen
     size = np.concatenate([1.0 + np.abs(old[0]), np.abs(theta)])
-    crossed = Saltation.of(system).at(run, t, old, new).backward(adjoint, late, size)
+    jump = Saltation.of(system).at(run, t, old, new)
+    crossed = jump.backward(adjoint, late, size)
     if crossed is None:
         raise coincide(run, t)
-    return crossed
+    return (*crossed, jump.shared)

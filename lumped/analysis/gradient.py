@@ -16,7 +16,7 @@ from lumped.analysis.functionals import Final, Functional, Instant, Integral, Pe
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
-from lumped.analysis.varied import slopes_at_zero, sources
+from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -48,6 +48,9 @@ class Gradient:
         What the functionals are.
     derivatives : ndarray, shape (len(of), len(to))
         Their derivatives.
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s. Derivatives hold the
+        shares of what each carries fixed there, and are not exact if these depend on what varies.
     seconds : float
         Wall time of everything after the run.
     """
@@ -57,6 +60,7 @@ class Gradient:
     to: tuple[str, ...]
     values: np.ndarray
     derivatives: np.ndarray
+    shared: tuple[float, ...]
     seconds: float
 
     def __getitem__(self, pair: tuple[str, Name]) -> float:
@@ -69,7 +73,7 @@ class Gradient:
     @property
     def relative(self) -> np.ndarray:
         """Relative change of each functional for each relative change, ``p/y dy/dp``."""
-        varied = _varied_values(self.run, self.to)
+        varied = varied_values(self.run, self.to)
         with np.errstate(divide="ignore", invalid="ignore"):
             found: np.ndarray = self.derivatives * varied / self.values[:, None]
         return found
@@ -115,6 +119,9 @@ class Gradient:
             f"start values, relative; run of {s.steps} steps ({s.method}) in {s.seconds:.3g} s, "
             f"gradient in {self.seconds:.3g} s more"
         )
+        if self.shared:
+            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
+            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
         return f"{head}\n" + table(("functional", "value", "largest"), rows)
 
 
@@ -188,7 +195,7 @@ def gradient(
         top = tops[peaks.index(k)] if k in peaks else None
         values[k], point = _point(run, legs, k, functional, top)
         points.append(point)
-    by_states, by_parameters, totals = sweep(run, legs, steps, points)
+    by_states, by_parameters, totals, shared = sweep(run, legs, steps, points)
     for total, k in zip(totals, integrals, strict=True):
         functional = wanted[k]
         assert isinstance(functional, Integral)
@@ -198,7 +205,7 @@ def gradient(
     found = _chained(run, start or {}, places, varied, by_states, by_parameters)
     _check_found(system, labels, names, found)
     seconds = clock.perf_counter() - begin
-    return Gradient(run, labels, tuple(names), values, found, seconds)
+    return Gradient(run, labels, tuple(names), values, found, shared, seconds)
 
 
 def check(system: System, wanted: Sequence[Functional], names: Sequence[str]) -> None:
@@ -219,7 +226,9 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str]) ->
                 "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
             )
         if not isinstance(functional, Instant):
-            system.expressions(functional.names if isinstance(functional, Integral) else [functional.name])
+            system.expressions(
+                functional.names if isinstance(functional, Integral) else [functional.name]
+            )
 
 
 def integrated(system: System, wanted: Sequence[Functional]) -> tuple[Steps, list[int]]:
@@ -251,7 +260,9 @@ def _point(
         last = legs[-1]
         top = Extreme(len(legs) - 1, float(last.t[-1]), 1.0, 0, last.x[-1], last.settings[-1])
     at = (top.x, theta, top.time, top.settings)
-    y, by_states, by_parameters = (np.asarray(v).ravel() for v in _differentiated(system, name)(*at))
+    y, by_states, by_parameters = (
+        np.asarray(v).ravel() for v in _differentiated(system, name)(*at)
+    )
     sign = top.sign if isinstance(functional, Peak) and functional.kind == "peak" else 1.0
     late = sign * float(slope_function(system, name)(*at)) if top.edge else 0.0
     slopes = sign * by_states, sign * by_parameters
@@ -279,7 +290,9 @@ def _event(run: Trajectory, legs: list[Leg], wanted: Instant) -> tuple[int, floa
     ]
     label = wanted.label(run.system)
     if not -len(times) <= wanted.number < len(times):
-        known = sorted({f"{e.component}, {e.after}" if e.after else e.component for e in run.events})
+        known = sorted(
+            {f"{e.component}, {e.after}" if e.after else e.component for e in run.events}
+        )
         raise OptionError(
             f"{run.system.name}: {label}: there are {len(times)} such events in this run. Events "
             f"are: {'; '.join(known[:8]) or 'none'}."
@@ -332,10 +345,3 @@ def _check_found(
                 f"{system.name}: {label} does not depend on {', '.join(names[:8])}{more}: all its "
                 "derivatives are exactly zero. Vary something else, or leave it out of `of`."
             )
-
-
-def _varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
-    """Parameters, and start values of other names."""
-    p = run.system._flat.parameters
-    known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
-    return np.array([known[n] if n in known else float(run[n][0]) for n in names])

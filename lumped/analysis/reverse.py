@@ -37,9 +37,9 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
         new = explicit_step(rate, z, rate(z, t), t, h)[-1]
     else:
         by_x = ca.horzcat(ca.jacobian(rates, system._inputs[0]), ca.SX(n + q, q))
-        drift = ca.densify(ca.jacobian(rates, system._inputs[2]))
-        slopes = ca.Function("slopes", system._inputs, [by_x, drift])(x, p, t, m)
-        new = implicit_step(rate, slopes, z, rate(z, t), t, h)[-1]
+        by_t = ca.densify(ca.jacobian(rates, system._inputs[2]))
+        jacobian, drift = ca.Function("slopes", system._inputs, [by_x, by_t])(x, p, t, m)
+        new = implicit_step(rate, (jacobian, drift), z, rate(z, t), t, h)[-1]
     function = ca.Function("step", [x, p, t, h, m], [new[:n], new[n:]])
     return expanded(function, system) if method == "explicit" else function
 
@@ -100,8 +100,8 @@ def looked(system: System, method: Method, names: Sequence[str]) -> ca.Function:
         stages, _, new = explicit_step(rate, x, rate(x, t), t, h)
         dense = explicit_dense(rate, x, new, [*stages, rate(new, t + h)], t, h)
     else:
-        slopes = system.jacobian(x, p, t, m)
-        increments, new = implicit_step(rate, slopes, x, rate(x, t), t, h)
+        jacobian, drift = system.jacobian(x, p, t, m)
+        increments, new = implicit_step(rate, (jacobian, drift), x, rate(x, t), t, h)
         dense = implicit_dense(increments)
     columns = ca.horzsplit(dense)
     found = []

@@ -37,12 +37,15 @@ class Jump(NamedTuple):
     instants : ndarray, shape (r, n + p)
         Derivatives of the instant by states and parameters, one row for each that stops the run
         there; no row if it is fixed.
+    shared : bool
+        Statically indeterminate constraints let go; the derivatives hold their shares fixed.
     """
 
     states: csc_array
     parameters: csc_array
     drift: np.ndarray
     instants: np.ndarray
+    shared: bool
 
     def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Sensitivities after it, shape (n, k), and of the instant, (k,); None if ambiguous.
@@ -154,7 +157,10 @@ class Saltation:
             )
         after = np.asarray(self.system.rhs(new[0], theta, t, new[1])).ravel()
         late = np.asarray(drift).ravel() - after
-        return Jump(_sparse(by_states), _sparse(by_parameters), late, instants)
+        s = self.system.switching
+        lets_go = {h for kind, h in (s.rows[i] for i in used) if kind in ("upper", "lower")}
+        shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
+        return Jump(_sparse(by_states), _sparse(by_parameters), late, instants, shared)
 
     def _instant(
         self, run: Trajectory, t: float, old: Side, new: Side
@@ -194,18 +200,21 @@ class Saltation:
         hits = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
         hits |= set(np.flatnonzero(now & ~was & impulsive).tolist())
         if not hits:
-            yield self._change(jumps, None, old)
+            yield self._change(jumps, None)
             return
         for stay in (was & impulsive, was & now & impulsive):
             for bounce in (True, False):
                 members = np.flatnonzero(stay).tolist()
                 impact = _Impact(tuple(sorted(hits)), tuple({*hits, *members}), bounce, new[1])
-                yield self._change(jumps, impact, old)
+                yield self._change(jumps, impact)
 
-    def _change(self, jumps: tuple[int, ...], impact: _Impact | None, old: Side) -> ca.Function:
+    def _change(self, jumps: tuple[int, ...], impact: _Impact | None) -> ca.Function:
         """One possible change: of `when` statements, and of bodies that hit each other."""
         modes = self.system._flat.mode_count
-        key = (jumps, impact and (*impact[:3], old[1][:modes].tobytes(), impact.modes[:modes].tobytes()))
+        key = (
+            jumps,
+            impact and (*impact[:3], old[1][:modes].tobytes(), impact.modes[:modes].tobytes()),
+        )
         if key not in self._made:
             x, p, t, _ = self.inputs
             rates = self.system.rates

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import casadi as ca
 import numpy as np
 
 from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
+from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Piece, Trajectory
 from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.simulate import simulate
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, Stepper, first_step
-from lumped.analysis.varied import slopes_at_zero, sources
+from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -48,6 +52,38 @@ class Sensitivity:
         of, to = (self.run.system.key(name) for name in pair)
         found: np.ndarray = self.values[:, self.of.index(of), self.to.index(to)]
         return found
+
+    def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
+        """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
+
+        Parameters
+        ----------
+        of : name
+            The quantity.
+        at : float, optional
+            Instant, s; the output time next to it is taken. Default is the end.
+
+        Raises
+        ------
+        OptionError
+            If the quantity is zero there, to which nothing is relative.
+        """
+        name = self.run.system.key(of)
+        k = len(self.run.t) - 1 if at is None else int(np.abs(self.run.t - at).argmin())
+        value = float(self.run[name][k])
+        slopes = self.values[k, self.of.index(name)]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = slopes * varied_values(self.run, self.to) / value
+        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
+
+    def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
+        """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
+        from lumped.plot import tornado
+
+        name = self.of[0] if of is None else self.run.system.key(of)
+        time = self.run.t[-1] if at is None else at
+        title = f"{self.run.system.name}: {name} at t = {time:g} s"
+        return tornado(self.ranked(name, at), title, name)
 
 
 def sensitivity(

@@ -285,8 +285,8 @@ def _explicit(system: System, dense: bool) -> tuple[ca.Function, int]:
 def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
-    slopes = system.jacobian(s.x, s.p, s.t, s.settings)
-    increments, new = implicit_step(s.rate, slopes, s.x, s.f, s.t, s.h)
+    jacobian, drift = system.jacobian(s.x, s.p, s.t, s.settings)
+    increments, new = implicit_step(s.rate, (jacobian, drift), s.x, s.f, s.t, s.h)
     f_new = s.rate(new, s.t + s.h)
     error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)
     interpolation = implicit_dense(increments) if dense else ca.MX(s.n, 0)

@@ -11,7 +11,7 @@ from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, System
 
-__all__ = ["slopes_at_zero", "sources"]
+__all__ = ["slopes_at_zero", "sources", "varied_values"]
 
 
 def sources(
@@ -68,3 +68,10 @@ def slopes_at_zero(
             run,
         )
     return S
+
+
+def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
+    """Parameters, and start values of other names."""
+    p = run.system._flat.parameters
+    known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
+    return np.array([known[n] if n in known else float(run[n][0]) for n in names])
