@@ -175,7 +175,7 @@ class _Second:
 
     def go(self, of: Final | Integral) -> tuple[float, np.ndarray, np.ndarray]:
         """Value, and first and second derivatives of it (of the integral, if it is one)."""
-        run, leg, n, k = self.run, self.leg, self.n, self.k
+        run, n, k = self.run, self.n, self.k
         value, first, second = 0.0, np.zeros(n + len(run.theta)), np.zeros((n + len(run.theta), k))
         spans = self._spans()
         tangents = [self.S]
@@ -189,11 +189,11 @@ class _Second:
         for method, begin, end in reversed(spans):
             S = np.concatenate([tangents[i].ravel(order="F") for i in range(begin, end)])
             inputs = (adjoint, turned.ravel(order="F"), S, *self._points(begin, end))
-            found = self._call("back", method, end - begin)(*inputs)
-            adjoint, turned = found[0], found[1].reshape(k, n).T
-            first[n:] += found[2]
-            second[n:] += found[3].reshape(k, -1).T
-            value += float(found[4].sum())
+            results = self._call("back", method, end - begin)(*inputs)
+            adjoint, turned = results[0], results[1].reshape(k, n).T
+            first[n:] += results[2]
+            second[n:] += results[3].reshape(k, -1).T
+            value += float(results[4].sum())
         by_both = np.vstack([self.S, self.seed])
         first, second = np.append(adjoint, first[n:]), np.vstack([turned, second[n:]])
         return value, by_both.T @ first, by_both.T @ second

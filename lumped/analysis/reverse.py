@@ -30,7 +30,7 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
     rhs = ca.Function("rates", system._inputs, [rates])
 
     def rate(z: ca.MX, t: ca.MX) -> ca.MX:
-        return rhs(z[:n], p, t, m)
+        return rhs(ca.vertsplit(z, [0, n, n + q])[0], p, t, m)
 
     z = ca.vertcat(x, ca.MX.zeros(q))
     if method == "explicit":
@@ -40,7 +40,8 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
         by_t = ca.densify(ca.jacobian(rates, system._inputs[2]))
         jacobian, drift = ca.Function("slopes", system._inputs, [by_x, by_t])(x, p, t, m)
         new = implicit_step(rate, (jacobian, drift), z, rate(z, t), t, h)[-1]
-    function = ca.Function("step", [x, p, t, h, m], [new[:n], new[n:]])
+    results = ca.vertsplit(new, [0, n, n + q])
+    function = ca.Function("step", [x, p, t, h, m], results)
     return expanded(function, system) if method == "explicit" else function
 
 
@@ -60,10 +61,11 @@ def backwards(step: ca.Function, chosen: np.ndarray) -> ca.Function:
     kind: Any = ca.SX if step.is_a("SXFunction") else ca.MX
     after, both = kind.sym("after", n, chosen.shape[1]), kind.sym("both", n + p)
     t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
-    new, integrals = step(both[:n], both[n:], t, h, modes)
+    x, theta = ca.vertsplit(both, [0, n, n + p])
+    new, integrals = step(x, theta, t, h, modes)
     seeds = ca.vertcat(after, kind(ca.DM(chosen)))
     found = ca.densify(ca.jtimes(ca.vertcat(new, integrals), both, seeds, True))
-    results = [found[:n, :], found[n:, :], ca.densify(integrals)]
+    results = [*ca.vertsplit(found, [0, n, n + p]), ca.densify(integrals)]
     return ca.Function("back", [after, both, t, h, modes], results, {"cse": True})
 
 

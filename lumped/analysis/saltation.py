@@ -210,11 +210,8 @@ class Saltation:
 
     def _change(self, jumps: tuple[int, ...], impact: _Impact | None) -> ca.Function:
         """One possible change: of `when` statements, and of bodies that hit each other."""
-        modes = self.system._flat.mode_count
-        key = (
-            jumps,
-            impact and (*impact[:3], old[1][:modes].tobytes(), impact.modes[:modes].tobytes()),
-        )
+        count = self.system._flat.mode_count
+        key = jumps, impact and (*impact[:3], impact.modes[:count].tobytes())
         if key not in self._made:
             x, p, t, _ = self.inputs
             rates = self.system.rates

@@ -1,0 +1,135 @@
+"""What does a gradient by 200 parameters cost, in runs of the model itself?
+
+A chain of 100 inertias and 99 damped shafts under a torque step, 0.5 s; the parameters are all
+inertias, all stiffnesses and the torque. A run, the gradient of one and of three functionals of it
+by the sweep back, and the forward sensitivities by 1, 2 and 4 parameters, from which those by 200
+would follow in proportion. Times are the best of several runs in one process, with everything
+built before; what the first call builds stands beside it. The error of the gradient is that of the
+final speed, against a complex step through the matrix exponential. Read the ratios.
+
+    python -m benchmarks.sensitivity
+"""
+
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import expm
+
+import lumped as lp
+from lumped import functionals
+from lumped.components import Inertia, SpringDamper, Torque
+from lumped.table import table
+
+COUNT, END, ROUNDS, RTOL = 100, 0.5, 7, 1e-8
+RNG = np.random.default_rng(1)
+J = RNG.uniform(0.5, 2.0, COUNT)
+C = RNG.uniform(1e4, 5e4, COUNT - 1)
+D = RNG.uniform(1.0, 5.0, COUNT - 1)
+TORQUE = 100.0
+CHECKED = ("body[7].J", "shaft[40].c", "load.tau")
+
+
+def chain() -> lp.System:
+    """The drive."""
+
+    def joints(m):
+        yield from lp.chain(m.load, m.body[0])
+        for i in range(COUNT - 1):
+            yield from lp.chain(m.body[i], m.shaft[i], m.body[i + 1])
+
+    return lp.assemble(
+        lp.compose(
+            load=Torque(tau=TORQUE),
+            body=[Inertia(J=float(j)) for j in J],
+            shaft=[SpringDamper(c=float(c), d=float(d)) for c, d in zip(C, D, strict=True)],
+            connections=joints,
+        )
+    )
+
+
+def final_speed(inertia: np.ndarray, stiffness: np.ndarray, torque: complex) -> complex:
+    """Speed of the last body at the end."""
+    twist = np.zeros((COUNT - 1, COUNT))
+    twist[np.arange(COUNT - 1), np.arange(COUNT - 1)] = -1.0
+    twist[np.arange(COUNT - 1), np.arange(1, COUNT)] = 1.0
+    n = 2 * COUNT - 1
+    a = np.zeros((n + 1, n + 1), dtype=complex)
+    a[: COUNT - 1, COUNT - 1 : n] = twist
+    a[COUNT - 1 : n, : COUNT - 1] = -(twist.T * stiffness) / inertia[:, None]
+    a[COUNT - 1 : n, COUNT - 1 : n] = -(twist.T * D) @ twist / inertia[:, None]
+    a[COUNT - 1, n] = torque / inertia[0]
+    return expm(a * END)[n - 1, n]
+
+
+def expected() -> np.ndarray:
+    """Derivatives of the final speed by the checked parameters."""
+    h, found = 1e-20, []
+    for which, place in ((0, 7), (1, 40), (2, 0)):
+        given = [J.astype(complex), C.astype(complex), np.array([TORQUE + 0j])]
+        given[which][place] += 1j * h
+        found.append(final_speed(given[0], given[1], given[2][0]).imag / h)
+    return np.array(found)
+
+
+def timed(action) -> tuple[float, float, object]:
+    """Time of the first call, best time of several more, and the last result."""
+    begin = time.perf_counter()
+    action()
+    first, best = time.perf_counter() - begin, np.inf
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        result = action()
+        best = min(best, time.perf_counter() - begin)
+    return first, best, result
+
+
+def main() -> None:
+    """Print the table and write it as CSV."""
+    system = chain()
+    names = [f"body[{i}].J" for i in range(COUNT)] + [f"shaft[{i}].c" for i in range(COUNT - 1)]
+    names.append("load.tau")
+    final = functionals.final(f"body[{COUNT - 1}].w")
+    rms, peak = functionals.rms("shaft[50].tau"), functionals.peak("shaft[50].tau")
+    first, base, _ = timed(lambda: lp.simulate(system, until=END, rtol=RTOL, grid=None))
+    rows = [("run", 0, base, first, 1.0, "")]
+    for label, of in (
+        ("sweep back, final value", [final]),
+        ("sweep back, root mean square", [rms]),
+        ("sweep back, peak", [peak]),
+        ("sweep back, all three", [final, rms, peak]),
+    ):
+        first, spent, found = timed(
+            lambda of=of: lp.gradient(system, of=of, to=names, until=END, rtol=RTOL)
+        )
+        error = ""
+        if of[0] is final:
+            received = np.array([found[found.of[0], name] for name in CHECKED])
+            error = f"{np.abs(received / expected() - 1).max():.1e}"
+        rows.append((label, len(names), spent, first, spent / base, error))
+    for count in (1, 2, 4):
+        first, spent, found = timed(
+            lambda count=count: lp.sensitivity(
+                system,
+                of=[final.name],
+                to=CHECKED[:1] + tuple(names[50 : 49 + count]),
+                until=END,
+                rtol=RTOL,
+                grid=1,
+            )
+        )
+        error = f"{abs(found.values[-1, 0, 0] / expected()[0] - 1):.1e}"
+        rows.append(("sensitivities forward", count, spent, first, spent / base, error))
+    head = ("what", "parameters", "time, ms", "first call, ms", "runs", "error")
+    text = [
+        (w, str(n), f"{s * 1e3:.1f}", f"{f * 1e3:.0f}", f"{r:.2f}", e) for w, n, s, f, r, e in rows
+    ]
+    print(table(head, text))
+    path = Path(__file__).parent / "results" / "sensitivity.csv"
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([head, *text])
+
+
+if __name__ == "__main__":
+    main()
