@@ -36,6 +36,10 @@ class Final:
         """What it is, with full names."""
         return f"final({system.key(self.name)})"
 
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
+
 
 @dataclass(frozen=True, eq=False)
 class Peak:
@@ -47,6 +51,10 @@ class Peak:
     def label(self, system: System) -> str:
         """What it is, with full names."""
         return f"{self.kind}({system.key(self.name)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +73,11 @@ class Integral:
     def label(self, system: System) -> str:
         """What it is, with full names."""
         return f"{self.kind}({', '.join(system.key(name) for name in self.names)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        units = [system.quantity(name).unit for name in self.names]
+        return " ".join([*units, "s"] if self.kind == "integral" else units)
 
     def outcome(self, integral: float, until: float) -> tuple[float, float, float]:
         """Value, and its first and second derivatives by the integral of what is integrated.
@@ -107,6 +120,10 @@ class Instant:
         """What it is, with full names."""
         what = f"{self.component}, {self.after}" if self.after else self.component
         return f"instant({what}, {self.number})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return "s"
 
 
 Functional = Final | Peak | Integral | Instant

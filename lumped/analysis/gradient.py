@@ -46,6 +46,8 @@ class Gradient:
         Parameters and start values.
     values : ndarray, shape (len(of),)
         What the functionals are.
+    units : tuple of str
+        Units of these.
     derivatives : ndarray, shape (len(of), len(to))
         Their derivatives.
     shared : tuple of float
@@ -59,6 +61,7 @@ class Gradient:
     of: tuple[str, ...]
     to: tuple[str, ...]
     values: np.ndarray
+    units: tuple[str, ...]
     derivatives: np.ndarray
     shared: tuple[float, ...]
     seconds: float
@@ -97,7 +100,7 @@ class Gradient:
 
         row = 0 if of is None else self._row(of)
         label = self.of[row]
-        title = f"{self.run.system.name}: {label} = {self.values[row]:.4g}"
+        title = f"{self.run.system.name}: {label} = {self.values[row]:.4g} {self.units[row]}"
         return tornado(self.ranked(label), title, label)
 
     def _row(self, of: str) -> int:
@@ -107,12 +110,12 @@ class Gradient:
 
     def __repr__(self) -> str:
         rows = []
-        for label, value in zip(self.of, self.values, strict=True):
+        for label, value, unit in zip(self.of, self.values, self.units, strict=True):
             text = "zero: nothing is relative to it"
             if value:
                 most = [(n, v) for n, v in self.ranked(label)[:4] if v]
                 text = "; ".join(f"{name} {change:+.4f}" for name, change in most)
-            rows.append((label, number(float(value), 9), text))
+            rows.append((label, number(float(value), 9), unit, text))
         s = self.run.statistics
         head = (
             f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "
@@ -122,7 +125,7 @@ class Gradient:
         if self.shared:
             head += "\nshares of indeterminate constraints held fixed where they let go, t = "
             head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
-        return f"{head}\n" + table(("functional", "value", "largest"), rows)
+        return f"{head}\n" + table(("functional", "value", "unit", "largest"), rows)
 
 
 def gradient(
@@ -205,7 +208,8 @@ def gradient(
     found = _chained(run, start or {}, places, varied, by_states, by_parameters)
     _check_found(system, labels, names, found)
     seconds = clock.perf_counter() - begin
-    return Gradient(run, labels, tuple(names), values, found, shared, seconds)
+    units = tuple(functional.unit(system) for functional in wanted)
+    return Gradient(run, labels, tuple(names), values, units, found, shared, seconds)
 
 
 def check(system: System, wanted: Sequence[Functional], names: Sequence[str]) -> None:
