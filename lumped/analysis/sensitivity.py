@@ -40,6 +40,9 @@ class Sensitivity:
         The derivatives.
     instants : tuple of (float, ndarray)
         Each instant at which the run stopped, s, and its derivatives, shape (len(to),).
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s. Derivatives hold the
+        shares of what each carries fixed there, and are not exact if these depend on what varies.
     """
 
     run: Trajectory
@@ -47,6 +50,7 @@ class Sensitivity:
     to: tuple[str, ...]
     values: np.ndarray
     instants: tuple[tuple[float, np.ndarray], ...]
+    shared: tuple[float, ...]
 
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
         of, to = (self.run.system.key(name) for name in pair)
@@ -219,6 +223,7 @@ class _Forward:
         pieces = [piece for piece in run.pieces if len(piece.t)]
         values: list[np.ndarray] = []
         instants: list[tuple[float, np.ndarray]] = []
+        shared: list[float] = []
         for number, piece in enumerate(pieces):
             if piece.system is not self.system:
                 raise SolverError(
@@ -230,11 +235,13 @@ class _Forward:
             if number:
                 last = pieces[number - 1]
                 sides = (last.x[-1], last.settings[-1]), (piece.x[0], piece.settings[0])
-                crossed = saltation.at(run, t, *sides).forward(S, self.seed)
+                jump = saltation.at(run, t, *sides)
+                crossed = jump.forward(S, self.seed)
                 if crossed is None:
                     raise coincide(run, t)
                 S, t_p = crossed
                 instants.append((t, t_p / self.scale))
+                shared += [t] * jump.shared
             courses = [S] * len(piece.t)
             if stepper is not None and piece.t[-1] > t:
                 courses = self._through(stepper, run, piece, S)
@@ -248,7 +255,8 @@ class _Forward:
             )
             rows = np.asarray(found).T.reshape(len(piece.t), self.k, len(self.of))
             values.append(rows.transpose(0, 2, 1) / self.scale)
-        return Sensitivity(run, self.of, self.to, np.concatenate(values), tuple(instants))
+        found_all = np.concatenate(values)
+        return Sensitivity(run, self.of, self.to, found_all, tuple(instants), tuple(shared))
 
     def _through(
         self, stepper: Stepper, run: Trajectory, piece: Piece, S: np.ndarray

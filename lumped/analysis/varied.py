@@ -39,7 +39,7 @@ def sources(
         node = reduced.node(unknown)
         if node is None or (node not in nodes and node not in system.states):
             raise OptionError(
-                f"sensitivity: {name} is no parameter that can be changed, no given start "
+                f"{system.name}: {name} is no parameter that can be changed, no given start "
                 f"value and no state. States: {', '.join(system.state_names[:12])}."
             )
         signs, held = reduced.aliases.signs, nodes.get(node, unknown)
