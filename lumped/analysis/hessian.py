@@ -254,7 +254,7 @@ class _Second:
         t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
         new = step(both[:n], both[n:], t, h, modes)[0]
         found = ca.densify(ca.jtimes(new, both, along))
-        once = ca.Function("forward", [both, along, t, h, modes], [found], {"cse": True})
+        once = ca.Function("forward", [both, along, t, h, modes], [found])
         S = ca.MX.sym("S", n, k)
         xs, theta, seed, *rest = symbols = self._symbols(count)
         columns = [ca.horzsplit(v) for v in (xs, *rest)]
@@ -274,7 +274,7 @@ class _Second:
         before, by_p, part = back(all_[:n], all_[n:], t, h, modes)
         turned = ca.densify(ca.jtimes(ca.vertcat(before, by_p), all_, along))
         results = [before, by_p, turned[:n, :], turned[n:, :], part]
-        once = ca.Function("second", [all_, along, t, h, modes], results, {"cse": True})
+        once = ca.Function("second", [all_, along, t, h, modes], results)
         adjoint, turn = ca.MX.sym("adjoint", n), ca.MX.sym("turn", n, k)
         S = ca.MX.sym("S", n, k * count)
         xs, theta, seed, *rest = symbols = self._symbols(count)

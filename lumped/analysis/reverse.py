@@ -66,7 +66,7 @@ def backwards(step: ca.Function, chosen: np.ndarray) -> ca.Function:
     seeds = ca.vertcat(after, kind(ca.DM(chosen)))
     found = ca.densify(ca.jtimes(ca.vertcat(new, integrals), both, seeds, True))
     results = [*ca.vertsplit(found, [0, n, n + p]), ca.densify(integrals)]
-    return ca.Function("back", [after, both, t, h, modes], results, {"cse": True})
+    return ca.Function("back", [after, both, t, h, modes], results)
 
 
 def chained(back: ca.Function, parameters: int, count: int) -> Call:

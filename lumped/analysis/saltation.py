@@ -197,16 +197,17 @@ class Saltation:
         jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[1][w.mode])
         impulsive = ~(s.has_upper & s.has_lower)
         was, now = (side[1][s.first_modes] > 0.5 for side in (old, new))
-        hits = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
-        hits |= set(np.flatnonzero(now & ~was & impulsive).tolist())
-        if not hits:
-            yield self._change(jumps, None)
-            return
-        for stay in (was & impulsive, was & now & impulsive):
+        bodies = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
+        hits = bodies | set(np.flatnonzero(now & ~was & impulsive).tolist())
+        for stay in (was & impulsive, was & now & impulsive) if hits else ():
             for bounce in (True, False):
                 members = np.flatnonzero(stay).tolist()
-                impact = _Impact(tuple(sorted(hits)), tuple({*hits, *members}), bounce, new[1])
+                impact = _Impact(
+                    tuple(sorted(hits)), tuple(sorted({*hits, *members})), bounce, new[1]
+                )
                 yield self._change(jumps, impact)
+        if not bodies:
+            yield self._change(jumps, None)
 
     def _change(self, jumps: tuple[int, ...], impact: _Impact | None) -> ca.Function:
         """One possible change: of `when` statements, and of bodies that hit each other."""
