@@ -2,9 +2,10 @@
 
 A chain of 100 inertias and 99 damped shafts under a torque step, 0.5 s; the parameters are all
 inertias, all stiffnesses and the torque. A run, the gradient of one and of three functionals of it
-by the sweep back, and the forward sensitivities by 1, 2 and 4 parameters. CPU times are the best of several runs in one process, with everything
-built before; what the first call builds stands beside it. The error of the gradient is that of the
-final speed, against a complex step through the matrix exponential. Read the ratios.
+by the sweep back, and the forward sensitivities by 1, 2 and 4 parameters. CPU times are the best
+of several runs in one process, with everything built before; what the first call builds stands
+beside it. The error is that of the final speed's derivatives, against a complex step through the
+matrix exponential. Read the ratios.
 
     python -m benchmarks.sensitivity
 """
