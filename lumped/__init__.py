@@ -1,11 +1,18 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
 from lumped import ops, profiles, transmissions
+from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.equilibrium_sensitivity import (
+    EquilibriumSensitivity,
+    equilibrium_sensitivity,
+)
 from lumped.analysis.flywheel import Flywheel, flywheel
+from lumped.analysis.gradient import Gradient, gradient
+from lumped.analysis.hessian import Hessian, hessian
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.locus import RootLocus, root_locus
@@ -16,6 +23,7 @@ from lumped.analysis.orders import Order, orders
 from lumped.analysis.participation import Participation, participation
 from lumped.analysis.periodic import periodic
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
+from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
@@ -44,12 +52,15 @@ __all__ = [
     "CriticalSpeed",
     "EigenSensitivity",
     "Equation",
+    "EquilibriumSensitivity",
     "Event",
     "Expr",
     "Flange",
     "Flywheel",
     "FrequencyResponse",
+    "Gradient",
     "HeatPort",
+    "Hessian",
     "Input",
     "LinearFlange",
     "Linearisation",
@@ -66,6 +77,7 @@ __all__ = [
     "PeriodicOrbit",
     "Pin",
     "Port",
+    "ResponseSensitivity",
     "RootLocus",
     "Saved",
     "Sensitivity",
@@ -85,9 +97,13 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "equilibrium_sensitivity",
     "expression",
     "flywheel",
     "frequency_response",
+    "functionals",
+    "gradient",
+    "hessian",
     "hold",
     "inverse",
     "linearise",
@@ -102,6 +118,7 @@ __all__ = [
     "periodic",
     "profiles",
     "read_parameters",
+    "response_sensitivity",
     "root_locus",
     "sensitivity",
     "simulate",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import casadi as ca
 import numpy as np
@@ -11,12 +11,12 @@ import numpy as np
 from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
 from lumped.analysis.result import Piece, Trajectory
-from lumped.analysis.saltation import Saltation
+from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Forward"]
+__all__ = ["Forward", "Instant"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +30,24 @@ class _Augmented:
     closure: ca.Function
     made: dict[object, object]
     switching: tuple[()] = ()
+
+
+class Instant(NamedTuple):
+    """An instant at which a run stopped.
+
+    Attributes
+    ----------
+    t : float
+        When, s.
+    slopes : ndarray, shape (k,)
+        Its derivatives.
+    shared : bool
+        Statically indeterminate constraints let go; their shares are held fixed.
+    """
+
+    t: float
+    slopes: np.ndarray
+    shared: bool
 
 
 class Forward:
@@ -56,12 +74,9 @@ class Forward:
         self.S = ca.SX.sym("S", self.n, self.k)
         self.augmented = self._augment()
         self._steppers: dict[Method, Stepper] = {}
-        self._saltation: Saltation | None = None
         self.evaluations = 0
 
-    def courses(
-        self, run: Trajectory, S: np.ndarray
-    ) -> tuple[list[np.ndarray], list[tuple[float, np.ndarray]]]:
+    def courses(self, run: Trajectory, S: np.ndarray) -> tuple[list[np.ndarray], list[Instant]]:
         """Follow the derivatives along the pieces of a run.
 
         Parameters
@@ -73,8 +88,8 @@ class Forward:
         -------
         list of ndarray, shape (len(piece.t), n, k)
             For each piece that holds points.
-        list of (float, ndarray)
-            Each instant at which the run stopped, s, and its derivatives, shape (k,).
+        list of Instant
+            At which the run stopped.
 
         Raises
         ------
@@ -86,7 +101,7 @@ class Forward:
             self._steppers[method] = Stepper.build(self.augmented, method, True)
         pieces = [piece for piece in run.pieces if len(piece.t)]
         found: list[np.ndarray] = []
-        instants: list[tuple[float, np.ndarray]] = []
+        instants: list[Instant] = []
         for number, piece in enumerate(pieces):
             if piece.system is not self.system:
                 raise SolverError(
@@ -98,10 +113,12 @@ class Forward:
             if number:
                 last = pieces[number - 1]
                 sides = (last.x[-1], last.settings[-1]), (piece.x[0], piece.settings[0])
-                if self._saltation is None:
-                    self._saltation = Saltation(self.system, self.S, self.seed)
-                S, t_p = self._saltation.across(run, t, *sides, S)
-                instants.append((t, t_p))
+                jump = Saltation.of(self.system).at(run, t, *sides)
+                crossed = jump.forward(S, self.seed)
+                if crossed is None:
+                    raise coincide(run, t)
+                S, t_p = crossed
+                instants.append(Instant(t, t_p, jump.shared))
             course = [S] * len(piece.t)
             if self.n and piece.t[-1] > t:
                 course = self._through(self._steppers[method], run, piece, S)

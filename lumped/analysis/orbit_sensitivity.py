@@ -123,7 +123,7 @@ def orbit_sensitivity(
     rates = _rates(run, names)
     values += rates[:, :, None] * (run.t / T)[:, None, None] * stretch
     # how far each instant moves beside its fraction of the period
-    moves = [t_p[:k] @ moved + t_p[k:] - t / T * stretch for t, t_p in instants]
+    moves = [i.slopes[:k] @ moved + i.slopes[k:] - i.t / T * stretch for i in instants]
     start = np.zeros((n, len(places)))
     start[active] = moved / scale
     keys = tuple(system.key(name) for name in to)

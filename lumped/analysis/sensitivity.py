@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lumped.analysis.forward import Forward
+from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
-from lumped.analysis.start import start_slopes
-from lumped.errors import OptionError, SolverError
+from lumped.analysis.varied import slopes_at_zero, sources, varied_values
+from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -31,6 +36,9 @@ class Sensitivity:
         The derivatives.
     instants : tuple of (float, ndarray)
         Each instant at which the run stopped, s, and its derivatives, shape (len(to),).
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s. Derivatives hold the
+        shares of what each carries fixed there, and are not exact if these depend on what varies.
     """
 
     run: Trajectory
@@ -38,11 +46,44 @@ class Sensitivity:
     to: tuple[str, ...]
     values: np.ndarray
     instants: tuple[tuple[float, np.ndarray], ...]
+    shared: tuple[float, ...]
 
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
         of, to = (self.run.system.key(name) for name in pair)
         found: np.ndarray = self.values[:, self.of.index(of), self.to.index(to)]
         return found
+
+    def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
+        """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
+
+        Parameters
+        ----------
+        of : name
+            The quantity.
+        at : float, optional
+            Instant, s; the output time next to it is taken. Default is the end.
+
+        Raises
+        ------
+        OptionError
+            If the quantity is zero there, to which nothing is relative.
+        """
+        name = self.run.system.key(of)
+        k = len(self.run.t) - 1 if at is None else int(np.abs(self.run.t - at).argmin())
+        value = float(self.run[name][k])
+        slopes = self.values[k, self.of.index(name)]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = slopes * varied_values(self.run, self.to) / value
+        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
+
+    def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
+        """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
+        from lumped.plot import tornado
+
+        name = self.of[0] if of is None else self.run.system.key(of)
+        time = self.run.t[-1] if at is None else at
+        title = f"{self.run.system.name}: {name} at t = {time:g} s"
+        return tornado(self.ranked(name, at), title, name)
 
 
 def sensitivity(
@@ -117,7 +158,7 @@ class _Varied:
         self.to = tuple(system.key(name) for name in to)
         self.n, self.k = len(system.states), len(to)
         self.given = start
-        self.places, self.varied = self._sources(start)
+        self.places, self.varied = sources(system, self.to, start)
         # each column is scaled by the size of what it is differentiated by
         defaults = system._flat.parameters.defaults
         self.scale = np.array([abs(defaults[i]) if i >= 0 else 1.0 for i in self.places])
@@ -127,45 +168,12 @@ class _Varied:
             if place >= 0:
                 self.seed[place, column] = self.scale[column]
 
-    def _sources(self, start: Changes) -> tuple[list[int], dict[int, np.ndarray]]:
-        """Places of parameters in `to` (-1: a start value); unit vectors of start values."""
-        system, tree = self.system, self.system._tree
-        given = [*system._flat.given, *(tree.unknown(name) for name in start)]
-        nodes = {system._reduced.node(unknown): unknown for unknown in given}
-        places: list[int] = []
-        varied: dict[int, np.ndarray] = {}
-        for column, name in enumerate(self.to):
-            if name in system.parameters:
-                places.append(system.places([name])[0])
-                continue
-            unknown = tree.unknown(name)
-            node = system._reduced.node(unknown)
-            if node is None or (node not in nodes and node not in system.states):
-                raise OptionError(
-                    f"sensitivity: {name} is no parameter that can be changed, no given start "
-                    f"value and no state. States: {', '.join(system.state_names[:12])}."
-                )
-            signs, held = system._reduced.aliases.signs, nodes.get(node, unknown)
-            places.append(-1)
-            unit = np.eye(self.k)[column] * float(signs[unknown] * signs[held])
-            varied[held] = varied.get(held, 0.0) + unit
-        return places, varied
-
-    def _start(self, run: Trajectory) -> np.ndarray:
-        """Derivatives of the states at the time zero, scaled."""
-        x, S = start_slopes(self.system, run.theta, self.given, self.seed, self.varied)
-        if np.abs(x - run.pieces[0].x[0]).max(initial=0.0) > 0:
-            raise SolverError(
-                f"{self.system.name}: bodies collide at the time zero; derivatives are not "
-                "followed across that. Give start values after the impact.",
-                run,
-            )
-        return S
-
     def go(self, run: Trajectory) -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
         forward = Forward(self.system, self.seed, self.rtol)
-        courses, instants = forward.courses(run, self._start(run))
+        begin = slopes_at_zero(run, self.given, self.seed, self.varied)
+        courses, instants = forward.courses(run, begin)
         values = forward.along(run, courses, self.of) / self.scale
-        at = tuple((t, t_p / self.scale) for t, t_p in instants)
-        return Sensitivity(run, self.of, self.to, values, at)
+        at = tuple((i.t, i.slopes / self.scale) for i in instants)
+        shared = tuple(i.t for i in instants if i.shared)
+        return Sensitivity(run, self.of, self.to, values, at, shared)
