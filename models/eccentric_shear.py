@@ -156,7 +156,8 @@ def rows() -> list[Row]:
         *map(landing, elliptical),
     ]
     return [
-        Row(*title[:3], float(x), *title[3:]) for title, x in zip(TITLES, computed, strict=True)
+        Row(quantity, unit, published, float(found), place, remark)
+        for (quantity, unit, published, place, remark), found in zip(TITLES, computed, strict=True)
     ]
 
 

@@ -101,14 +101,14 @@ def _draw_torque() -> Figure:
 def _draw_ratios() -> Figure:
     figure = Figure((8, 7), layout="constrained")
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    ellipses = np.linspace(0, 0.6, 31)
+    ellipses = np.linspace(0, 0.6, 25)
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
         for speed, line, label in (
             (SPEED, "-", "1: variable inertia"),
             (SLOW * SPEED, "--", "2: constant inertia"),
         ):
-            demands = [turn(CrankTurned, e, pulse, speed=speed, grid=1000) for e in ellipses]
+            demands = [turn(CrankTurned, e, pulse, speed=speed, grid=500) for e in ellipses]
             for axis, (name, *_) in zip(grid[:, column], sizes, strict=True):
                 size = np.array([getattr(demand, name) for demand in demands])
                 axis.plot(ellipses, size / size[0], line, label=label)
