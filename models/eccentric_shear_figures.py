@@ -88,7 +88,7 @@ def _draw_torque() -> Figure:
     axes = figure.subplots(2, sharex=True)
     for axis, pulse in zip(axes, ("half-sine", "rectangle"), strict=True):
         for e in (0.0, 0.2, 0.4, 0.5, 0.6):
-            demand = turn(CrankTurned, e, pulse, grid=2000)
+            demand = turn(CrankTurned, e, pulse)
             axis.plot(np.degrees(demand.phi), demand.tau / GREATEST, label=f"e = {e:g}")
         axis.set(title=f"Motor torque at constant crank speed, {pulse}", ylabel="torque / Mmax")
         axis.axhline(0, color="black", linewidth=0.8)
@@ -101,7 +101,7 @@ def _draw_torque() -> Figure:
 def _draw_ratios() -> Figure:
     figure = Figure((8, 7), layout="constrained")
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    ellipses = np.linspace(0, 0.6, 25)
+    ellipses = np.linspace(0, 0.6, 17)
     sizes = (("peak", 2.5, 3.0, "peak"), ("rms", 1.6, 1.7, "RMS"))
     for column, pulse in enumerate(("half-sine", "rectangle")):
         for speed, line, label in (
@@ -134,7 +134,7 @@ def _draw_free() -> Figure:
         (0.5, GuidedShear, "C3:", "e = 0.5, guided supports"),
     )
     for e, shear, line, label in cases:
-        run = free_run(e, shear=shear, grid=4000)
+        run = free_run(e, shear=shear, grid=2000)
         phi = np.degrees(run["loaded.shear.crank.phi"])
         signals = (run["loaded.shear.shaft.body.w"], run["motor.w"], run["motor.tau"] / GREATEST)
         for axis, signal in zip(axes, signals, strict=True):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -112,11 +113,14 @@ def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
     return resting | moving | holds
 
 
-class Demand(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Demand:
     """Motor torque over a turn.
 
     Attributes
     ----------
+    run : Trajectory
+        The turn.
     phi : ndarray
         Crank angle, rad.
     ratio : ndarray
@@ -127,11 +131,28 @@ class Demand(NamedTuple):
         Greatest, and root of the mean square over the time, N.m.
     """
 
-    phi: np.ndarray
-    ratio: np.ndarray
-    tau: np.ndarray
-    peak: float
-    rms: float
+    run: lp.Trajectory
+
+    @property
+    def phi(self) -> np.ndarray:
+        return self.run["loaded.shear.crank.phi"]
+
+    @property
+    def ratio(self) -> np.ndarray:
+        return np.asarray(self.run["motor.w"] / self.run["loaded.shear.shaft.body.w"])
+
+    @property
+    def tau(self) -> np.ndarray:
+        return -self.run["drive.flange.tau"]
+
+    @property
+    def peak(self) -> float:
+        return float(self.tau.max())
+
+    @property
+    def rms(self) -> float:
+        t = self.run.t
+        return float(np.sqrt(np.trapezoid(self.tau**2, t) / t[-1]))
 
 
 @cache
@@ -146,7 +167,7 @@ def turn(
     slowest: float | None = None,
     speed: float = SPEED,
     shear: type[Shear] = PrintedShear,
-    grid: Any = 4000,
+    grid: Any = 2000,
     parameters: Mapping[str, float] | None = None,
 ) -> Demand:
     """Motor torque over one turn at constant speed.
@@ -173,10 +194,7 @@ def turn(
     centre = PULSES[pulse][1] if slowest is None else slowest
     changes = {"eps": eps, "slowest": centre, "w": speed} | dict(parameters or {})
     run = _turned(_system(motion, pulse, shear), shear, changes, grid)  # type: ignore[arg-type] # classes do have a hash
-    tau = -run["drive.flange.tau"]
-    rms = np.sqrt(np.trapezoid(tau**2, run.t) / run.t[-1])
-    ratio = run["motor.w"] / run["loaded.shear.shaft.body.w"]
-    return Demand(run["loaded.shear.crank.phi"], ratio, tau, tau.max(), float(rms))
+    return Demand(run)
 
 
 def _turned(

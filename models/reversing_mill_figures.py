@@ -95,7 +95,7 @@ def _draw_creep() -> Figure:
     system = lp.assemble(CreepingGap())
     points = [
         (K_s, damping, hertz)
-        for K_s in np.geomspace(1, 1e4, 600)
+        for K_s in np.geomspace(1, 1e4, 400)
         for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
         for damping, hertz in zip(found.damping, found.hertz, strict=True)
     ]
