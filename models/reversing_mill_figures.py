@@ -18,7 +18,7 @@ from lumped.models.reversing_mill_stand import (
     LowerBranch,
     OpenGap,
     UpperBranch,
-    critical_speeds,
+    critical_strip_speeds,
     eccentricity_gains,
     eccentricity_hertz,
     strip_entry,
@@ -72,7 +72,7 @@ def _draw_eccentricity() -> Figure:
         hertz = lp.modes(lp.assemble(gap)).hertz
         orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
         if label == "closed gap":
-            critical = critical_speeds(gap)
+            critical = critical_strip_speeds(gap)
             heights = np.broadcast_to(hertz[:, None], critical.shape)
             dots = orders.plot(critical, heights, "oC3", zorder=3)
             dots[0].set_label("critical, closed gap")

@@ -153,10 +153,13 @@ def lower_with_spindle(J: float) -> LowerBranch:
     )
 
 
-def critical_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
+def critical_strip_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
     """Strip speeds at which an order of the eccentricity meets a mode, m/s: modes by orders."""
-    hertz = lp.modes(lp.assemble(gap)).hertz
-    return hertz[:, None] / np.arange(1, orders + 1) / eccentricity_hertz(1)
+    modes = lp.modes(lp.assemble(gap))
+    found = np.zeros((len(modes.hertz), orders))
+    for met in lp.critical_speeds(modes, range(1, orders + 1)):
+        found[met.mode, int(met.order) - 1] = met.speed * BACKUP_DIAMETER / 2
+    return found
 
 
 def strip_entry(

@@ -203,7 +203,7 @@ class TestStripEntry:
     def test_nothing_is_lost_in_ten_minutes(self):
         """Without damping; the closed form holds for ever, and with it the energy."""
         times = 600 - np.linspace(0.2, 0, 21)
-        run = mill.strip_entry(ClosedGap(), RATED, until=600.0, grid=times, rtol=1e-11)
+        run = mill.strip_entry(ClosedGap(), RATED, until=600.0, grid=times, rtol=1e-10)
         expected = KGF * step_torques(*CLOSED, torques_on(4, RATED), times)
         error = np.abs(run.table(SHAFTS) - expected).max() / np.abs(expected).max()
         print(f"largest error over largest torque {error:.1e}, {run.steps} steps")
@@ -316,7 +316,7 @@ class TestEccentricity:
         ],
     )
     def test_critical_speeds_are_those_of_the_reference(self, gap, mode, speeds):
-        received = mill.critical_speeds(gap)[mode]
+        received = mill.critical_strip_speeds(gap)[mode]
         for speed, value in zip(speeds, received, strict=True):
             decimals = len(str(speed).partition(".")[2])
             assert round(value, decimals) == speed
