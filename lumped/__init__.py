@@ -5,9 +5,11 @@ from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.functionals import final, mean, peak, rms, swing
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.optimise import Optimum, optimise
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
@@ -42,6 +44,7 @@ __all__ = [
     "Linearisation",
     "ModalEnergies",
     "Modes",
+    "Optimum",
     "OperatingPoint",
     "Output",
     "Param",
@@ -63,20 +66,26 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "final",
     "frequency_response",
     "hold",
     "inverse",
     "linearise",
     "lossless",
+    "mean",
     "modal_energies",
     "modes",
     "ops",
+    "optimise",
     "param",
+    "peak",
     "profiles",
+    "rms",
     "sensitivity",
     "simulate",
     "sizing",
     "start_point",
+    "swing",
     "time",
     "var",
     "when",
