@@ -9,7 +9,9 @@ from lumped.analysis.functionals import final, mean, peak, rms, swing
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.motion import Motion, motion
 from lumped.analysis.optimise import Optimum, optimise
+from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
@@ -38,12 +40,14 @@ __all__ = [
     "Expr",
     "Flange",
     "FrequencyResponse",
+    "Front",
     "HeatPort",
     "Input",
     "LinearFlange",
     "Linearisation",
     "ModalEnergies",
     "Modes",
+    "Motion",
     "Optimum",
     "OperatingPoint",
     "Output",
@@ -75,9 +79,11 @@ __all__ = [
     "mean",
     "modal_energies",
     "modes",
+    "motion",
     "ops",
     "optimise",
     "param",
+    "pareto",
     "peak",
     "profiles",
     "rms",

@@ -215,6 +215,16 @@ class Programme:
             seconds,
         )
 
+    def reached(self, solution: Solution) -> tuple[str, ...]:
+        """Names of the constraints given by the user that press."""
+        pressing = np.abs(solution.multipliers) > 1e-6
+        found = [
+            row.label
+            for row in self.rows
+            if row.given and pressing[row.first : row.first + row.count].any()
+        ]
+        return tuple(dict.fromkeys(found))
+
     def _worst(self, beyond: np.ndarray, g: np.ndarray, limits: np.ndarray) -> str:
         """Text about the constraint that is violated most."""
         if not np.isfinite(g).all():
@@ -226,10 +236,12 @@ class Programme:
         row = next(r for r in self.rows if r.first <= i < r.first + r.count)
         at = "" if row.times is None else f" at t = {row.times[i - row.first]:.6g} s"
         low, high = limits[i] * row.scale
+        most, least = f"at most {high:.6g}", f"at least {low:.6g}"
+        which = most if low == -np.inf else least if high == np.inf else f"{least} and {most}"
+        wanted = f"{low:.6g}" if low == high else which
         return (
-            f"Worst violated: {row.label} = {g[i] * row.scale:.6g} {row.unit}{at}, which must lie "
-            f"between {low:.6g} and {high:.6g}. The constraints may exclude each other: widen them "
-            "or the bounds of `vary`."
+            f"Worst violated: {row.label} = {g[i] * row.scale:.6g} {row.unit}{at}, which must be "
+            f"{wanted}. The constraints may exclude each other: widen some of them."
         )
 
     def _condition(

@@ -358,10 +358,7 @@ class Problem:
             if (low or high) and abs(solution.bounds[first]) > 1e-8:
                 found.append(f"{name} at its {'lower' if low else 'upper'} bound")
             first += 1
-        for row in self.programme.rows:
-            own = slice(row.first, row.first + row.count)
-            if row.given and (np.abs(solution.multipliers[own]) > 1e-6).any():
-                found.append(row.label)
+        found += self.programme.reached(solution)
         return tuple(dict.fromkeys(found))
 
 
