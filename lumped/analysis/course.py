@@ -181,9 +181,12 @@ def term(
         top, bottom = limit(1.0, float(start.max())), limit(-1.0, float(start.min()))
         return Term(top - bottom, float(np.ptp(start)) or size, True)
     if isinstance(functional, rms):
-        # the small number keeps the root smooth where the quantity vanishes
-        square = ca.mtimes(y**2, weights) + (1e-12 * size) ** 2
-        return Term(ca.sqrt(square), size, False)
+        # an unknown of its own: the root of a sum would couple all instants with each other
+        e = programme.unknown(size, size, low=0.0)
+        square = ca.mtimes(y**2, weights)
+        label = f"{functional}: square less mean square"
+        programme.constrain(label, e**2 - square, 0.0, 0.0, scale=size**2, unit=f"({unit})2")
+        return Term(e, size, False)
     if isinstance(functional, mean):
         return Term(ca.mtimes(y, weights), size, False)
     if isinstance(functional, final):
