@@ -6,6 +6,7 @@ from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivit
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.functionals import final, mean, peak, rms, swing
+from lumped.analysis.identify import Identification, identify
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
@@ -42,6 +43,7 @@ __all__ = [
     "FrequencyResponse",
     "Front",
     "HeatPort",
+    "Identification",
     "Input",
     "LinearFlange",
     "Linearisation",
@@ -73,6 +75,7 @@ __all__ = [
     "final",
     "frequency_response",
     "hold",
+    "identify",
     "inverse",
     "linearise",
     "lossless",

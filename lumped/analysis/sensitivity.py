@@ -19,7 +19,7 @@ from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, Stepper, first_step
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
-__all__ = ["Sensitivity", "sensitivity"]
+__all__ = ["Forward", "Sensitivity", "sensitivity"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ def sensitivity(
             f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "
             "of the solver."
         )
-    return _Forward(system, tuple(of), tuple(to), start or {}, rtol).go(
+    return Forward(system, tuple(of), tuple(to), start or {}, rtol).go(
         simulate(system, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
     )
 
@@ -119,7 +119,9 @@ class _Augmented:
     switching: tuple[()] = ()
 
 
-class _Forward:
+class Forward:
+    """Derivatives of runs that differ in their parameters only."""
+
     def __init__(
         self,
         system: System,
