@@ -2,16 +2,26 @@
 
 from lumped import ops, profiles
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.design import Optimum
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, modal_energies
 from lumped.analysis.equilibrium import equilibrium
-from lumped.analysis.functionals import final, mean, peak, rms, swing
+from lumped.analysis.functionals import (
+    clearance,
+    damping,
+    final,
+    frequency,
+    mean,
+    peak,
+    rms,
+    swing,
+)
 from lumped.analysis.identify import Identification, identify
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.motion import Motion, motion
-from lumped.analysis.optimise import Optimum, optimise
+from lumped.analysis.optimise import optimise
 from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
@@ -66,13 +76,16 @@ __all__ = [
     "assemble",
     "campbell",
     "chain",
+    "clearance",
     "compose",
     "connect",
     "critical_speeds",
+    "damping",
     "der",
     "eigen_sensitivity",
     "equilibrium",
     "final",
+    "frequency",
     "frequency_response",
     "hold",
     "identify",

@@ -41,3 +41,36 @@ class mean(Functional):  # noqa: N801
 
 class final(Functional):  # noqa: N801
     """Value at the end."""
+
+
+@dataclass(frozen=True)
+class frequency:  # noqa: N801
+    """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
+
+    mode: int
+
+    def __str__(self) -> str:
+        return f"frequency({self.mode})"
+
+
+@dataclass(frozen=True)
+class damping:  # noqa: N801
+    """Damping ratio of a mode."""
+
+    mode: int
+
+    def __str__(self) -> str:
+        return f"damping({self.mode})"
+
+
+@dataclass(frozen=True)
+class clearance:  # noqa: N801
+    """Least relative distance ``|f / excitation - 1|`` of all modes from excitations, Hz.
+
+    Each frequency stays on the side of each excitation on which the search begins.
+    """
+
+    excitations: tuple[float, ...]
+
+    def __str__(self) -> str:
+        return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"

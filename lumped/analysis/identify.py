@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from lumped.analysis.optimise import Bounds, bounds_of, unit_of
+from lumped.analysis.design import Bounds, bounds_of, unit_of
 from lumped.analysis.result import Trajectory
 from lumped.analysis.sensitivity import Forward, Sensitivity
 from lumped.analysis.simulate import simulate

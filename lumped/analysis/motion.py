@@ -13,7 +13,7 @@ from lumped.analysis.collocation import DEGREE, POINTS, fractions, phase
 from lumped.analysis.course import Course, number_of, term
 from lumped.analysis.functionals import Functional
 from lumped.analysis.nlp import Programme, Solution
-from lumped.analysis.optimise import Bounds, bounds_of
+from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.result import OperatingPoint
 from lumped.errors import OptionError, UnknownNameError
 from lumped.expression import Expr

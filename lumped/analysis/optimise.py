@@ -1,100 +1,50 @@
-"""Parameters that make a run best, under bounds, with exact derivatives."""
+"""Parameters that make a run or modes best, under bounds, with exact derivatives."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.course import Course, Term, along, followed_by, dt_of, held_instants, number_of, smooth, term
+from lumped.analysis.course import (
+    Course,
+    Term,
+    along,
+    dt_of,
+    followed_by,
+    held_instants,
+    number_of,
+    smooth,
+    term,
+)
 from lumped.analysis.course_states import collocated, simulated
-from lumped.analysis.functionals import Functional
+from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
+from lumped.analysis.functionals import Functional, clearance, damping, frequency
+from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Programme, Rows, Solution
+from lumped.analysis.optimise_modes import best_modes
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
-from lumped.system import Name, System
-from lumped.table import number, table
+from lumped.system import Name
 
-__all__ = ["Bounds", "Objective", "Optimum", "Problem", "optimise"]
+__all__ = ["Objective", "Problem", "optimise"]
 
-Bounds = tuple[float | None, float | None]
-"""Lower and upper bound; None is none."""
-
-Objective = Functional | Mapping[Functional | str, float]
+Objective = Key | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
 
-@dataclass(frozen=True, eq=False)
-class Optimum:
-    """A design that is best, at least among its neighbours.
-
-    Attributes
-    ----------
-    run : Trajectory
-        The run with this design.
-    parameters, start : dict of str to float
-        What was varied: its values now and at the start.
-    objective : float
-        What was made small: the weighted sum.
-    values : dict of Functional to float
-        All functionals of objective and constraints.
-    active : tuple of str
-        Bounds and constraints that hold the design where it is.
-    error : float
-        Greatest difference between functionals of the programme and those of `run`, relative to
-        their size at the start.
-    solution : Solution
-        Status, iterations, evaluations, residual, violation, condition, seconds.
-    """
-
-    run: Trajectory
-    parameters: dict[str, float]
-    start: dict[str, float]
-    objective: float
-    values: dict[Functional, float]
-    active: tuple[str, ...]
-    error: float
-    solution: Solution
-
-    @property
-    def system(self) -> System:
-        """What was optimised."""
-        return self.run.system
-
-    def __repr__(self) -> str:
-        rows = [
-            (name, number(self.start[name]), number(value, 9), unit_of(self.system, name))
-            for name, value in self.parameters.items()
-        ]
-        rows += [
-            (str(key), "", number(value, 9), self.system.quantity(key.name).unit)
-            for key, value in self.values.items()
-        ]
-        rows.append(("objective", "", number(self.objective, 9), ""))
-        s = self.solution
-        lines = [
-            f"{self.system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} "
-            f"evaluations, {s.seconds:.2g} s",
-            f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
-            f"condition {s.condition:.1e}; values as in a run of their own to {self.error:.1e}",
-            table(("", "start", "optimum", "unit"), rows),
-            "active: " + (", ".join(self.active) or "nothing"),
-        ]
-        return "\n".join(lines)
-
-
 def optimise(
-    run: Trajectory,
+    run: Trajectory | Modes,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
-    subject_to: Mapping[Functional | str, Bounds] | None = None,
+    subject_to: Mapping[Key | str, Bounds] | None = None,
     intervals: int = 50,
     periodic: bool = False,
 ) -> Optimum:
-    """Parameters for which a run is best.
+    """Parameters for which a run is best, or natural frequencies are where they are wanted.
 
     Without states (prescribed motion, inverse dynamics) quantities are evaluated at the instants
     of the run, so give `simulate` or `inverse` a grid that is fine enough. With states the run
@@ -103,15 +53,20 @@ def optimise(
     exact first and second derivatives; greatest values enter by a bound of their own (epigraph),
     so their kinks do no harm.
 
+    Natural frequencies and damping ratios have exact gradients (`eigen_sensitivity`) and are placed
+    by sequential quadratic programming; if the modes are those of an equilibrium, it is found anew
+    for each design.
+
     Parameters
     ----------
-    run : Trajectory
-        From `simulate` or `inverse`, with the parameters at which the search begins.
+    run : Trajectory or Modes
+        From `simulate`, `inverse` or `modes`, with the parameters at which the search begins.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
-    minimise : Functional, or mapping of Functional or parameter name to weight
-        Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``.
-    subject_to : mapping of Functional or name to (low, high), optional
+    minimise : functional, or mapping of functional or parameter name to weight
+        Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``; of modes
+        `frequency`, `damping` and `clearance`. A negative weight makes large.
+    subject_to : mapping of functional or name to (low, high), optional
         Bounds of functionals, or of a quantity at all instants.
     intervals : int
         For a system with states: number of intervals of its collocation, for each part of the run
@@ -133,19 +88,34 @@ def optimise(
         If a name does not exist.
     OptimisationError
         If no optimum is found, with the constraint that is violated most.
+    SolverError
+        If a run or an equilibrium fails on the way.
 
     Notes
     -----
-    Waechter and Biegler, Mathematical Programming 106, 2006 (IPOPT).
+    Waechter and Biegler, Mathematical Programming 106, 2006 (IPOPT); Kraft, DFVLR-FB 88-28, 1988
+    (SLSQP).
     """
-    weights = objective_weights(minimise)
-    problem = Problem(run, vary, weights, subject_to or {}, intervals, periodic)
-    return problem.optimum(problem.solve(list(weights.values())), weights)
+    weights = _weights(minimise)
+    kinds = (str, Functional) if isinstance(run, Trajectory) else (str, frequency, damping, clearance)
+    for key in [*weights, *(subject_to or {})]:
+        if not isinstance(key, kinds):
+            known = ", ".join(kind.__name__ for kind in kinds[1:])
+            raise OptionError(
+                f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
+                f"{known} and names."
+            )
+    if isinstance(run, Modes):
+        return best_modes(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
+    bounds = cast(Mapping[Functional | str, Bounds], subject_to or {})
+    wanted = cast(dict[Functional | str, float], weights)
+    problem = Problem(run, vary, wanted, bounds, intervals, periodic)
+    return problem.optimum(problem.solve(list(weights.values())), wanted)
 
 
-def objective_weights(minimise: Objective) -> dict[Functional | str, float]:
+def _weights(minimise: Objective) -> dict[Key | str, float]:
     """Weights of an objective, checked."""
-    weights = {minimise: 1.0} if isinstance(minimise, Functional) else dict(minimise)
+    weights = dict(minimise) if isinstance(minimise, Mapping) else {minimise: 1.0}
     for key, weight in weights.items():
         if not np.isfinite(weight):
             raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
@@ -178,7 +148,9 @@ class Problem:
         smooth(run, "optimise")
         self.programme = Programme(self.system.name)
         self.intervals, self.periodic = intervals, periodic
-        self.names, self.u = self._vary(vary)
+        self.names, box, scale = varied(self.system, vary, run.theta)
+        parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
+        self.u = ca.vertcat(*parts)
         self.places = self.system.places(self.names)
         theta = ca.SX(ca.DM(run.theta))
         theta[self.places] = self.u
@@ -212,37 +184,7 @@ class Problem:
         self.programme.ready(value, w)
 
     def _unit(self, key: Functional | str) -> str:
-        if isinstance(key, Functional):
-            return self.system.quantity(key.name).unit
-        return unit_of(self.system, key)
-
-    def _vary(
-        self, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]
-    ) -> tuple[list[str], ca.SX]:
-        if not vary:
-            raise OptionError("optimise: name at least one parameter in `vary`, with its bounds.")
-        names, parts = [], []
-        parameters = self.system._flat.parameters
-        for name, given in vary.items():
-            key, place = self.system.key(name), self.system.places([name])[0]
-            low, high = bounds_of(key, given)
-            start = float(self.run.theta[place])
-            unit = unit_of(self.system, key)
-            for bound in (low, high):
-                fault = np.isfinite(bound) and parameters.fault(parameters.free[place], bound)
-                if fault:
-                    raise OptionError(f"optimise: a bound of vary cannot be: {fault}.")
-            if not low <= start <= high:
-                raise OptionError(
-                    f"optimise: the run has {key} = {start:g} {unit}, outside its bounds "
-                    f"({low:g}, {high:g}). Make the run with a value between them."
-                )
-            finite = [abs(v) for v in (start, low, high) if np.isfinite(v) and v]
-            both = np.isfinite(low) and np.isfinite(high) and high > low
-            scale = float(high - low) if both else max(finite, default=1.0)
-            names.append(key)
-            parts.append(self.programme.unknown(start, scale, low, high))
-        return names, ca.vertcat(*parts)
+        return unit_of(self.system, key) if isinstance(key, str) else key_unit(self.system, key)
 
     def _course(self) -> Course:
         if not self.system.states:
@@ -360,26 +302,3 @@ class Problem:
             first += 1
         found += self.programme.reached(solution)
         return tuple(dict.fromkeys(found))
-
-
-def unit_of(system: System, name: str) -> str:
-    """Unit of a parameter."""
-    parameters = system._flat.parameters
-    return parameters.declared[parameters.free[system.places([name])[0]]].unit
-
-
-def bounds_of(name: str, given: Bounds) -> tuple[float, float]:
-    """Bounds as numbers, checked."""
-    try:
-        low, high = (
-            default if bound is None else float(bound)
-            for bound, default in zip(given, (-np.inf, np.inf), strict=True)
-        )
-    except (TypeError, ValueError):
-        low, high = np.nan, np.nan
-    if not low <= high:
-        raise OptionError(
-            f"optimise: bounds of {name} = {given!r}; give (low, high) with low at most high, and "
-            "None where there is none."
-        )
-    return low, high

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.analysis.functionals import Functional
-from lumped.analysis.optimise import Bounds, Optimum, Problem
+from lumped.analysis.design import Bounds, Optimum
+from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
 from lumped.system import Name
