@@ -223,7 +223,6 @@ class _Search:
         span = self.high - self.low
         self.scale = np.where(self.u != 0, np.abs(self.u), np.where(np.isfinite(span), span, 1.0))
         self.last: tuple[bytes, Sensitivity] | None = None
-        self.forward: Forward | None = None
         self.runs = 0
 
     def _weights(self, sigma: Mapping[str, float] | None) -> dict[str, float]:
@@ -254,9 +253,12 @@ class _Search:
         inner = {n: v for n, v in values.items() if n in self.system.parameters}
         outer = {n: v for n, v in values.items() if n not in inner}
         begin = self.begin | outer
-        if self.forward is None:
-            self.forward = Forward(self.system, tuple(self.curves), tuple(self.names), begin, rtol)
-        self.forward.given = begin
+        key = ("forward", tuple(self.curves), tuple(self.names), tuple(begin), rtol)
+        if key not in self.system.made:
+            curves, names = tuple(self.curves), tuple(self.names)
+            self.system.made[key] = Forward(self.system, curves, names, begin, rtol)
+        forward: Forward = self.system.made[key]
+        forward.given = begin
         run = simulate(
             self.system,
             until=float(self.t[-1]),
@@ -265,7 +267,7 @@ class _Search:
             grid=self._grid(),
             rtol=rtol,
         )
-        found = self.forward.go(run)
+        found = forward.go(run)
         self.runs += 1
         self.last = u.tobytes(), found
         return found

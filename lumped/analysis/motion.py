@@ -149,7 +149,8 @@ def motion(
 
     Notes
     -----
-    At start and end no position or twist has a speed. A rigid inertia with free drive takes the
+    At start and end the drive stands still and would do so for ever with some constant drive, so
+    springs are not wound up and nothing swings on. A rigid inertia with free drive takes the
     parabola of speed, ``6 h t (T - t) / T^3``.
     """
     return _Search(points, drive, stations, duration, minimise, limits or {}, intervals).found()
@@ -240,7 +241,7 @@ class _Search:
             np.concatenate(settings),
         )
         self._at_stations(len(nodes))
-        self._at_rest(phases[0].x[:, 0], phases[-1].x[:, -1], sizes)
+        self._at_rest(sizes, drives)
         self._within(len(nodes))
         y = self.course.quantities([self.minimise.name])
         self.cost = term(programme, self.course, self.minimise, y, np.array([drives]))
@@ -309,26 +310,17 @@ class _Search:
                 unit=unit,
             )
 
-    def _at_rest(self, first: ca.SX, last: ca.SX, sizes: np.ndarray) -> None:
-        """No speed of positions and twists at start and end."""
-        system, tree = self.system, self.system._tree
-        layouts = {id(node.layout): node.layout for node in tree.nodes}
-        units = {q.unit for t in layouts.values() for q in t.quantities if q.kind == "potential"}
-        still = []
-        for i, node in enumerate(system.states):
-            unknown = system._members.get(node)
-            if unknown is not None and tree.quantity(unknown).unit in units:
-                still.append(i)
-        count = self.course.settings.shape[0]
-        for end, x, node in (("start", first, 0), ("end", last, count - 1)):
-            rates = system.rhs(
-                x,
-                self.course.theta[:, node],
-                self.course.t[node],
-                ca.DM(self.course.settings[node]),
+    def _at_rest(self, sizes: np.ndarray, load: float) -> None:
+        """Start and end are equilibria of some constant drive, from which that of the motion may jump."""
+        course, count = self.course, self.course.settings.shape[0]
+        for end, node in (("start", 0), ("end", count - 1)):
+            theta = ca.SX(course.theta[:, node])
+            theta[self.place] = self.programme.unknown(0.0, load)
+            rates = self.system.rhs(
+                course.x[:, node], theta, course.t[node], ca.DM(course.settings[node])
             )
-            scaled = (rates[still] * self.duration) / ca.DM(sizes[still])
-            self.programme.constrain(f"rest at the {end}", scaled, 0.0, 0.0)
+            scaled = rates * self.duration / ca.DM(sizes)
+            self.programme.constrain(f"standstill at the {end}", scaled, 0.0, 0.0)
 
     def _within(self, nodes: int) -> None:
         """Limits at all nodes of their phases."""

@@ -68,7 +68,7 @@ class Solution:
         Greatest violation of the conditions of optimality and of the constraints, scaled.
     condition : float
         Condition number (1-norm, estimated) of the equations of optimality with what is active;
-        infinite if the optimum is not unique.
+        infinite if the optimum is not unique, or what is active depends on each other.
     seconds : float
         Wall time.
     """
@@ -263,7 +263,8 @@ class Programme:
         inside = np.minimum(w - self.box[:, 1], self.box[:, 2] - w) > _ACTIVE
         free = np.flatnonzero(inside | (np.abs(lam_x) < 1e-8))
         near = np.minimum(g - limits[:, 0], limits[:, 1] - g) <= _ACTIVE
-        active = np.flatnonzero(near & (np.abs(lam_g) > 1e-8))
+        pressing = (np.abs(lam_g) > 1e-8) | (limits[:, 0] == limits[:, 1])
+        active = np.flatnonzero(near & pressing)
         H = csr_array(upper + upper.T - diags_array(upper.diagonal()))[free][:, free]
         A = slopes[active][:, free]
         matrix: Any = csc_array(block_array([[H, A.T], [A, None]])) if len(active) else csc_array(H)

@@ -214,7 +214,10 @@ class Forward:
     def go(self, run: Trajectory) -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
         method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
-        stepper = Stepper.build(self.augmented, method, True) if self.n else None
+        made = self.augmented.made
+        if self.n and method not in made:
+            made[method] = Stepper.build(self.augmented, method, True)
+        stepper = made[method] if self.n else None
         saltation = Saltation(self.system, self.S, self.seed)
         S = self._start(run)
         pieces = [piece for piece in run.pieces if len(piece.t)]
