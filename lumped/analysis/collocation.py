@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 from lumped.analysis.nlp import Programme
 from lumped.system import System
 
-__all__ = ["DEGREE", "Phase", "fractions", "phase"]
+__all__ = ["DEGREE", "Phase", "fractions", "lagrange", "phase"]
 
 DEGREE = 3
 """Collocation points in each interval."""
@@ -39,19 +39,20 @@ class Phase:
     weights: ca.SX
 
 
+def lagrange(points: np.ndarray, j: int) -> Polynomial:
+    """The polynomial that is one at a point and zero at the others."""
+    others = np.delete(points, j)
+    found: Polynomial = Polynomial.fromroots(others) / np.prod(points[j] - others)
+    return found
+
+
 def _rule() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of an interval with its begin, slopes of the interpolation there, weights."""
     points = np.concatenate([[0.0], ca.collocation_points(DEGREE, "radau")])
     slopes = np.zeros((DEGREE + 1, DEGREE))
-    weights = np.zeros(DEGREE)
     for j in range(DEGREE + 1):
-        others = np.delete(points, j)
-        base = Polynomial.fromroots(others) / np.prod(points[j] - others)
-        slopes[j] = base.deriv()(points[1:])
-        if j:
-            inner = np.delete(points[1:], j - 1)
-            own = Polynomial.fromroots(inner) / np.prod(points[j] - inner)
-            weights[j - 1] = own.integ()(1.0)
+        slopes[j] = lagrange(points, j).deriv()(points[1:])
+    weights = np.array([lagrange(points[1:], j).integ()(1.0) for j in range(DEGREE)])
     return points, slopes, weights
 
 
@@ -98,9 +99,7 @@ def phase(
     begin, duration = span
     at = ca.SX(ca.DM(fractions(intervals)))
     t = begin + at * duration
-    rates = system.rhs.map(nodes - 1)(
-        x[:, 1:], theta[:, 1:], t[1:].T, ca.DM(settings[1:].T)
-    )
+    rates = system.rhs.map(nodes - 1)(x[:, 1:], theta[:, 1:], t[1:].T, ca.DM(settings[1:].T))
     # one block of columns per collocation point, so that all intervals are done at once
     parts = [x[:, j : nodes - DEGREE + j : DEGREE] for j in range(DEGREE + 1)]
     h = duration / intervals

@@ -14,7 +14,17 @@ from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError, SolverError
 from lumped.system import System
 
-__all__ = ["Course", "Term", "along", "dt_of", "followed_by", "held_instants", "number_of", "smooth", "term"]
+__all__ = [
+    "Course",
+    "Term",
+    "along",
+    "dt_of",
+    "followed_by",
+    "held_instants",
+    "number_of",
+    "smooth",
+    "term",
+]
 
 _CLOSED = 1e-9
 
@@ -153,7 +163,9 @@ def term(
     size = float(np.abs(start).max()) or 1.0
     unit = course.system.quantity(functional.name).unit
     times = course.t if isinstance(course.t, np.ndarray) else None
-    weights = ca.SX(ca.DM(course.weights)) if isinstance(course.weights, np.ndarray) else course.weights
+    weights = (
+        ca.SX(ca.DM(course.weights)) if isinstance(course.weights, np.ndarray) else course.weights
+    )
     weights = weights / ca.sum1(weights)
 
     def limit(sign: float, level: float) -> ca.SX:

@@ -49,7 +49,7 @@ def collocated(
         span = float(piece.t[0]), float(piece.t[-1] - piece.t[0])
         times = span[0] + span[1] * fractions(intervals)
         guess = np.array([np.interp(times[1:], piece.t, column) for column in piece.x.T])
-        inside = programme.unknown((guess / sizes[:, None]).T) .reshape((len(first), -1))
+        inside = programme.unknown((guess / sizes[:, None]).T).reshape((len(first), -1))
         x = ca.horzcat(now, inside * ca.repmat(ca.DM(sizes), 1, len(times) - 1))
         own = np.array([np.interp(times, piece.t, column) for column in piece.settings.T])
         own = own.reshape(-1, len(times)).T
@@ -80,7 +80,7 @@ def _fixed_start(run: Trajectory, varied: list[int]) -> None:
     moving = np.argwhere(slopes != 0)
     if len(moving):
         state, column = moving[0]
-        name = [n for n in system.parameters if system.places([n])[0] == varied[column]][0]
+        name = next(n for n in system.parameters if system.places([n])[0] == varied[column])
         raise OptionError(
             f"{system.name}: the start value of {system.state_names[state]} depends on {name}. "
             "Give the states start values of their own, or ask for periodic=True."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -98,7 +99,9 @@ class Identification:
             note = "not identified" if name in self.unknown else f"{number(low)} .. {number(high)}"
             if name in self.bounded:
                 note += " (at its bound)"
-            unit = unit_of(system, name) if name in system.parameters else system.quantity(name).unit
+            unit = (
+                unit_of(system, name) if name in system.parameters else system.quantity(name).unit
+            )
             rows.append((name, number(self.start[name]), number(value, 8), note, unit))
         lines = [
             f"{system.name}: {self.status}; {self.iterations} iterations, {self.evaluations} runs, "
@@ -178,7 +181,7 @@ def identify(
     -----
     Covariance ``s^2 (J^T J)^-1`` (Bard, Nonlinear Parameter Estimation, 1974, ch. 7).
     """
-    search = _Search(system, vary, t, measured, sigma, dict(parameters or {}), dict(start or {}))
+    search = _Search(system, vary, t, measured, sigma, parameters or {}, start or {})
     return search.found(level, rtol)
 
 
@@ -190,12 +193,14 @@ class _Search:
         t: Sequence[float] | np.ndarray,
         measured: Mapping[str, Sequence[float] | np.ndarray],
         sigma: Mapping[str, float] | None,
-        parameters: dict[str, float],
-        start: dict[str, float],
+        parameters: Changes,
+        start: Changes,
     ) -> None:
         self.system, self.given = system, sigma is not None
         self.t = np.asarray(t, dtype=float)
-        if not (self.t.ndim == 1 and len(self.t) > 1 and self.t[0] >= 0 and (np.diff(self.t) > 0).all()):
+        if not (
+            self.t.ndim == 1 and len(self.t) > 1 and self.t[0] >= 0 and (np.diff(self.t) > 0).all()
+        ):
             raise OptionError("identify: t must hold at least two increasing instants from 0 s on.")
         self.curves = {system.key(name): np.asarray(y, dtype=float) for name, y in measured.items()}
         self.names = [system.key(name) for name in vary]
@@ -276,7 +281,7 @@ class _Search:
         """Values at the measured instants, by splines between the events."""
         edges = [0, *(np.flatnonzero(np.diff(run_t) == 0) + 1).tolist(), len(run_t)]
         result = np.empty((len(self.t), *values.shape[1:]))
-        for a, b in zip(edges, edges[1:], strict=False):
+        for a, b in itertools.pairwise(edges):
             if b - a < 2:
                 continue
             own = (self.t >= run_t[a]) & (self.t <= run_t[b - 1])

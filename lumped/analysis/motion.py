@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 
 from lumped import ops
-from lumped.analysis.collocation import DEGREE, POINTS, fractions, phase
+from lumped.analysis.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.analysis.course import Course, number_of, term
+from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.functionals import Functional
 from lumped.analysis.nlp import Programme, Solution
-from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.result import OperatingPoint
-from lumped.errors import OptionError, UnknownNameError
+from lumped.errors import OptionError
 from lumped.expression import Expr
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -65,10 +65,11 @@ class Motion:
         return np.asarray(self.system.function([name])(*inputs)).ravel()
 
     def profile(self, name: Name) -> Expr:
-        """A quantity as an expression of `lumped.time`, straight between the nodes.
+        """A continuous quantity, such as a position or speed, as an expression of `lumped.time`.
 
-        A speed given to `inverse` in this way has an acceleration that is constant from node to
-        node, so a rigid drive can follow it.
+        Straight lines between the nodes, so that limits hold everywhere; the way of a speed given
+        in this way errs with the square of the interval. Given to `inverse`, its acceleration is
+        constant from node to node, so a rigid drive can follow it.
         """
         keep = np.append(np.diff(self.t) > 0, True)
         return ops.table(self.t[keep].tolist(), self[name][keep].tolist())
@@ -88,10 +89,7 @@ class Motion:
                         number(self.objective, 9),
                         self.system.quantity(self.minimise.name).unit,
                     ),
-                    *(
-                        (f"station {i + 1}", number(t, 7), "s")
-                        for i, t in enumerate(self.stations)
-                    ),
+                    *((f"station {i + 1}", number(t, 7), "s") for i, t in enumerate(self.stations)),
                 ],
             ),
             "limits reached: " + (", ".join(self.limits) or "none"),
@@ -257,11 +255,10 @@ class _Search:
             rate = ca.jtimes(y, states, system.rates)
             parts = [ca.vertcat(y, rate), ca.jacobian(ca.vertcat(y, rate), states)]
             self.slopes = ca.Function("slopes", [states, theta, time, modes], parts)
-        now, by = (
-            np.asarray(v) for v in self.slopes(x, point.theta, point.time, point.modes)
-        )
+        now, by = (np.asarray(v) for v in self.slopes(x, point.theta, point.time, point.modes))
         wanted = np.array([position, speed]) - now.ravel()
-        return x + np.linalg.lstsq(by, wanted, rcond=None)[0]
+        found: np.ndarray = x + np.linalg.lstsq(by, wanted, rcond=None)[0]
+        return found
 
     def _sizes(self, speed: float) -> np.ndarray:
         """Sizes of the states in such a motion."""
@@ -269,7 +266,7 @@ class _Search:
             np.abs(self._guess(self.points[0], value, speed))
             for value in (min(self.values), max(self.values))
         )
-        sizes = np.maximum(low, high)
+        sizes: np.ndarray = np.maximum(low, high)
         sizes[sizes == 0] = 1.0
         return sizes
 
@@ -370,9 +367,4 @@ class _Search:
 
 def _extrapolation() -> ca.DM:
     """Weights of a drive at the collocation points of an interval for its value at the begin."""
-    inner = POINTS[1:]
-    weights = []
-    for j in range(DEGREE):
-        others = np.delete(inner, j)
-        weights.append(np.prod(-others) / np.prod(inner[j] - others))
-    return ca.DM(weights)
+    return ca.DM([lagrange(POINTS[1:], j)(0.0) for j in range(DEGREE)])

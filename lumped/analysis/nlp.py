@@ -146,7 +146,7 @@ class Programme:
         self.w, g = ca.vertcat(*self._unknowns), ca.vertcat(*self._g)
         self.box, self.limits = np.concatenate(self._box), np.concatenate(self._limits)
         self.functions = ca.Function("nlp", [self.w, weights], [objective, g])
-        options = {
+        options: Any = {
             "print_time": False,
             "error_on_fail": False,
             "ipopt.print_level": 0,
@@ -158,7 +158,7 @@ class Programme:
             "ipopt.mu_strategy": "adaptive",
             "ipopt.honor_original_bounds": "yes",
         }
-        problem = {"x": self.w, "p": weights, "f": objective, "g": g}
+        problem: Any = {"x": self.w, "p": weights, "f": objective, "g": g}
         self._solver = ca.nlpsol("ipopt", "ipopt", problem, options)
 
     def solve(

@@ -97,7 +97,9 @@ def optimise(
     (SLSQP).
     """
     weights = _weights(minimise)
-    kinds = (str, Functional) if isinstance(run, Trajectory) else (str, frequency, damping, clearance)
+    kinds = (
+        (str, Functional) if isinstance(run, Trajectory) else (str, frequency, damping, clearance)
+    )
     for key in [*weights, *(subject_to or {})]:
         if not isinstance(key, kinds):
             known = ", ".join(kind.__name__ for kind in kinds[1:])
@@ -115,7 +117,8 @@ def optimise(
 
 def _weights(minimise: Objective) -> dict[Key | str, float]:
     """Weights of an objective, checked."""
-    weights = dict(minimise) if isinstance(minimise, Mapping) else {minimise: 1.0}
+    weights: dict[Key | str, float] = {}
+    weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
     for key, weight in weights.items():
         if not np.isfinite(weight):
             raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
@@ -210,9 +213,7 @@ class Problem:
         names = [key for key in subject_to if not isinstance(key, Functional)]
         for name in names:
             if self.system.key(name) in self.system.parameters:
-                raise OptionError(
-                    f"optimise: {name} is a parameter; its bounds belong to `vary`."
-                )
+                raise OptionError(f"optimise: {name} is a parameter; its bounds belong to `vary`.")
         y = self.course.quantities(names) if names else None
         for i, name in enumerate(names):
             assert y is not None
@@ -257,7 +258,7 @@ class Problem:
         """What a solution means, with the run made anew."""
         outputs = [self.u, self.course.t, self.course.weights, self.course.x]
         found = ca.Function("found", [self.programme.w], [ca.SX(v) for v in outputs])(solution.w)
-        u, t, dt = (np.asarray(v).ravel() for v in found[:3])
+        u, t, _dt = (np.asarray(v).ravel() for v in found[:3])
         theta = self.run.theta.copy()
         theta[self.places] = u
         self.system.check_parameters(theta)
@@ -267,7 +268,9 @@ class Problem:
             run = simulated(self.run, theta, t, np.asarray(found[3]), settings)
         else:
             run = followed_by(self.run, theta)
-        values = {f: number_of(f, run[f.name], dt_of(run)) for f in self.functionals}
+        values: dict[Key, float] = {
+            f: number_of(f, run[f.name], dt_of(run)) for f in self.functionals
+        }
         terms = ca.vertcat(*(self.terms[f].value for f in self.functionals))
         said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
         error = 0.0

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.optimize import lsq_linear, minimize
 
-from lumped.analysis.design import Bounds, Optimum, bounds_of, varied
+from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.functionals import clearance, damping, frequency
@@ -154,7 +154,9 @@ class _Search:
                     size = abs(bound) or 1.0
                     values.append(sign * (value - bound) / size)
                     slopes.append(sign * slope / size)
-                    labels.append(f"{key} = {value:.6g}, at {'least' if sign > 0 else 'most'} {bound:g}")
+                    labels.append(
+                        f"{key} = {value:.6g}, at {'least' if sign > 0 else 'most'} {bound:g}"
+                    )
         found, n = self._at(w), len(self.names)
         for k, key in enumerate(self.margins):
             margin = self._margin(key, found.modes) - w[n + k]
@@ -181,7 +183,9 @@ class _Search:
         first = self.box[:, 0]
         value, slope = self._objective(first)
         size = max(abs(value), float(np.abs(slope).max())) or 1.0
-        idle = np.abs(np.vstack([slope, self._rows(first)[1]]))[:, : len(self.names)].max(axis=0) == 0
+        idle = (
+            np.abs(np.vstack([slope, self._rows(first)[1]]))[:, : len(self.names)].max(axis=0) == 0
+        )
         if idle.any():
             names = [n for n, i in zip(self.names, idle, strict=True) if i]
             raise OptionError(
@@ -225,7 +229,7 @@ class _Search:
         own = self._at(w).modes
         n = len(self.names)
         keys = dict.fromkeys(k for k in [*self.weights, *self.bounds] if not isinstance(k, str))
-        numbers = {k: self._value(k, w)[0] for k in keys}
+        numbers: dict[Key, float] = {k: self._value(k, w)[0] for k in keys}
         pressing = [labels[i].partition(" = ")[0] for i in near]
         for sides, text in ((low, "lower"), (high, "upper")):
             pressing += [f"{self.names[i]} at its {text} bound" for i in np.flatnonzero(sides[:n])]
@@ -253,4 +257,3 @@ class _Search:
             0.0,
             solution,
         )
-

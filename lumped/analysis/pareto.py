@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.functionals import Functional
 from lumped.analysis.design import Bounds, Optimum
+from lumped.analysis.functionals import Functional
 from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
@@ -98,10 +98,16 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
-    problem = Problem(run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, periodic)
+    problem = Problem(
+        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, periodic
+    )
 
     def best(weights: tuple[float, float], begin: Optimum | None, **limits: float) -> Optimum:
-        bounds = {f: limits[k] for f, k in zip(functionals, ("first", "second"), strict=True) if k in limits}
+        bounds = {
+            f: limits[k]
+            for f, k in zip(functionals, ("first", "second"), strict=True)
+            if k in limits
+        }
         solution = problem.solve(
             list(weights), limits=bounds, begin=None if begin is None else begin.solution.w
         )

@@ -94,9 +94,7 @@ class TestClosedForm:
         t, v = np.meshgrid(np.linspace(0.2, 0.5, 601), np.linspace(0.5, 6, 1101))
         best = np.sqrt(cost(t, v).min() / T)
         assert found.objective == pytest.approx(best, rel=1e-5)
-        assert found.stations[1] == pytest.approx(
-            t.ravel()[cost(t, v).argmin()], abs=1e-3
-        )
+        assert found.stations[1] == pytest.approx(t.ravel()[cost(t, v).argmin()], abs=1e-3)
 
 
 def test_profile_goes_into_inverse():

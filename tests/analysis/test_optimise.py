@@ -300,7 +300,7 @@ class TestModes:
         names = ("a.J", "b.J", "c.J")
         found = lp.optimise(
             lp.modes(self.drive(d=0.0)),
-            vary={name: (0.1, 5.0) for name in names},
+            vary=dict.fromkeys(names, (0.1, 5.0)),
             minimise=dict.fromkeys(names, 1.0),
             subject_to={lp.frequency(0): (None, 10.0)},
         )
