@@ -237,8 +237,8 @@ class _Search:
         given = {self.system.key(name): float(value) for name, value in sigma.items()}
         if set(given) != set(self.curves) or not all(0 < v < np.inf for v in given.values()):
             raise OptionError(
-                f"identify: sigma = {dict(sigma)!r}; give a positive standard deviation for each of "
-                f"{', '.join(self.curves)}."
+                f"identify: sigma = {dict(sigma)!r}; give a positive standard deviation for each "
+                f"of {', '.join(self.curves)}."
             )
         return {name: 1 / value for name, value in given.items()}
 
@@ -247,7 +247,7 @@ class _Search:
         step = float(np.diff(self.t).min())
         count = self.t / step
         if np.abs(count - np.round(count)).max() < 1e-9 * count[-1] and count[-1] < 20_000:
-            return round(count[-1])
+            return round(float(count[-1]))
         return max(1000, 4 * len(self.t))
 
     def _at(self, u: np.ndarray, rtol: float) -> Sensitivity:

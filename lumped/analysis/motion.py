@@ -308,7 +308,7 @@ class _Search:
             )
 
     def _at_rest(self, sizes: np.ndarray, load: float) -> None:
-        """Start and end are equilibria of some constant drive, from which that of the motion may jump."""
+        """Start and end are equilibria of some constant drive; the drive may jump from it."""
         course, count = self.course, self.course.settings.shape[0]
         for end, node in (("start", 0), ("end", count - 1)):
             theta = ca.SX(course.theta[:, node])

@@ -297,11 +297,10 @@ class Problem:
     def _active(self, solution: Solution) -> tuple[str, ...]:
         """Names of bounds and constraints that press."""
         found = []
-        box, first = self.programme.box, 0
-        for name in self.names:
+        box = self.programme.box
+        for first, name in enumerate(self.names):
             low, high = np.abs(solution.w[first] - box[first, 1:]) <= 1e-6
             if (low or high) and abs(solution.bounds[first]) > 1e-8:
                 found.append(f"{name} at its {'lower' if low else 'upper'} bound")
-            first += 1
         found += self.programme.reached(solution)
         return tuple(dict.fromkeys(found))

@@ -103,9 +103,9 @@ class _Search:
             own = modes(self.system, at=point, parameters=None if self.steady else values)
             if len(own.hertz) != len(self.modes.hertz):
                 raise OptimisationError(
-                    f"{self.system.name}: at {self._text(u)} there are {len(own.hertz)} oscillating "
-                    f"modes instead of {len(self.modes.hertz)}: one became a decay or the reverse. "
-                    "Narrow `vary`.",
+                    f"{self.system.name}: at {self._text(u)} there are {len(own.hertz)} "
+                    f"oscillating modes instead of {len(self.modes.hertz)}: one became a decay "
+                    "or the reverse. Narrow `vary`.",
                     "modes lost",
                 )
             slopes = eigen_sensitivity(own, to=self.names)
@@ -189,8 +189,8 @@ class _Search:
         if idle.any():
             names = [n for n, i in zip(self.names, idle, strict=True) if i]
             raise OptionError(
-                f"optimise: {', '.join(names)} has no effect on objective and constraints. Leave it "
-                "out of `vary`."
+                f"optimise: {', '.join(names)} has no effect on objective and constraints. Leave "
+                "it out of `vary`."
             )
         found = minimize(
             lambda w: tuple(v / size for v in self._objective(w)),
