@@ -144,7 +144,7 @@ def bounds_of(name: str, given: Bounds) -> tuple[float, float]:
         low, high = np.nan, np.nan
     if not low <= high:
         raise OptionError(
-            f"optimise: bounds of {name} = {given!r}; give (low, high) with low at most high, and "
+            f"bounds of {name} = {given!r}; give (low, high) with low at most high, and "
             "None where there is none."
         )
     return low, high

@@ -233,7 +233,7 @@ class Problem:
         columns = set(ca.jacobian_sparsity(g, symbols).get_triplet()[1])
         idle = [name for i, name in enumerate(self.names) if i not in columns]
         if idle:
-            meant = ", ".join(dict.fromkeys(row.label for row in self.programme.rows))
+            meant = ", ".join(dict.fromkeys(row.label for row in self.programme.rows if row.given))
             raise OptionError(
                 f"optimise: {', '.join(idle)} has no effect on {meant}. Leave it out of `vary`, "
                 "or name a quantity that depends on it."
