@@ -175,7 +175,7 @@ def gradient(
     p = system._flat.parameters
     names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
     check(system, wanted, names)
-    labels = tuple(functional.label(system) for functional in wanted)
+    labels = tuple(str(functional) for functional in wanted)
     places, varied = sources(system, names, start or {})
     run = simulate(
         system,
@@ -292,7 +292,7 @@ def _event(run: Trajectory, legs: list[Leg], wanted: Instant) -> tuple[int, floa
         for event in run.events
         if event.component == wanted.component and wanted.after in ("", event.after)
     ]
-    label = wanted.label(run.system)
+    label = str(wanted)
     if not -len(times) <= wanted.number < len(times):
         known = sorted(
             {f"{e.component}, {e.after}" if e.after else e.component for e in run.events}

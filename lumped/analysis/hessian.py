@@ -108,7 +108,7 @@ def hessian(
     """
     names = [system.key(name) for name in to]
     check(system, [of], names)
-    label = of.label(system)
+    label = str(of)
     if not isinstance(of, Final | Integral):
         raise OptionError(
             f"hessian: {label} has no second derivatives here; take final, integral, mean or rms."

@@ -19,7 +19,7 @@ from lumped.system import Changes, Name, System
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Sensitivity", "sensitivity"]
+__all__ = ["Sensitivity", "Varied", "sensitivity"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,12 +137,14 @@ def sensitivity(
             f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "
             "of the solver."
         )
-    return _Varied(system, tuple(of), tuple(to), start or {}, rtol).go(
+    return Varied(system, tuple(of), tuple(to), start or {}, rtol).go(
         simulate(system, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
     )
 
 
-class _Varied:
+class Varied:
+    """Derivatives of runs that differ in their parameters only; arguments as for `sensitivity`."""
+
     def __init__(
         self,
         system: System,
@@ -167,13 +169,13 @@ class _Varied:
         for column, place in enumerate(self.places):
             if place >= 0:
                 self.seed[place, column] = self.scale[column]
+        self.forward = Forward(system, self.seed, rtol)
 
     def go(self, run: Trajectory) -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
-        forward = Forward(self.system, self.seed, self.rtol)
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
-        courses, instants = forward.courses(run, begin)
-        values = forward.along(run, courses, self.of) / self.scale
+        courses, instants = self.forward.courses(run, begin)
+        values = self.forward.along(run, courses, self.of) / self.scale
         at = tuple((i.t, i.slopes / self.scale) for i in instants)
         shared = tuple(i.t for i in instants if i.shared)
         return Sensitivity(run, self.of, self.to, values, at, shared)
