@@ -11,6 +11,7 @@ Times are the best of several runs in one process; read the ratios.
 """
 
 import ctypes
+import itertools
 import os
 import shutil
 import subprocess
@@ -133,7 +134,7 @@ def by_scipy(rate, edges, n: int, rtol: float):
 
     def run() -> np.ndarray:
         x = np.zeros(n)
-        for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        for begin, end in itertools.pairwise(edges):
             inside = (begin, np.nextafter(end, begin))
             x = solve_ivp(rate, inside, x, "DOP853", rtol=rtol, atol=rtol * 1e-3).y[:, -1]
         return x

@@ -11,6 +11,7 @@ from lumped.expression import Equation, Expr
 from lumped.port import Port
 from lumped.quantity import Output, Quantity
 from lumped.switch import Item
+from lumped.units import converted, has_unit
 
 if TYPE_CHECKING:
     from lumped.connection import Connection
@@ -198,6 +199,8 @@ class Component:
                 )
             if isinstance(value, Expr):
                 return value
+            if has_unit(value):
+                return converted(value, quantity.unit, f"{kind}({name}=...):")
             try:
                 return float(value)
             except (TypeError, ValueError):

@@ -14,11 +14,13 @@ __all__ = [
     "DeclarationError",
     "EquationError",
     "LumpedError",
+    "OptimisationError",
     "OptionError",
     "ParameterError",
     "SingularModelError",
     "SolverError",
     "StartError",
+    "UnitError",
     "UnknownNameError",
     "nearest",
 ]
@@ -56,6 +58,10 @@ class StartError(LumpedError):
     """Start values contradict each other or cannot be met."""
 
 
+class UnitError(LumpedError):
+    """A value has a unit of another dimension, or one that cannot be read."""
+
+
 class UnknownNameError(LumpedError, KeyError, AttributeError):
     """A name that the model does not have; the text lists the nearest ones."""
 
@@ -75,6 +81,20 @@ class SolverError(LumpedError):
     def __init__(self, text: str, partial: Trajectory | None = None) -> None:
         super().__init__(text)
         self.partial = partial
+
+
+class OptimisationError(LumpedError):
+    """No optimum was found; the text names the constraint that is violated most.
+
+    Attributes
+    ----------
+    status : str
+        What the solver says.
+    """
+
+    def __init__(self, text: str, status: str) -> None:
+        super().__init__(text)
+        self.status = status
 
 
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:

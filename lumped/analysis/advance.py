@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from typing import NamedTuple
 
@@ -97,6 +98,8 @@ class Advance:
         Wall time of the stepping.
     atol : ndarray, shape (n,)
         Absolute tolerance of each state.
+    implicit_from : float
+        When the implicit method took over, s; infinite if it did not.
     """
 
     def __init__(
@@ -113,6 +116,7 @@ class Advance:
         self.method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods: list[str] = []
         self.native = False
+        self.implicit_from = 0.0 if method == "implicit" else math.inf
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 
@@ -147,6 +151,11 @@ class Advance:
         """Note a method for the statistics."""
         if method not in self.methods:
             self.methods.append(method)
+
+    def change(self, t: float) -> None:
+        """Go on with the implicit method."""
+        self.method, self.implicit_from = "implicit", t
+        self.used(self.method)
 
     def through(
         self, begin: float, end: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
@@ -190,8 +199,7 @@ class Advance:
                 head[5] = 0.0
             self.give_up(head, x, f, modes, end)
             if self.auto and self.method == "explicit" and head[3] >= STIFF_AFTER:
-                self.method = "implicit"
-                self.used(self.method)
+                self.change(float(head[0]))
             if self.seconds >= wait and not self.is_large and head[0] < end:
                 return Reached(float(head[0]), x, head[HEAD:], None)
         return Reached(end, x, head[HEAD:], None)

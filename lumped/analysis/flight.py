@@ -161,8 +161,7 @@ class Flight:
             if why == at.DONE:
                 return self._place()
             if why == at.TOO_STIFF:
-                run.advance.method = "implicit"
-                run.advance.used("implicit")
+                run.advance.change(float(self._numbers[at.T]))
                 if not self._machine.with_jacobian(i):
                     return self._place()
                 i[at.IMPLICIT] = 1
@@ -190,8 +189,7 @@ class Flight:
         cost.steps, cost.rejected = int(i[at.STEPS]), int(i[at.REFUSED])
         cost.evaluations = int(i[at.EVALUATIONS])
         if i[at.IMPLICIT] and cost.method == "explicit":
-            cost.method = "implicit"
-            cost.used("implicit")
+            cost.change(float(self._numbers[at.CHANGED_AT]))
         rows, count = int(i[at.ROWS]), int(i[at.PIECES])
         t, x, g = self._t[:rows].copy(), self._x[:rows].copy(), self._g[:rows].copy()
         begins = self._piece_rows[:count].tolist()

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lumped.analysis.changeover import Change
-from lumped.errors import SolverError
+from lumped.analysis.store import saved
+from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -58,6 +61,8 @@ class Statistics:
         Wall time of the stepping.
     small : tuple of str
         States that moved, but stayed so small that the absolute tolerance governs them.
+    implicit_from : float
+        When the implicit method took over, s; infinite if it did not.
     """
 
     method: str
@@ -67,6 +72,7 @@ class Statistics:
     segments: int
     seconds: float
     small: tuple[str, ...]
+    implicit_from: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,9 +211,56 @@ class Trajectory:
             self._known[key] = found
         return self._known[key]
 
+    def point(self, time: float) -> OperatingPoint:
+        """The recorded point nearest to a time, to linearise there; on a jump that after it.
+
+        Raises
+        ------
+        OptionError
+            If the time is not within the run.
+        """
+        if not self.t[0] <= time <= self.t[-1]:
+            raise OptionError(
+                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
+                f"{self.t[-1]:g} s."
+            )
+        pieces = [piece for piece in self.pieces if len(piece.t)]
+        distance = [np.abs(piece.t - time).min() for piece in pieces]
+        piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]
+        gaps = np.abs(piece.t - time)[::-1]
+        k = len(gaps) - 1 - int(gaps.argmin())
+        return OperatingPoint(
+            piece.system, float(piece.t[k]), piece.x[k], self.theta, piece.settings[k]
+        )
+
     def table(self, names: Iterable[Name]) -> np.ndarray:
         """Several quantities as columns, shape (k, len(names))."""
         return np.column_stack([self[name] for name in names])
+
+    def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
+        """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its ending says the format; ``.mat`` is the result file of Modelica tools.
+        names : iterable of names, optional
+            Quantities; default is all.
+
+        Raises
+        ------
+        OptionError
+            If the ending is none of these.
+        """
+        return saved(self, names).write(path)
+
+    def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
+        """A pandas DataFrame over the time, one column for each quantity."""
+        return saved(self, names).to_pandas()
+
+    def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
+        """An xarray Dataset over the time, with units and texts as attributes."""
+        return saved(self, names).to_xarray()
 
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
         """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""

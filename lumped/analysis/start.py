@@ -15,6 +15,7 @@ from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
 from lumped.errors import SolverError, StartError
 from lumped.system import Changes, Name, System
+from lumped.units import converted, has_unit
 
 __all__ = ["start_point", "start_slopes"]
 
@@ -104,10 +105,13 @@ class _Start:
         given, self.starts = self._evaluated()
         for name, value in start.items():
             unknown = system._tree.unknown(name)
+            unit = system._tree.quantity(unknown).unit
+            if has_unit(value):
+                given[unknown] = converted(value, unit, f"{system.key(name)} =")
+                continue
             try:
                 given[unknown] = float(value)
             except (TypeError, ValueError):
-                unit = system._tree.quantity(unknown).unit
                 raise StartError(
                     f"{system.key(name)} = {value!r}: a number in {unit} is needed."
                 ) from None
@@ -184,9 +188,11 @@ class _Start:
         """Derivatives of the states found (see `start_slopes`)."""
         flat, signs = self.system._flat, self.reduced.aliases.signs
         values, p = {**flat.starts, **flat.given}, flat.parameters.theta
-        column = ca.vertcat(ca.SX(0, 1), *values.values())
-        along = ca.densify(ca.jtimes(column, p, ca.DM(seed)))
-        found = np.asarray(ca.Function("along", [p], [along])(self.theta))
+        made = self.system.made
+        if "start slopes" not in made:
+            column = ca.vertcat(ca.SX(0, 1), *values.values())
+            made["start slopes"] = ca.Function("slopes", [p], [ca.jacobian(column, p)])
+        found = made["start slopes"](self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
         rows.update(varied)

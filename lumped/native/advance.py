@@ -13,6 +13,7 @@ from lumped.native.layout import (
     AUTO,
     BOTH_SIDES,
     CALM,
+    CHANGED_AT,
     CLOSED,
     CLOSURE,
     CROSS,
@@ -263,6 +264,7 @@ def _attempt(Z: Integers, R: Numbers) -> int:
         if Z[MAY_IMPLICIT] == 0:
             return TOO_STIFF
         Z[IMPLICIT] = 1
+        R[CHANGED_AT] = R[T]
     return _GOES_ON
 
 

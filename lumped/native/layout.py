@@ -44,10 +44,10 @@ states by speeds, levers, nonzeros of the Jacobian, segments, modes of functions
 INTEGERS = 127
 
 # -- numbers ---------------------------------------------------------------------------------
-(T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, E5) = range(12)
-"""KNOWN: time at which the last sample of margins was taken. E5: four sums over the
-states."""
-NUMBERS = 16
+(T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, CHANGED_AT, E5) = range(13)
+"""KNOWN: time at which the last sample of margins was taken. CHANGED_AT: when the method
+became implicit. E5: four sums over the states."""
+NUMBERS = 17
 
 # -- why the loop returns ------------------------------------------------------------------------
 (DONE, FULL, AT_INSTANT, AT_CROSSING, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY) = range(8)

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.components import (
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Spring,
+    SpringDamper,
+    SwingingMass,
+    Torque,
+)
 from lumped.errors import OptionError, SolverError, StartError
 
 
@@ -200,3 +209,28 @@ def test_a_linearisation_that_is_not_finite_is_refused():
         lp.linearise(system, at=lp.start_point(system, start={"h.w": 0.0}))
     with pytest.raises(SolverError, match="not finite"):
         lp.modes(system, at=lp.start_point(system, start={"h.w": 0.0}))
+
+
+def test_a_point_of_a_run_is_where_it_is_linearised():
+    """A swinging arm on a spring: its frequency at an angle is that of the tangent there."""
+    model = lp.compose(
+        arm=SwingingMass(m=2.0, R=0.5, g=9.81),
+        ground=Fixed(),
+        spring=Spring(c=3.0),
+        connections=lambda m: [
+            lp.connect(m.arm.flange, m.spring.flange_b),
+            lp.connect(m.spring.flange_a, m.ground.flange),
+        ],
+    )
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=2.0, start={"arm.flange.phi": 0.4}, rtol=1e-9)
+    for time in (0.0, 0.7, 2.0):
+        point = run.point(time)
+        phi = point["arm.flange.phi"]
+        k = np.abs(run.t - time).argmin()
+        assert (point.time, phi) == (run.t[k], run["arm.flange.phi"][k])
+        stiffness = lp.linearise(system, at=point).A
+        slope = (3.0 - 2.0 * 9.81 * 0.5 * np.sin(phi)) / (2.0 * 0.25)
+        assert np.linalg.eigvals(stiffness)[0] ** 2 == pytest.approx(-slope, rel=1e-12)
+    with pytest.raises(OptionError, match="not within the run"):
+        run.point(2.1)

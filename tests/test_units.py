@@ -1,0 +1,144 @@
+"""Values with units against factors of the standards, and equations that mix kinds."""
+
+import builtins
+
+import numpy as np
+import pint
+import pytest
+
+import lumped as lp
+from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring
+from lumped.errors import UnitError
+from lumped.models import MACHINES
+from lumped.units import _registry, converted
+
+DEGREE = np.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "expected"),
+    [
+        ("3.5 kN.m/deg", "N.m/rad", 3500 / DEGREE),
+        ("1500 rpm", "rad/s", 1500 * 2 * np.pi / 60),
+        ("2 turn", "rad", 4 * np.pi),
+        ("0.4 mm", "m", 4e-4),
+        ("12 t.m2", "kg.m2", 12e3),
+        ("365 kgf.m", "N.m", 365 * 9.80665),
+        ("4 %", "1", 0.04),
+        ("0.7", "1", 0.7),
+        ("20 degC", "K", 293.15),
+        ("3 bar", "Pa", 3e5),
+        ("2 mH", "H", 2e-3),
+        ("90 1/min", "1/s", 1.5),
+        ("2 kg.cm2", "kg.m2", 2e-4),
+        ("-1e-3 N.m.s/deg", "N.m.s/rad", -1e-3 / DEGREE),
+    ],
+)
+def test_values_are_converted(value, unit, expected):
+    assert converted(value, unit, "x =") == pytest.approx(expected, rel=1e-14)
+
+
+def test_units_enter_at_every_boundary():
+    model = lp.compose(
+        a=Inertia(J="0.02 t.m2"),
+        shaft=Spring(c=pint.UnitRegistry().Quantity(1.0, "kN*m/degree")),
+        b=Inertia(J=5.0),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+    ).with_({"b.J": "7 kg.m2"})
+    system = lp.assemble(model)
+    assert system.parameters["a.J"] == 20.0
+    assert system.parameters["shaft.c"] == pytest.approx(1e3 / DEGREE)
+    assert system.parameters["b.J"] == 7.0
+    point = lp.start_point(system, {"b.J": "9000 kg.cm2"}, {"a.w": "30 rpm"})
+    assert point.parameters["b.J"] == pytest.approx(0.9)
+    assert point["a.w"] == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda s: Spring(c="3 kN.m"), r"Spring\(c=...\): '3 kN.m': .*N\.m/rad\. An angle"),
+        (lambda s: Inertia(J="heavy"), r"Inertia\(J=...\): 'heavy': a number in kg\.m2"),
+        (lambda s: Inertia(J="3 foo"), "'foo' is not defined"),
+        (lambda s: lp.start_point(s, {"a.J": "3 m"}), r"a\.J = '3 m': .*kg\.m2"),
+        (lambda s: lp.start_point(s, start={"a.w": "50 Hz"}), r"a\.w = '50 Hz'.*rpm"),
+    ],
+)
+def test_wrong_dimensions_are_refused_with_the_path(make, text, two_mass):
+    with pytest.raises(UnitError, match=text):
+        make(lp.assemble(two_mass))
+
+
+def test_without_pint_the_remedy_is_named(monkeypatch):
+    real = builtins.__import__
+
+    def without(name, *rest):
+        if name == "pint":
+            raise ImportError
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    _registry.cache_clear()
+    with pytest.raises(UnitError, match=r"pip install lumped\[units\]"):
+        Inertia(J="3 t.m2")
+    assert Inertia(J="3 kg.m2")._values["J"] == 3.0  # needs no conversion
+    monkeypatch.undo()
+    assert Inertia(J="3 t.m2")._values["J"] == 3000.0
+
+
+class Wrong(lp.Component):
+    """An inertia whose author forgot one derivative and compares speed with angle."""
+
+    flange = lp.Flange()
+    J: lp.Param = lp.param("kg.m2", "inertia", 1.0, above=0)
+    w: lp.Var = lp.var("rad/s", "speed")
+    tau: lp.Var = lp.var("N.m", "torque")
+
+    def equations(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.J * self.w == self.flange.tau
+        yield lp.hold(self.tau, self.w, upper=self.J, forward=self.w, lower=0.0, backward=0.0)
+        yield lp.when(self.w >= self.J, {self.w: lp.ops.sin(self.flange.tau)})
+
+
+def test_equations_of_mixed_kinds_are_all_listed():
+    with pytest.raises(UnitError) as caught:
+        lp.check_units(Wrong())
+    text = str(caught.value)
+    print(text)
+    assert "J * w == flange.tau: kg m^2 s^-1 against kg m^2 s^-2" in text
+    assert text.count("Wrong (Wrong)") == 5
+    assert "der(flange.phi)" not in text
+
+
+def test_signals_of_different_kinds_are_found():
+    model = lp.compose(
+        speed=SpeedSensor(),
+        drive=ConverterDrive(tau_max=1.0, P_max=1.0, T=1.0, J=1.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.speed.flange),
+            lp.connect(m.speed.w, m.drive.wanted),
+        ],
+    )
+    with pytest.raises(UnitError, match=r"speed\.w joined to drive\.wanted: s\^-1 against"):
+        lp.check_units(model)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_machines_mix_no_kinds(name):
+    """All components defined for a machine, wherever its modules name one."""
+    import importlib
+    import inspect
+    import pkgutil
+
+    import lumped.models
+
+    found = 0
+    for info in pkgutil.iter_modules(lumped.models.__path__):
+        if not info.name.startswith(name):
+            continue
+        module = importlib.import_module(f"lumped.models.{info.name}")
+        for _, cls in inspect.getmembers(module, inspect.isclass):
+            if issubclass(cls, lp.Component) and cls.__module__ == module.__name__:
+                found += lp.check_units(cls())
+    assert found > 0
