@@ -208,21 +208,23 @@ def _first_below(Z: Integers, R: Numbers) -> bool:
 
 
 @kernel
-def _value(Z: Integers, R: Numbers, k: int, part: float) -> float:
+def _value(Z: Integers, R: Numbers, k: int, part: float, extra: float) -> float:
+    """A margin and some of its tolerances."""
     _margins(Z, R, part)
-    return at(R, Z[MARGIN])[k]
+    margin = at(R, Z[MARGIN] + k)
+    return margin[0] + extra * margin[Z[NK]]
 
 
 @kernel
-def _locate(Z: Integers, R: Numbers, k: int, low: float, high: float) -> float:
-    """Part of the step at which a margin falls to zero, by the Illinois variant of the secant."""
-    a, fa = low, _value(Z, R, k, low)
-    b, fb = high, _value(Z, R, k, high)
+def _locate(Z: Integers, R: Numbers, k: int, low: float, high: float, extra: float) -> float:
+    """Part of the step at which it falls to zero, by the Illinois variant of the secant."""
+    a, fa = low, _value(Z, R, k, low, extra)
+    b, fb = high, _value(Z, R, k, high, extra)
     for _ in range(_LOCATING):
         if fb == 0.0 or not abs(a - b) > _ROUNDING:
             break
         c = b if fa == fb else (a * fb - b * fa) / (fb - fa)
-        fc = _value(Z, R, k, c)
+        fc = _value(Z, R, k, c, extra)
         if fc * fb < 0.0:
             a, fa = b, fb
         else:
@@ -237,7 +239,7 @@ def _risen(Z: Integers, R: Numbers, k: int, end: float) -> float:
     part = end
     for _ in range(1, 30):
         part *= 0.5
-        if _value(Z, R, k, part) > 0.0:
+        if _value(Z, R, k, part, 0.0) > 0.0:
             return part
     return 0.0
 
@@ -264,7 +266,11 @@ def crossing(Z: Integers, R: Numbers) -> bool:
     # bit 1: suspect; bit 2: not used up any more at an earlier root
     while last >= 0:
         begin = low if low > 0.0 else _risen(Z, R, last, high)
-        high = _locate(Z, R, last, begin, high)
+        found = _locate(Z, R, last, begin, high, 0.0)
+        if not (begin - _FINEST <= found and found <= high):
+            # zero within its tolerance all the time before, as where rounding alone moves a rest
+            found = _locate(Z, R, last, begin, high, 1.0)
+        high = max(found, 0.0)
         if high < 1.0:
             interpolate(Z, R, high, x)
         else:
