@@ -154,6 +154,7 @@ class Flight:
         run.advance.native = True
         run.advance.used(run.advance.method)
         while True:
+            i[at.PAUSE] = i[at.STEPS] + i[at.REFUSED] + self._machine.attempts
             begun = clock.perf_counter()
             why = self._machine("loop", i, self._numbers)
             run.advance.seconds += clock.perf_counter() - begun

@@ -23,6 +23,9 @@ __all__ = ["Machine", "begun", "machine", "patience"]
 _AT_LEAST, _EACH, _RUN = 0.04, 1e-4, 0.05
 """Time to make machine code, at least and for each operation, and what a run before counts, s."""
 
+_HALF = 500_000_000
+"""Operations in half a second."""
+
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
 
 
@@ -40,12 +43,15 @@ class Machine:
         Numbers in the other block.
     signs : ndarray
         Of the states that jumps change.
+    attempts : int
+        Steps between two visits to Python, about half a second.
     """
 
     system: System
     integers: np.ndarray
     count: int
     signs: np.ndarray
+    attempts: int
     _codes: list[object]
 
     def blocks(
@@ -191,4 +197,5 @@ def _built(system: System) -> Machine:
     for name, address in code.addresses.items():
         blocks.put(places[name], address)
     signs = np.array([sign for jump in s.jumps for sign in jump.signs], dtype=float)
-    return Machine(system, blocks.integers, blocks.count, signs, [code])
+    work = 50 * (system.rhs.n_instructions() + sizes.states) + sizes.states**3
+    return Machine(system, blocks.integers, blocks.count, signs, _HALF // work + 1, [code])

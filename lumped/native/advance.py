@@ -42,6 +42,7 @@ from lumped.native.layout import (
     OUT_G,
     OUT_T,
     OUT_X,
+    PAUSE,
     PHASE,
     REFUSED,
     REJECTED,
@@ -279,7 +280,7 @@ def advance(Z: Integers, R: Numbers) -> int:
             return NOT_FINITE
         Z[PHASE] = STEPPING
     while R[T] < R[END]:
-        if not room(Z):
+        if not room(Z) or Z[STEPS] + Z[REFUSED] >= Z[PAUSE]:
             return FULL
         status = _attempt(Z, R)
         if status != _GOES_ON:

@@ -15,33 +15,34 @@ states by speeds, levers, nonzeros of the Jacobian, segments, modes of functions
 (RHS, JACOBIAN, MARGINS, SLOPES, LOOK, CLOSURE, LEVERS) = range(13, 20)
 
 # -- integers: choices -------------------------------------------------------------------------
-(AUTO, IMPLICIT, MAY_IMPLICIT, ASK, BOTH_SIDES, ON_GRID, MAX_STEPS) = range(20, 27)
-"""ASK: Python settles each instant."""
+(AUTO, IMPLICIT, MAY_IMPLICIT, ASK, BOTH_SIDES, ON_GRID, MAX_STEPS, PAUSE) = range(20, 28)
+"""ASK: what Python settles, 1 instants of functions of time, 2 crossings. PAUSE: number of attempts
+at which the loop returns, so that a long run can be interrupted."""
 
 # -- integers: where a run stands ----------------------------------------------------------------
-(PHASE, SEGMENT, REJECTED, STIFF, CALM, STEPS, REFUSED, EVALUATIONS, CROSSINGS) = range(27, 36)
-(FIRED, MOVED, RELATION_FEWEST, RELATION_LEFT, HOLD_FEWEST, HOLD_LEFT) = range(36, 42)
+(PHASE, SEGMENT, REJECTED, STIFF, CALM, STEPS, REFUSED, EVALUATIONS, CROSSINGS) = range(28, 37)
+(FIRED, MOVED, RELATION_FEWEST, RELATION_LEFT, HOLD_FEWEST, HOLD_LEFT) = range(37, 43)
 """FIRED: number of margins that are used up."""
 
 # -- integers: output, by address, with how much is taken and how much there is -----------------
-(OUT_T, OUT_X, OUT_G, ROWS, MOST_ROWS) = range(42, 47)
-(PIECE_ROW, PIECE_MODES, PIECES, MOST_PIECES) = range(47, 51)
-(CHANGE_I, CHANGE_D, CHANGES, MOST_CHANGES) = range(51, 55)
-(GRID, GRID_SIZE, GRID_NEXT) = range(55, 58)
+(OUT_T, OUT_X, OUT_G, ROWS, MOST_ROWS) = range(43, 48)
+(PIECE_ROW, PIECE_MODES, PIECES, MOST_PIECES) = range(48, 52)
+(CHANGE_I, CHANGE_D, CHANGES, MOST_CHANGES) = range(52, 56)
+(GRID, GRID_SIZE, GRID_NEXT) = range(56, 59)
 
 # -- integers: first places of vectors of numbers ------------------------------------------------
-(X, NEW, STAGES, ARGUMENT, DENSE, INNER, P, M, BEFORE, ATOL) = range(58, 68)
-(SAMPLES, ENDS, MARGIN, XS, MS, LK, REST, PUSH, AFTER, TRIAL, DEMAND, BOUNCE) = range(68, 80)
-(LOSS, STILL, EDGES, TIMED_VALUES, SIGNS, RING, LEVER, CLOSED, MATRIX, RATES, STACK) = range(80, 91)
+(X, NEW, STAGES, ARGUMENT, DENSE, INNER, P, M, BEFORE, ATOL) = range(59, 69)
+(SAMPLES, ENDS, MARGIN, XS, MS, LK, REST, PUSH, AFTER, TRIAL, DEMAND, BOUNCE) = range(69, 81)
+(LOSS, STILL, EDGES, TIMED_VALUES, SIGNS, RING, LEVER, CLOSED, MATRIX, RATES, STACK) = range(81, 92)
 
 # -- integers: first places of tables and vectors of integers -------------------------------------
-(RELATION_MODE, STRICT, EXEMPT, JUMPED) = range(91, 95)
-(FIRST, ENGAGED, UPPER, LOWER, FORWARD, BACKWARD, GAP, PLACE, IMPULSIVE) = range(95, 104)
-(WAS_STUCK, HALTED, CLOSING, MEMBER, STRUCK, WRONG, BACK) = range(104, 111)
-(JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(111, 117)
-(USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(117, 124)
-(JAC_ROW, JAC_COLUMN, PIVOT) = range(124, 127)
-INTEGERS = 127
+(RELATION_MODE, STRICT, EXEMPT, JUMPED) = range(92, 96)
+(FIRST, ENGAGED, UPPER, LOWER, FORWARD, BACKWARD, GAP, PLACE, IMPULSIVE) = range(96, 105)
+(WAS_STUCK, HALTED, CLOSING, MEMBER, STRUCK, WRONG, BACK) = range(105, 112)
+(JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(112, 118)
+(USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(118, 125)
+(JAC_ROW, JAC_COLUMN, PIVOT) = range(125, 128)
+INTEGERS = 128
 
 # -- numbers ---------------------------------------------------------------------------------
 (T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, CHANGED_AT, E5) = range(13)
