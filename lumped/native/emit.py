@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import casadi as ca
 
-__all__ = ["UnsupportedError", "assembly"]
+__all__ = ["UnsupportedError", "assembly", "literal"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
@@ -140,7 +140,7 @@ def _body(
             )
             continue
         if op == ca.OP_CONST:
-            found = _number(value)
+            found = literal(value)
         elif op == ca.OP_INPUT:
             base = "xptm"[read[0]]
             found = "%t" if base == "t" else put(f"load double, ptr {at(base, read[1])}")
@@ -158,7 +158,7 @@ def _operation(op: int, arguments: list[str], put: Callable[[str], str], needed:
     """One operation."""
     a = arguments[0]
     b = arguments[-1]
-    zero, one = _number(0.0), _number(1.0)
+    zero, one = literal(0.0), literal(1.0)
 
     def truth(symbol: str) -> str:
         return put(f"fcmp une double {symbol}, {zero}")
@@ -194,9 +194,10 @@ def _operation(op: int, arguments: list[str], put: Callable[[str], str], needed:
     if op == ca.OP_SIGN:
         sign = put(f"select i1 {put(f'fcmp ogt double {a}, {zero}')}, double {one}, double {a}")
         low = put(f"fcmp olt double {a}, {zero}")
-        return put(f"select i1 {low}, double {_number(-1.0)}, double {sign}")
+        return put(f"select i1 {low}, double {literal(-1.0)}, double {sign}")
     raise UnsupportedError(f"operation {op} of CasADi")
 
 
-def _number(value: float) -> str:
+def literal(value: float) -> str:
+    """A number in LLVM assembly, to the last digit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
