@@ -54,7 +54,7 @@ class Statistics:
     Attributes
     ----------
     method : str
-        Methods used, in order.
+        Methods used, in order, and whether in machine code ("native").
     steps, rejected, evaluations, segments : int
         Accepted and rejected steps, evaluations of the right-hand side, restarts + 1.
     seconds : float

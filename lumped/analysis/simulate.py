@@ -36,6 +36,12 @@ def simulate(
     Where a function of time jumps or has a kink, and where a condition, contact or friction element
     changes its mode, the method stops exactly there and starts anew.
 
+    With the extra ``fast`` (llvmlite) runs are made in machine code as soon as that pays: from the
+    second or third run of a system on, and within a run that takes longer than the code takes to
+    make. Results are the same within rounding, and `Statistics.method` says so. The code is kept
+    in the user's folder of caches, or in ``LUMPED_CACHE``; the environment variable
+    ``LUMPED_NATIVE=0`` forbids it, ``LUMPED_NATIVE=1`` asks for it from the first run on.
+
     Parameters
     ----------
     system : System
