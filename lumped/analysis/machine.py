@@ -81,7 +81,7 @@ class Machine:
         if not count:
             return False
         first = int(z[at.DEMAND])
-        r[first : first + count] = np.random.default_rng(4).uniform(0.5, 1.5, count)
+        r[first : first + count] = _any_accelerations(count)
         return bool(self("redundant", z, r))
 
     def __call__(self, name: str, z: np.ndarray, r: np.ndarray) -> int:
@@ -151,6 +151,11 @@ def begun(
         return None
     first, second = int(z[at.XS]), int(z[at.MS])
     return r[first : first + len(x)].copy(), r[second : second + len(settings)].copy()
+
+
+@cache
+def _any_accelerations(count: int) -> np.ndarray:
+    return np.random.default_rng(4).uniform(0.5, 1.5, count)
 
 
 @cache

@@ -257,14 +257,10 @@ class Run:
         for t in np.unique(found[inside]).tolist():
             if not edges or t - edges[-1] > 1e-13 * self.until:
                 edges.append(self.until if self.until - t <= 1e-13 * self.until else t)
-        owners: list[list[str]] = [[] for _ in edges]
-        for group in self.system._flat.groups:
-            n = len(group.template.modes)
-            for i, name in enumerate(group.names if n else ()):
-                own = found[group.first_mode + i * n : group.first_mode + (i + 1) * n]
-                near = np.abs(own[:, None] - edges) <= 1e-13 * self.until
-                for k in np.flatnonzero(near.any(axis=0)):
-                    owners[k].append(name)
+        owners: list[dict[str, None]] = [{} for _ in edges]
+        near = np.abs(found[:, None] - edges) <= 1e-13 * self.until
+        for mode, k in np.argwhere(near).tolist():
+            owners[k][_owner(self.system, mode)] = None
         self.events += [Event(t, ", ".join(names)) for t, names in zip(edges, owners, strict=True)]
         return edges
 
@@ -272,3 +268,12 @@ class Run:
         """Stop with what was computed so far if something is wrong."""
         if fault:
             raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
+
+
+def _owner(system: System, mode: int) -> str:
+    """Component that a mode belongs to."""
+    for group in system._flat.groups:
+        number, width = mode - group.first_mode, len(group.template.modes)
+        if 0 <= number < width * len(group.names):
+            return group.names[number // width]
+    raise IndexError(mode)

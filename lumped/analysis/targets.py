@@ -147,7 +147,7 @@ class Targets:
         """Newton's method with the unknowns that determine the targets where it begins."""
         value, matrix = self._at(begin)
         columns, rows = self._columns(matrix, complain=False)
-        if not np.isin(self.count + np.arange(len(self.free)), columns).all():
+        if not set(range(self.count, self.count + len(self.free))) <= set(columns):
             return None
         last, found = self._newton(begin, self.wanted, columns, rows)
         if not found:
