@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -120,7 +121,8 @@ def patience(system: System) -> float:
 
 @cache
 def _has_llvm() -> bool:
-    return find_spec("llvmlite") is not None
+    # on Windows, LLVM's linker does not find the C library's functions by itself
+    return sys.platform != "win32" and find_spec("llvmlite") is not None
 
 
 def machine_failed(system: System) -> bool:

@@ -17,6 +17,9 @@ __all__ = ["UnsupportedError", "assembly", "literal"]
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 
+_MOST_ON_STACK = 4096
+"""Numbers that are handed from chunk to chunk; more than these are kept elsewhere."""
+
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, double %t, ptr noalias %m, ptr noalias %out"
 
 _FLOAT = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
@@ -77,9 +80,13 @@ def assembly(function: ca.Function, name: str) -> str:
         )
     passed = "ptr %x, ptr %p, double %t, ptr %m, ptr %out, ptr %w"
     calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(count))
-    head = f"define void @{name}({_ARGUMENTS}) {{\n  %w = alloca [{work} x double], align 64\n"
+    begin, end = f"  %w = alloca [{work} x double], align 64\n", ""
+    if work > _MOST_ON_STACK:
+        begin, end = f"  %w = call ptr @malloc(i64 {8 * work})\n", "\n  call void @free(ptr %w)"
+        needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
+    whole = f"define void @{name}({_ARGUMENTS}) {{\n{begin}{calls}{end}\n  ret void\n}}"
     declared = "\n".join(sorted(needed))
-    return "\n".join([*parts, head + calls + "\n  ret void\n}", declared])
+    return "\n".join([*parts, whole, declared])
 
 
 def _instructions(f: ca.Function) -> list[tuple[int, list[int], list[int], float]]:

@@ -123,9 +123,12 @@ def test_operations_of_two_numbers(name, symbols):
         same(called(code, "f", *arguments, 2), expected(function, *arguments))
 
 
-def test_a_function_longer_than_a_chunk_hands_its_numbers_on(symbols):
+@pytest.mark.parametrize("on_stack", [True, False])
+def test_a_function_longer_than_a_chunk_hands_its_numbers_on(on_stack, symbols, monkeypatch):
+    if not on_stack:
+        monkeypatch.setattr("lumped.native.emit._MOST_ON_STACK", 0)
     x, p, t, m = symbols
-    values, rng = [x[0], x[1], p, t, m], np.random.default_rng(3)
+    values, rng = [x[0], x[1], p, t, m], np.random.default_rng(3 + on_stack)
     for _ in range(3000):
         i, j = rng.integers(0, len(values), 2)
         values.append(ca.sin(values[i]) + rng.uniform(-1, 1) * values[j])
