@@ -19,7 +19,7 @@ from pathlib import Path
 import benchmarks
 
 RESULTS = Path(__file__).parent / "results"
-VERSIONS = ("casadi", "numpy", "scipy", "numba")
+VERSIONS = ("casadi", "numpy", "scipy", "numba", "llvmlite")
 
 
 def scripts() -> dict[str, str]:

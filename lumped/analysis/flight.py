@@ -25,6 +25,9 @@ __all__ = ["Flight", "Place"]
 _PIECES, _CHANGES, _ROWS = 512, 4096, 2048
 """Room for pieces, changes of modes and rows between two visits to Python."""
 
+_ROOM = 4_000_000
+"""Numbers in the rows, and in the modes of the pieces, at most."""
+
 
 class Place(NamedTuple):
     """Where a run stands.
@@ -108,8 +111,8 @@ class Flight:
         n, ng = int(i[at.N]), int(i[at.NG])
         nm, nh, nr = int(i[at.NM]) - ng, int(i[at.NH]), int(i[at.NR])
         grid = np.zeros(0) if times is None else np.ascontiguousarray(times)
-        rows = len(grid) + min(max(4_000_000 // n, 64), _ROWS)
-        pieces = min(max(4_000_000 // max(nm, 1), 16), _PIECES)
+        rows = len(grid) + min(max(_ROOM // n, 5), _ROWS)
+        pieces = min(max(_ROOM // max(nm, 1), 1), _PIECES)
         changes = _CHANGES + nh + nr
         self._t, self._x, self._g = np.empty(rows), np.empty((rows, n)), np.empty((rows, ng))
         self._piece_rows = np.empty(pieces, dtype=np.int64)

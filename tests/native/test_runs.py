@@ -297,6 +297,27 @@ def test_machine_code_begins_when_it_pays(monkeypatch):
     np.testing.assert_allclose(long.x[long.t <= 20.0], whole.x, atol=1e-6)
 
 
+@pytest.mark.parametrize("grid", [None, 50])
+def test_how_often_the_loop_comes_back_changes_nothing(grid, monkeypatch):
+    """After each step, with room for one piece of output and the changes of one instant."""
+    monkeypatch.setenv("LUMPED_NATIVE", "1")
+    system = lp.assemble(rubbing(3))
+    whole = lp.simulate(system, until=5.0, grid=grid)
+    system.made["machine"].attempts = 1
+    monkeypatch.setattr("lumped.analysis.flight._PIECES", 1)
+    monkeypatch.setattr("lumped.analysis.flight._CHANGES", 0)
+    monkeypatch.setattr("lumped.analysis.flight._ROWS", 5)
+    monkeypatch.setattr("lumped.analysis.flight._ROOM", 5)
+    parts = lp.simulate(system, until=5.0, grid=grid)
+    assert parts.events == whole.events
+    assert len(parts.events) > 5
+    np.testing.assert_array_equal(parts.t, whole.t)
+    np.testing.assert_array_equal(parts.x, whole.x)
+    assert [len(p.t) for p in parts.pieces] == [len(p.t) for p in whole.pieces]
+    for one, other in zip(parts.pieces, whole.pieces, strict=True):
+        np.testing.assert_array_equal(one.settings, other.settings)
+
+
 def test_reports_of_failed_runs_keep_what_was_computed(monkeypatch):
     system = lp.assemble(Mill())
 
