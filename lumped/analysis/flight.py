@@ -81,8 +81,8 @@ class Flight:
         self._fill(at.ATOL, run.advance.atol)
         d[at.RTOL], d[at.KNOWN] = run.rtol, -1.0
         d[at.T], d[at.END] = place.t, edges[place.segment + 1]
-        both = run.implicit > 0 or machine.redundant(i, d)
-        i[at.ASK] = 3 if both else 1 if followers(run.system)[0] else 0
+        machine.ask(i, d)
+        i[at.ASK] = 3 if run.implicit else 1 if followers(run.system)[0] else 0
         i[at.SEGMENT] = place.segment
         i[at.PHASE] = at.RESTART if place.settled else at.BEGIN_SEGMENT
         self._outputs()

@@ -76,14 +76,12 @@ class Machine:
         r[at.UNTIL], r[at.SOON], r[at.SHORTEST] = span, 1e-12 * span, 1e-10 * span
         return z, r
 
-    def redundant(self, z: np.ndarray, r: np.ndarray) -> bool:
-        """Whether constraints may have to share a reaction, which is left to Python."""
-        count = int(z[at.NH])
-        if not count:
-            return False
-        first = int(z[at.DEMAND])
-        r[first : first + count] = _any_accelerations(count)
-        return bool(self("redundant", z, r))
+    def ask(self, z: np.ndarray, r: np.ndarray) -> None:
+        """Note whether constraints may be redundant, which a run then watches."""
+        count, first = int(z[at.NH]), int(z[at.WISH])
+        if count:
+            r[first : first + count] = _any_accelerations(count)
+            self("doubt", z, r)
 
     def __call__(self, name: str, z: np.ndarray, r: np.ndarray) -> int:
         """Call a function of the time loop with the blocks of a run."""
@@ -149,7 +147,8 @@ def begun(
     if code is None or patience(system) > 0 or system._values.implicit:
         return None
     z, r = code.blocks(theta, x, settings, 1.0)
-    if code.redundant(z, r) or not code("begin", z, r):
+    code.ask(z, r)
+    if not code("begin", z, r):
         return None
     first, second = int(z[at.XS]), int(z[at.MS])
     return r[first : first + len(x)].copy(), r[second : second + len(settings)].copy()

@@ -104,7 +104,7 @@ def laid_out(sizes: Sizes, s: Switching, states: list[int], uses: tuple[np.ndarr
     for place, count in (
         *((vector, n) for vector in (at.X, at.NEW, at.ARGUMENT, at.INNER, at.ATOL, at.XS)),
         *((vector, nm) for vector in (at.M, at.BEFORE, at.MS, at.TRIAL)),
-        *((vector, nh) for vector in (at.DEMAND, at.BOUNCE, at.LOSS, at.STILL)),
+        *((vector, nh) for vector in (at.DEMAND, at.WISH, at.BOUNCE, at.LOSS, at.STILL)),
         *((vector, seen if s else 0) for vector in (at.LK, at.REST, at.PUSH, at.AFTER)),
         *((at.STAGES, 16 * n), (at.DENSE, 7 * n), (at.P, sizes.parameters)),
         *((at.SAMPLES, 5 * nk), (at.ENDS, 2 * nk), (at.MARGIN, 2 * nk)),

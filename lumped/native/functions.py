@@ -9,7 +9,7 @@ from pathlib import Path
 import casadi as ca
 
 from lumped.native.emit import assembly
-from lumped.native.instant import begin, redundant
+from lumped.native.instant import begin, doubt
 from lumped.native.loop import loop
 from lumped.native.objects import Code, built
 from lumped.native.translate import translated
@@ -52,8 +52,8 @@ def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
 
 @cache
 def time_loop() -> Code:
-    """Machine code of what a run does: the functions "loop", "begin" and "redundant"."""
-    functions = {"loop": loop, "begin": begin, "redundant": redundant}
+    """Machine code of what a run does: the functions "loop", "begin" and "doubt"."""
+    functions = {"loop": loop, "begin": begin, "doubt": doubt}
     return built(_own(), list(functions), lambda: translated(functions), tuned=True)
 
 

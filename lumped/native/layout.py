@@ -21,28 +21,31 @@ at which the loop returns, so that a long run can be interrupted."""
 
 # -- integers: where a run stands ----------------------------------------------------------------
 (PHASE, SEGMENT, REJECTED, STIFF, CALM, STEPS, REFUSED, EVALUATIONS, CROSSINGS) = range(28, 37)
-(FIRED, MOVED, RELATION_FEWEST, RELATION_LEFT, HOLD_FEWEST, HOLD_LEFT) = range(37, 43)
-"""FIRED: number of margins that are used up."""
+(FIRED, MOVED, RELATION_FEWEST, RELATION_LEFT, HOLD_FEWEST, HOLD_LEFT, DOUBT, SHARED) = range(
+    37, 45
+)
+"""FIRED: number of margins that are used up. DOUBT: constraints may be redundant. SHARED: they were
+found to be so."""
 
 # -- integers: output, by address, with how much is taken and how much there is -----------------
-(OUT_T, OUT_X, OUT_G, ROWS, MOST_ROWS) = range(43, 48)
-(PIECE_ROW, PIECE_MODES, PIECES, MOST_PIECES) = range(48, 52)
-(CHANGE_I, CHANGE_D, CHANGES, MOST_CHANGES) = range(52, 56)
-(GRID, GRID_SIZE, GRID_NEXT) = range(56, 59)
+(OUT_T, OUT_X, OUT_G, ROWS, MOST_ROWS) = range(45, 50)
+(PIECE_ROW, PIECE_MODES, PIECES, MOST_PIECES) = range(50, 54)
+(CHANGE_I, CHANGE_D, CHANGES, MOST_CHANGES) = range(54, 58)
+(GRID, GRID_SIZE, GRID_NEXT) = range(58, 61)
 
 # -- integers: first places of vectors of numbers ------------------------------------------------
-(X, NEW, STAGES, ARGUMENT, DENSE, INNER, P, M, BEFORE, ATOL) = range(59, 69)
-(SAMPLES, ENDS, MARGIN, XS, MS, LK, REST, PUSH, AFTER, TRIAL, DEMAND, BOUNCE) = range(69, 81)
-(LOSS, STILL, EDGES, TIMED_VALUES, SIGNS, RING, LEVER, CLOSED, MATRIX, RATES, STACK) = range(81, 92)
+(X, NEW, STAGES, ARGUMENT, DENSE, INNER, P, M, BEFORE, ATOL) = range(61, 71)
+(SAMPLES, ENDS, MARGIN, XS, MS, LK, REST, PUSH, AFTER, TRIAL, DEMAND, WISH, BOUNCE) = range(71, 84)
+(LOSS, STILL, EDGES, TIMED_VALUES, SIGNS, RING, LEVER, CLOSED, MATRIX, RATES, STACK) = range(84, 95)
 
 # -- integers: first places of tables and vectors of integers -------------------------------------
-(RELATION_MODE, STRICT, EXEMPT, JUMPED) = range(92, 96)
-(FIRST, ENGAGED, UPPER, LOWER, FORWARD, BACKWARD, GAP, PLACE, IMPULSIVE) = range(96, 105)
-(WAS_STUCK, HALTED, CLOSING, MEMBER, STRUCK, WRONG, BACK) = range(105, 112)
-(JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(112, 118)
-(USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(118, 125)
-(JAC_ROW, JAC_COLUMN, PIVOT) = range(125, 128)
-INTEGERS = 128
+(RELATION_MODE, STRICT, EXEMPT, JUMPED) = range(95, 99)
+(FIRST, ENGAGED, UPPER, LOWER, FORWARD, BACKWARD, GAP, PLACE, IMPULSIVE) = range(99, 108)
+(WAS_STUCK, HALTED, CLOSING, MEMBER, STRUCK, WRONG, BACK) = range(108, 115)
+(JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(115, 121)
+(USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(121, 128)
+(JAC_ROW, JAC_COLUMN, PIVOT) = range(128, 131)
+INTEGERS = 131
 
 # -- numbers ---------------------------------------------------------------------------------
 (T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, CHANGED_AT, E5) = range(13)

@@ -6,6 +6,7 @@ from lumped.native.layout import (
     BACK,
     BACKWARD,
     BEFORE,
+    DOUBT,
     ENGAGED,
     EXEMPT,
     FIRED,
@@ -37,11 +38,13 @@ from lumped.native.layout import (
     RELATION_FEWEST,
     RELATION_LEFT,
     RELATION_MODE,
+    SHARED,
     SIGNS,
     SOON,
     STILL,
     STRICT,
     STRUCK,
+    TRIAL,
     WAS_STUCK,
     WAS_TRUE,
     WRONG,
@@ -50,7 +53,7 @@ from lumped.native.layout import (
     N,
     X,
 )
-from lumped.native.strike import collide, halt, look, put, standstills
+from lumped.native.strike import collide, halt, look, put, redundant, standstills
 from lumped.native.words import Integers, Numbers, at, kernel
 
 __all__ = ["settle"]
@@ -254,9 +257,21 @@ def _prepare(Z: Integers, R: Numbers) -> None:
         at(Z, Z[JUMPED])[k] = 0
     for k in range(Z[NJ]):
         at(Z, Z[WAS_TRUE])[k] = 1 if before[at(Z, Z[JUMP_MODE])[k]] > 0.5 else 0
-    Z[MOVED] = 0
+    Z[MOVED] = Z[SHARED] = 0
     Z[RELATION_FEWEST] = Z[HOLD_FEWEST] = _FEWEST
     Z[RELATION_LEFT] = Z[HOLD_LEFT] = _PATIENCE
+
+
+@kernel
+def _sharing(Z: Integers, R: Numbers) -> bool:
+    """Whether what sticks now is redundant."""
+    trial, modes, first = at(R, Z[TRIAL]), at(R, Z[MS]), at(Z, Z[FIRST])
+    for i in range(Z[NM]):
+        trial[i] = modes[i]
+    for h in range(Z[NH]):
+        if modes[first[h]] > 0.5:
+            return redundant(Z, R, at(R, Z[XS]), trial)
+    return False
 
 
 @kernel
@@ -272,11 +287,16 @@ def settle(Z: Integers, R: Numbers) -> bool:
     for _ in range(40 + 20 * (Z[NH] + Z[NR] + Z[NJ])):
         for h in range(Z[NH]):
             modes[first[h] + 3] = 0.0
+        if Z[DOUBT] == 1 and _sharing(Z, R):
+            return False
         look(Z, R, at(R, Z[XS]), modes, at(R, Z[LK]))
         if _relations(Z, R) or _jumps(Z, R) or _engage(Z, R):
             continue
-        if collide(Z, R) or _rebalance(Z, R):
+        struck = collide(Z, R)
+        if Z[SHARED] == 1:
+            return False
+        if struck or _rebalance(Z, R):
             continue
         halt(Z, R)
-        return True
+        return Z[SHARED] == 0
     return False

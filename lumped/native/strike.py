@@ -9,6 +9,7 @@ from lumped.native.layout import (
     BOUNCE,
     CLOSING,
     DEMAND,
+    DOUBT,
     FIRST,
     FORWARD,
     GAP,
@@ -29,6 +30,7 @@ from lumped.native.layout import (
     PLACE,
     PUSH,
     REST,
+    SHARED,
     SHORTEST,
     STILL,
     STRUCK,
@@ -37,6 +39,7 @@ from lumped.native.layout import (
     USE_HOLD,
     USE_STATE,
     WAS_STUCK,
+    WISH,
     XS,
     N,
     P,
@@ -44,7 +47,7 @@ from lumped.native.layout import (
 )
 from lumped.native.words import Integers, Numbers, at, evaluate, kernel
 
-__all__ = ["collide", "halt", "look", "put", "standstills"]
+__all__ = ["collide", "halt", "look", "put", "redundant", "standstills"]
 
 _INFINITE = float("inf")
 
@@ -68,6 +71,29 @@ def look(Z: Integers, R: Numbers, x: Numbers, modes: Numbers, out: Numbers) -> N
             q[3 * nh + h] = _INFINITE
         if lower[h] == 0:
             q[4 * nh + h] = -_INFINITE
+
+
+@kernel
+def redundant(Z: Integers, R: Numbers, x: Numbers, trial: Numbers) -> bool:
+    """Whether what sticks cannot be given any accelerations that one likes.
+
+    Leaves what is seen without them in the place for the rest.
+    """
+    nh, first, wish = Z[NH], at(Z, Z[FIRST]), at(R, Z[WISH])
+    rest, push = at(R, Z[REST]), at(R, Z[PUSH])
+    look(Z, R, x, trial, rest)
+    for h in range(nh):
+        trial[first[h] + 4] = wish[h]
+    look(Z, R, x, trial, push)
+    found = False
+    for h in range(nh):
+        trial[first[h] + 4] = 0.0
+        k = 2 * Z[NR] + nh + h
+        error = abs(push[k] - rest[k] - wish[h])
+        reaction = abs(push[k + nh] - rest[k + nh])
+        if trial[first[h]] > 0.5 and (not error < 1e-6 or not reaction < _INFINITE):
+            found = True
+    return found
 
 
 @kernel
@@ -114,7 +140,12 @@ def _strike(Z: Integers, R: Numbers, seen: Numbers, pull: bool, count_losses: bo
         for h in range(nh):
             put(at(trial, first[h]), 0 if member[h] == 1 else -1)
             trial[first[h] + 3] = 0.0
-        look(Z, R, x, trial, rest)
+        if Z[DOUBT] == 1:
+            if redundant(Z, R, x, trial):
+                Z[SHARED] = 1
+                return
+        else:
+            look(Z, R, x, trial, rest)
         for h in range(nh):
             if member[h] == 1:
                 trial[first[h] + 4] = demand[h]
