@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -195,17 +196,16 @@ class Flight:
         if i[at.IMPLICIT] and cost.method == "explicit":
             cost.change(float(self._numbers[at.CHANGED_AT]))
         rows, count = int(i[at.ROWS]), int(i[at.PIECES])
-        t, x, g = self._t[:rows].copy(), self._x[:rows].copy(), self._g[:rows].copy()
-        begins = self._piece_rows[:count].tolist()
-        modes = self._piece_modes[:count].copy()
-        open_until = begins[0] if begins else rows
-        if open_until:
-            self._add(t[:open_until], x[:open_until], self._now, g[:open_until])
-        for k, (begin, end) in enumerate(zip(begins, [*begins[1:], rows], strict=False)):
-            output.open(run.system)
-            self._now = modes[k]
+        t, x, g = self._t[:rows].copy(), self._x[:rows].copy(), self._g[:rows]
+        bounds = [0, *self._piece_rows[:count].tolist(), rows]
+        modes = np.vstack([self._now, self._piece_modes[:count]])
+        self._now = modes[-1]
+        settings = np.hstack([np.repeat(modes, np.diff(bounds), axis=0), g])
+        for k, (begin, end) in enumerate(itertools.pairwise(bounds)):
+            if k:
+                output.open(run.system)
             if end > begin:
-                self._add(t[begin:end], x[begin:end], self._now, g[begin:end])
+                output.add(t[begin:end], x[begin:end], settings[begin:end])
         output.taken = int(i[at.GRID_NEXT])
         i[at.ROWS] = i[at.PIECES] = 0
         changes = int(i[at.CHANGES])
@@ -213,10 +213,6 @@ class Flight:
             told = self._changes[:changes].tolist(), self._when[:changes].tolist()
             run.events += [self._event(*change) for change in zip(*told, strict=True)]
             i[at.CHANGES] = 0
-
-    def _add(self, t: np.ndarray, x: np.ndarray, modes: np.ndarray, g: np.ndarray) -> None:
-        settings = np.broadcast_to(modes, (len(t), len(modes)))
-        self._run.output.add(t, x, np.hstack([settings, g]) if g.shape[1] else settings)
 
     def _event(self, change: list[int], when: list[float]) -> Event:
         kind, number, before, after = change
