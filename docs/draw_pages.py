@@ -1,6 +1,6 @@
 """Draw the pictures of the pages here and in ``machines``: run each page, keep what it saves.
 
-    python docs/draw_pages.py
+python docs/draw_pages.py
 """
 
 import contextlib

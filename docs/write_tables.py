@@ -1,6 +1,6 @@
 """Write the tables of ``benchmarks/results`` into ``docs/benchmarks.md``, each below its mark.
 
-    python docs/write_tables.py
+python docs/write_tables.py
 """
 
 import csv
@@ -22,7 +22,9 @@ def table(name: str) -> str:
 
 def written(page: str) -> str:
     """The page with its tables as they stand in the files."""
-    return MARK.sub(lambda found: f"<!-- {found[1]} -->\n\n{table(found[1])}\n", page).rstrip() + "\n"
+    return (
+        MARK.sub(lambda found: f"<!-- {found[1]} -->\n\n{table(found[1])}\n", page).rstrip() + "\n"
+    )
 
 
 if __name__ == "__main__":
