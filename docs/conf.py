@@ -13,6 +13,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "furo"
 html_title = f"lumped {release}"
 myst_heading_anchors = 3
+suppress_warnings = ["ref.python"]  # types in docstrings are words, not references
 
 add_module_names = False
 autodoc_typehints = "none"  # types stand in the docstrings

@@ -1,7 +1,4 @@
-"""Draw the pictures of the pages here and in ``machines``: run each page, keep what it saves.
-
-python docs/draw_pages.py
-"""
+"""Draw the pictures of the pages here and in ``machines``: run each, keep what it saves."""
 
 import contextlib
 import os
