@@ -163,9 +163,9 @@ def own(system: lp.System, until: float, rtol: float, choice: str, rounds: int):
 
 
 PROBLEMS = {
-    "three masses, 2 s": (Drive, "three", 2.0, 1e-7, 200),
-    "300 masses, 1 s": (Chain, "chain", 1.0, 1e-6, 10),
-    "three clutches, 1.5 s": (Coupled, "clutches", END, 1e-7, 200),
+    "three masses, 2 s": (Drive, "three", 2.0, 1e-5, 300),
+    "300 masses, 1 s": (Chain, "chain", 1.0, 4e-8, 60),
+    "three clutches, 1.5 s": (Coupled, "clutches", END, 1e-7, 300),
 }
 
 
