@@ -17,12 +17,17 @@ from lumped.analysis.watch import levers
 from lumped.native import layout as at
 from lumped.native.blocks import MOST_DENSE, Sizes, laid_out
 from lumped.native.emit import UnsupportedError
+from lumped.native.store import loop_name, stored
 from lumped.system import System
 
 __all__ = ["Machine", "begun", "machine", "patience"]
 
-_AT_LEAST, _EACH, _RUN = 0.04, 1e-4, 0.05
-"""Time to make machine code, at least and for each operation, and what a run before counts, s."""
+_AT_LEAST, _EACH, _RUN, _COMPILING = 0.04, 1e-4, 0.05, 2.5
+"""Time to make machine code, at least and for each operation, what a run before counts, and time
+to compile the time loop, s."""
+
+_READY: list[bool] = []
+"""Not empty as soon as the time loop is known to be compiled."""
 
 _HALF = 500_000_000
 """Operations in half a second."""
@@ -114,7 +119,14 @@ def patience(system: System) -> float:
     if choice == "1" or "machine" in system.made:
         return 0.0
     cost = _AT_LEAST + _EACH * system.rhs.n_instructions()
-    return cost - _RUN * float(system.made.get("runs", 0.0))
+    return cost + _loop_cost() - _RUN * float(system.made.get("runs", 0.0))
+
+
+def _loop_cost() -> float:
+    """Time to compile the time loop, s; nothing if that was done before."""
+    if not _READY and stored(loop_name()):
+        _READY.append(True)
+    return 0.0 if _READY else _COMPILING
 
 
 @cache
@@ -163,6 +175,7 @@ def _any_accelerations(count: int) -> np.ndarray:
 def _loop() -> dict[str, Callable[[int, int], int]]:
     from lumped.native.functions import time_loop
 
+    _READY.append(True)
     return {name: _CALL(address) for name, address in time_loop().addresses.items()}
 
 

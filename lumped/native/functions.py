@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from pathlib import Path
 
 import casadi as ca
 
+from lumped.native import store
 from lumped.native.emit import assembly
 from lumped.native.instant import begin, doubt
 from lumped.native.loop import loop
@@ -41,7 +41,7 @@ def compiled_functions(inputs: Sequence[ca.SX], functions: Mapping[str, ca.Funct
         declared = sorted({line for line in lines if line.startswith("declare")})
         return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
 
-    return built(_own() + source.encode(), list(full), text)
+    return built(store.own() + source, list(full), text)
 
 
 def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
@@ -54,12 +54,4 @@ def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
 def time_loop() -> Code:
     """Machine code of what a run does: the functions "loop", "begin" and "doubt"."""
     functions = {"loop": loop, "begin": begin, "doubt": doubt}
-    return built(_own(), list(functions), lambda: translated(functions), tuned=True)
-
-
-@cache
-def _own() -> bytes:
-    """What the code depends on in this package."""
-    folder = Path(__file__).parent
-    files = [*sorted(folder.glob("*.py")), folder.parent / "rodas5p.py"]
-    return b"\n".join(file.read_bytes() for file in files)
+    return built(store.own(), list(functions), lambda: translated(functions), store.loop_name())

@@ -54,26 +54,25 @@ class Code:
         self.addresses = {name: self._engine.get_function_address(name) for name in names}
 
 
-def built(
-    source: bytes, names: Sequence[str], assembly: Callable[[], str], tuned: bool = False
-) -> Code:
+def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix: str = "") -> Code:
     """Object code made before from the same source, or made now.
 
     Parameters
     ----------
-    source : bytes
+    source : str
         What the code is made from.
     names : sequence of str
         Functions wanted.
     assembly : callable
         Gives the LLVM assembly if it is needed.
-    tuned : bool
-        Run LLVM's optimisation, which straight-line code does not need.
+    prefix : str
+        Begin of the name under which it is kept. What has one runs through LLVM's optimisation,
+        which straight-line code does not need.
     """
-    key = hashlib.sha256(source + _host().encode()).hexdigest()
+    key = prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
     code = store.load(key)
     if code is None:
-        code = compiled(assembly(), tuned)
+        code = compiled(assembly(), bool(prefix))
         store.save(key, code)
     return Code(code, names)
 

@@ -6,9 +6,10 @@ import hashlib
 import os
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 
-__all__ = ["load", "save"]
+__all__ = ["load", "loop_name", "own", "save", "stored"]
 
 _MARK = b"lumped-1"
 
@@ -25,6 +26,27 @@ def folder() -> Path:
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return base / "lumped"
+
+
+@cache
+def own() -> str:
+    """Hash of what all code depends on in this package."""
+    here = Path(__file__).parent
+    files = [*sorted(here.glob("*.py")), here.parent / "rodas5p.py"]
+    return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
+
+
+def loop_name() -> str:
+    """Begin of the name of the time loop's code."""
+    return f"loop-{own()[:16]}-"
+
+
+def stored(prefix: str) -> bool:
+    """Whether there is anything under a name that begins so."""
+    try:
+        return any(path.name.startswith(prefix) for path in folder().iterdir())
+    except OSError:
+        return False
 
 
 def load(key: str) -> bytes | None:

@@ -284,6 +284,8 @@ def test_a_quantity_that_runs_to_infinity(monkeypatch):
 
 def test_machine_code_begins_when_it_pays(monkeypatch):
     """Not in the first short run of a system, but after some, and within a long one."""
+    monkeypatch.setenv("LUMPED_NATIVE", "1")
+    lp.simulate(lp.assemble(Mill()), until=0.01)  # so that the time loop is compiled
     monkeypatch.delenv("LUMPED_NATIVE", raising=False)
     system = lp.assemble(Mill())
     first = lp.simulate(system, until=0.01)
