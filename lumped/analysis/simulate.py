@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from lumped.analysis.advance import Advance
+from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
@@ -28,7 +29,7 @@ def simulate(
     grid: int | Sequence[float] | np.ndarray | None = 500,
     rtol: float = 1e-6,
     atol: float | None = None,
-    method: Literal["auto", "explicit", "implicit"] = "auto",
+    method: Literal["auto", "explicit", "implicit", "exact"] = "auto",
     max_steps: int = 1_000_000,
 ) -> Trajectory:
     """Simulate from the time zero.
@@ -58,8 +59,10 @@ def simulate(
         Absolute tolerance, relative to the nominal value of each state; default is
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
-    method : {"auto", "explicit", "implicit"}
-        DOP853, Rodas5P, or the first until the problem turns out stiff and then the second.
+    method : {"auto", "explicit", "implicit", "exact"}
+        DOP853, Rodas5P, or the first until the problem turns out stiff and then the second; or
+        without steps in closed form, for systems that are linear between jumps, with functions of
+        time that are polynomials there.
     max_steps : int
         Give up after so many attempted steps.
 
@@ -70,7 +73,8 @@ def simulate(
     Raises
     ------
     OptionError
-        If `until`, `grid`, `rtol`, `atol` or `method` make no sense.
+        If `until`, `grid`, `rtol`, `atol` or `method` make no sense, or `method` is "exact" and the
+        system is not linear.
     StartError
         If the start values contradict each other.
     SolverError
@@ -89,7 +93,11 @@ def simulate(
         point = start_point(system, parameters, start, free)
     output = Recorder(until, times, grid is None or isinstance(grid, int))
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
-    advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
+    advance: Advance | Exact
+    if method == "exact":
+        advance = Exact(point.theta, rtol, output)
+    else:
+        advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
     run = Run(point, until, rtol, advance, output)
     run.go()
     return run.trajectory()
@@ -102,5 +110,5 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
-    if method not in ("auto", "explicit", "implicit"):
-        raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
+    if method not in ("auto", "explicit", "implicit", "exact"):
+        raise OptionError(f"method = {method!r}: choose 'auto', 'explicit', 'implicit' or 'exact'.")
