@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 
 import numpy as np
@@ -11,10 +12,19 @@ from lumped.analysis.advance import Reached
 from lumped.analysis.linear_form import linear_form
 from lumped.analysis.modal import ClosedForm
 from lumped.analysis.record import Recorder
-from lumped.errors import SolverError
+from lumped.analysis.result import OperatingPoint
+from lumped.analysis.settings import instants, modes_at
+from lumped.analysis.watch import finite_fault
+from lumped.errors import OptionError, SolverError
 from lumped.system import System
 
-__all__ = ["Exact"]
+__all__ = ["Exact", "pays"]
+
+_MOST_STATES = 200
+"""States up to which eigenvectors cost less than the steps of a short run."""
+_SHARE = 0.1
+"""Part of the tolerance that rounding may take where nobody asked for the closed form."""
+_KEPT = 16
 
 
 class Exact:
@@ -66,13 +76,18 @@ class Exact:
             return Reached(end, x, guess, None)
         started = clock.perf_counter()
         matrix, terms = self._form.at(self._theta, begin, modes)
-        solution = self._closed(matrix)
+        fault = finite_fault(self._system, begin, x, matrix @ x + terms[0])
+        if fault or not (np.isfinite(matrix.data).all() and np.isfinite(terms).all()):
+            raise SolverError(
+                f"{self._system.name}: {fault or f'a coefficient is not finite at t = {begin:g} s'}"
+            )
+        solution = _closed(self._system, matrix)
         rounding = solution.rounding(end - begin)
         if rounding > self._rtol:
             raise SolverError(
                 f"{self._system.name}: rounding may reach {rounding:.1g} of the largest state by "
-                f"t = {end:g} s, more than rtol = {self._rtol:g}, because the drive is so stiff or "
-                "the run so long. Loosen rtol, or use method='auto'."
+                f"t = {end:g} s, more than rtol = {self._rtol:g}, because the drive is so stiff, "
+                "the run so long, or the model unstable. Loosen rtol, or use method='auto'."
             )
         wanted = self._output.due(end) if self._output.on_grid else np.zeros(0)
         times = np.append(wanted, end)
@@ -91,11 +106,35 @@ class Exact:
         self.seconds += clock.perf_counter() - started
         return Reached(end, found[-1], guess, None)
 
-    def _closed(self, matrix: csc_array) -> ClosedForm:
-        """Closed form for a matrix, made once."""
-        made = self._system.made.setdefault("closed forms", {})
-        key = (matrix.indices.tobytes(), matrix.data.tobytes())
-        if key not in made:
-            made[key] = ClosedForm(matrix)
-        found: ClosedForm = made[key]
-        return found
+
+def pays(point: OperatingPoint, until: float, rtol: float) -> bool:
+    """Whether the closed form is there, small enough, and much more accurate than asked for."""
+    system, theta = point.system, point.theta
+    if not 0 < len(system.states) <= _MOST_STATES:
+        return False
+    try:
+        form = linear_form(system)
+    except OptionError:
+        return False
+    inside = instants(system, theta)
+    edges = np.unique([0.0, *inside[(inside > 0) & (inside < until)], until])
+    for begin, end in itertools.pairwise(edges.tolist()):
+        modes = modes_at(system, theta, 0.5 * (begin + end))
+        matrix, _ = form.at(theta, begin, modes)
+        if not np.isfinite(matrix.data).all():
+            return False
+        if _closed(system, matrix).rounding(end - begin) > _SHARE * rtol:
+            return False
+    return True
+
+
+def _closed(system: System, matrix: csc_array) -> ClosedForm:
+    """Closed form for a matrix, made once."""
+    made = system.made.setdefault("closed forms", {})
+    key = (matrix.indices.tobytes(), matrix.data.tobytes())
+    if key not in made:
+        if len(made) >= _KEPT:
+            made.clear()
+        made[key] = ClosedForm(matrix)
+    found: ClosedForm = made[key]
+    return found

@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig, eigh, expm, inv, matrix_balance, norm, svd
+from scipy.linalg import eig, eigh, eigvals, expm, inv, matrix_balance, norm, svd
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -31,12 +31,16 @@ _EPS = float(np.finfo(float).eps)
 _WORST = 1e3
 """Condition of eigenvectors up to which they are used."""
 _TERMS = 22
+_MOST_GROWTH = 600.0
+"""Logarithm of a growth that is still a number, with some to spare."""
 
 
 class _Part(Protocol):
     """States that depend on each other."""
 
-    words: str
+    @property
+    def words(self) -> str:
+        """How they are solved."""
 
     def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
         """States at the times s and their integrals from zero to s, shapes (k, n)."""
@@ -113,19 +117,19 @@ def _part(a: csr_array) -> _Part:
     if colour is not None:
         return _Coupled(skew, scale, colour)
     angular, vectors = eigh(1j * skew)
-    return _Modal(
-        -1j * _zeroed(angular), vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes"
-    )
+    values: Complex = (-1j * _zeroed(angular)).astype(complex)
+    return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
 def _general(a: Real) -> _Part:
-    balanced, transform = matrix_balance(a)
+    with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
+        balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
     values, vectors = eig(balanced)
     condition = float(np.linalg.cond(vectors))
     if not condition <= _WORST:
-        return _Stepped(a, transform)
-    back = inv(vectors) @ inv(transform)
-    return _Modal(values, transform @ vectors, back, condition, "eigenvectors")
+        return _Stepped(balanced, scale)
+    back = inv(vectors) / scale
+    return _Modal(values, scale[:, None] * vectors, back, condition, "eigenvectors")
 
 
 def _zeroed(angular: Real) -> Real:
@@ -196,18 +200,19 @@ class _Stepped:
 
     words = "exponential of the matrix"
 
-    def __init__(self, a: Real, transform: Real) -> None:
-        self._a, self._transform, self._back = a, transform, inv(transform)
+    def __init__(self, balanced: Real, scale: Real) -> None:
+        self._a, self._scale = balanced, scale
+        self._fastest = float(eigvals(balanced).real.max())
 
     def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
         n, m = len(x), len(terms)
         whole = np.zeros((2 * n + m, 2 * n + m))  # states, powers of s over k!, integrals
-        whole[:n, :n] = self._back @ self._a @ self._transform
+        whole[:n, :n] = self._a
         factorials = np.array([math.factorial(k) for k in range(m)])
-        whole[:n, n : n + m] = self._back @ (terms * factorials[:, None]).T
+        whole[:n, n : n + m] = (terms * factorials[:, None] / self._scale).T
         whole[n : n + m, n : n + m] = np.diag(np.ones(m - 1), -1)
         whole[n + m :, :n] = np.eye(n)
-        z = np.concatenate([self._back @ x, np.eye(m)[0], np.zeros(n)])
+        z = np.concatenate([x / self._scale, np.eye(m)[0], np.zeros(n)])
         found, before = np.empty((len(s), len(z))), 0.0
         known: list[tuple[float, Real]] = []
         for i, time in enumerate(s.tolist()):
@@ -217,16 +222,20 @@ class _Stepped:
                 known = [*known[-3:], (h, expm(whole * h))]
             found[i] = z = (same[0] if same else known[-1][1]) @ z
             before = time
-        return found[:, :n] @ self._transform.T, found[:, n + m :] @ self._transform.T
+        return found[:, :n] * self._scale, found[:, n + m :] * self._scale
 
     def rounding(self, span: float) -> float:
-        size = float(norm(self._back @ self._a @ self._transform, 2))
+        if self._fastest * span > _MOST_GROWTH:
+            return np.inf
+        size = float(norm(self._a, 2))
         return _EPS * (10 + size * span)
 
 
 def _phase(values: Complex, span: float) -> float:
     """What rounding in the largest eigenvalue does to the slowest mode while it lasts."""
     decay = float(-values.real.max())
+    if -decay * span > _MOST_GROWTH:
+        return np.inf
     lasting = min(span, 1 / decay) if decay > 0 else span
     return _EPS * (10 + float(np.abs(values).max()) * lasting)
 
