@@ -19,6 +19,7 @@ from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
 from lumped.analysis.store import Saved, load
 from lumped.analysis.symbolic import expression, symbolic_frequencies
+from lumped.analysis.work_precision import WorkPrecision, WorkRow, work_precision
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
@@ -66,6 +67,8 @@ __all__ = [
     "System",
     "Trajectory",
     "Var",
+    "WorkPrecision",
+    "WorkRow",
     "assemble",
     "campbell",
     "chain",
@@ -100,5 +103,6 @@ __all__ = [
     "time",
     "var",
     "when",
+    "work_precision",
     "write_parameters",
 ]
