@@ -2,6 +2,7 @@
 
 from lumped import ops, profiles
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.certify import Certificate
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
 from lumped.analysis.equilibrium import equilibrium
@@ -35,6 +36,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Campbell",
+    "Certificate",
     "Component",
     "Connection",
     "CriticalSpeed",

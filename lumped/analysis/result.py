@@ -19,6 +19,8 @@ from lumped.table import number, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lumped.analysis.certify import Certificate
+
 __all__ = ["Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
 
@@ -157,6 +159,8 @@ class Trajectory:
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     statistics : Statistics
         Cost of the run.
+    certificate : Certificate or None
+        Error estimate, if it was asked for.
     """
 
     system: System
@@ -164,6 +168,7 @@ class Trajectory:
     theta: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
+    certificate: Certificate | None = None
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -283,4 +288,5 @@ class Trajectory:
                 f"\nsmall, so that the absolute tolerance governs their accuracy: "
                 f"{', '.join(self.statistics.small)}"
             )
-        return head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        text = head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        return text if self.certificate is None else f"{text}\n\n{self.certificate!r}"

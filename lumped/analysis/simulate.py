@@ -8,12 +8,13 @@ from typing import Literal
 import numpy as np
 
 from lumped.analysis.advance import Advance
+from lumped.analysis.certify import certified
 from lumped.analysis.exact import Exact, pays
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
@@ -31,6 +32,7 @@ def simulate(
     atol: float | None = None,
     method: Literal["auto", "explicit", "implicit", "exact", "steps"] = "auto",
     max_steps: int = 1_000_000,
+    certify: bool = False,
 ) -> Trajectory:
     """Simulate from the time zero.
 
@@ -67,6 +69,9 @@ def simulate(
         else "steps".
     max_steps : int
         Give up after so many attempted steps.
+    certify : bool
+        Run once more by steps with a hundredth of the tolerances and give the differences as
+        ``run.certificate``.
 
     Returns
     -------
@@ -102,7 +107,24 @@ def simulate(
         advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
     run = Run(point, until, rtol, advance, output)
     run.go()
-    return run.trajectory()
+    found = run.trajectory()
+    if not certify:
+        return found
+    tight = max(1e-2 * rtol, 1e-13)
+    try:
+        tighter = simulate(
+            system,
+            until=until,
+            start=point,
+            grid=found.t,
+            rtol=tight,
+            atol=None if atol is None else 1e-2 * atol,
+            method="steps" if method in ("auto", "exact") else method,
+            max_steps=100 * max_steps,
+        )
+    except SolverError as error:
+        raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
+    return certified(found, tighter, tight)
 
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
