@@ -61,9 +61,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
 
     monkeypatch.setattr("lumped.analysis.simulate.Advance", Impatient)
     system = lp.assemble(two_mass)
-    with pytest.raises(
-        SolverError, match="certify: the second run, at rtol = 1e-07: .*enough"
-    ) as e:
+    with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
     assert e.value.partial.t[-1] == 1.0
 
