@@ -40,6 +40,7 @@ class Case:
     error: Callable[[lp.Trajectory], float]
     energy: Callable[[lp.Trajectory], np.ndarray]
     rtol: float = 1e-6
+    atol: float | None = None
     most: int = 200_000
 
 
@@ -144,7 +145,7 @@ def crank(ratio: float) -> Case:
     )
 
 
-def dead_centre(begin: float) -> Case:
+def dead_centre(begin: float, atol: float | None = None) -> Case:
     """A piston pressed beside its dead centre falls until the crank stands at 2 rad."""
     rod, f = 3.0, 10.0
     system = lp.assemble(
@@ -184,8 +185,8 @@ def dead_centre(begin: float) -> Case:
         kinetic = (run["a.w"] ** 2 + 3 * run["slider.v"] ** 2) / 2
         return 4 * f + kinetic + f * run["slider.s"]
 
-    name = "piston pressed beside its dead centre, rad"
-    return Case(name, begin, system, until, {"a.phi": begin}, error, energy)
+    name = "beside the dead centre, rad" + ("" if atol is None else f", atol {atol:g}")
+    return Case(name, begin, system, until, {"a.phi": begin}, error, energy, atol=atol)
 
 
 def cases() -> Iterator[Case]:
@@ -208,6 +209,7 @@ def cases() -> Iterator[Case]:
         yield crank(ratio)
     for begin in (1e-1, 1e-3, 1e-6, 1e-9):
         yield dead_centre(begin)
+    yield dead_centre(1e-9, 1e-17)
 
 
 def measured(case: Case, method: str) -> tuple:
@@ -220,6 +222,7 @@ def measured(case: Case, method: str) -> tuple:
             start=case.start,
             grid=997,  # no whole number of periods
             rtol=case.rtol,
+            atol=case.atol,
             method=method,
             max_steps=case.most,
         )

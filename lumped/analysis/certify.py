@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from lumped.analysis.audit import EnergyAudit
 from lumped.analysis.compare import Comparison, Deviation, compared, observed
 from lumped.analysis.result import Trajectory
 from lumped.system import Name
@@ -27,12 +28,16 @@ class Certificate:
         Tolerance of the second run.
     states : Comparison
         The states of the system.
+    energy : EnergyAudit or None
+        Energy balance of the run, of the second one if the run is a closed form; None if no
+        component says what it stores.
     """
 
     run: Trajectory
     tighter: Trajectory
     rtol: float
     states: Comparison
+    energy: EnergyAudit | None
 
     def __getitem__(self, name: Name) -> Deviation:
         found = compared(self.run, self.tighter, [self.run.system.key(name)])
@@ -62,7 +67,9 @@ class Certificate:
         )
 
 
-def certified(run: Trajectory, tighter: Trajectory, rtol: float) -> Trajectory:
+def certified(
+    run: Trajectory, tighter: Trajectory, rtol: float, energy: EnergyAudit | None
+) -> Trajectory:
     """The run with its certificate.
 
     Parameters
@@ -71,6 +78,9 @@ def certified(run: Trajectory, tighter: Trajectory, rtol: float) -> Trajectory:
         At the same times.
     rtol : float
         Tolerance of the second.
+    energy : EnergyAudit or None
+        Energy balance.
     """
     names = observed(run.system, None) if run.system.states else []
-    return replace(run, certificate=Certificate(run, tighter, rtol, compared(run, tighter, names)))
+    states = compared(run, tighter, names)
+    return replace(run, certificate=Certificate(run, tighter, rtol, states, energy))

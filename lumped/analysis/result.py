@@ -23,6 +23,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
+_WORDS = {
+    "exact": "closed form, as the model is linear between jumps",
+    "explicit": "DOP853",
+    "implicit": "Rodas5P",
+    "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+}
+
 
 @dataclass(frozen=True)
 class Event:
@@ -71,6 +78,11 @@ class Statistics:
     segments: int
     seconds: float
     small: tuple[str, ...]
+
+    @property
+    def why(self) -> str:
+        """The method in words."""
+        return _WORDS[self.method]
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +285,7 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method}, {s.steps} steps, {s.rejected} rejected, {s.evaluations} evaluations, "
+            f"{s.method} ({s.why}), {s.steps} steps, {s.rejected} rejected, {s.evaluations} evaluations, "
             f"{len(self.events)} events"
         )
         rows = []

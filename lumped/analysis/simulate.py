@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from lumped.analysis.advance import Advance
+from lumped.analysis.audit import audited
 from lumped.analysis.certify import certified
 from lumped.analysis.exact import Exact, pays
 from lumped.analysis.record import Recorder, output_times
@@ -19,6 +20,8 @@ from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
 
+Grid = int | Sequence[float] | np.ndarray | None
+
 
 def simulate(
     system: System,
@@ -27,7 +30,7 @@ def simulate(
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
     free: Iterable[Name] = (),
-    grid: int | Sequence[float] | np.ndarray | None = 500,
+    grid: Grid = 500,
     rtol: float = 1e-6,
     atol: float | None = None,
     method: Literal["auto", "explicit", "implicit", "exact", "steps"] = "auto",
@@ -71,7 +74,7 @@ def simulate(
         Give up after so many attempted steps.
     certify : bool
         Run once more by steps with a hundredth of the tolerances and give the differences as
-        ``run.certificate``.
+        ``run.certificate``, with the energy balance of the run.
 
     Returns
     -------
@@ -110,21 +113,27 @@ def simulate(
     found = run.trajectory()
     if not certify:
         return found
-    tight = max(1e-2 * rtol, 1e-13)
-    try:
-        tighter = simulate(
+    closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
+
+    def again(times: Grid, *, tightly: bool) -> Trajectory:
+        share = tight / rtol if tightly else 1.0
+        return simulate(
             system,
             until=until,
             start=point,
-            grid=found.t,
-            rtol=tight,
-            atol=None if atol is None else 1e-2 * atol,
+            grid=times,
+            rtol=rtol * share,
+            atol=None if atol is None else atol * share,
             method="steps" if method in ("auto", "exact") else method,
             max_steps=100 * max_steps,
         )
+
+    try:
+        tighter = again(found.t, tightly=True)
+        energy = audited(found, lambda times: again(times, tightly=closed))
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
-    return certified(found, tighter, tight)
+    return certified(found, tighter, tight, energy)
 
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
