@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time as clock
 
 import numpy as np
@@ -12,18 +11,12 @@ from lumped.analysis.advance import Reached
 from lumped.analysis.linear_form import linear_form
 from lumped.analysis.modal import ClosedForm
 from lumped.analysis.record import Recorder
-from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settings import instants, modes_at
 from lumped.analysis.watch import finite_fault
-from lumped.errors import OptionError, SolverError
+from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Exact", "pays"]
+__all__ = ["Exact", "closed"]
 
-_MOST_STATES = 200
-"""States up to which eigenvectors cost less than the steps of a short run."""
-_SHARE = 0.1
-"""Part of the tolerance that rounding may take where nobody asked for the closed form."""
 _KEPT = 16
 
 
@@ -81,7 +74,7 @@ class Exact:
             raise SolverError(
                 f"{self._system.name}: {fault or f'a coefficient is not finite at t = {begin:g} s'}"
             )
-        solution = _closed(self._system, matrix)
+        solution = closed(self._system, matrix)
         rounding = solution.rounding(end - begin)
         if rounding > self._rtol:
             raise SolverError(
@@ -107,28 +100,7 @@ class Exact:
         return Reached(end, found[-1], guess, None)
 
 
-def pays(point: OperatingPoint, until: float, rtol: float) -> bool:
-    """Whether the closed form is there, small enough, and much more accurate than asked for."""
-    system, theta = point.system, point.theta
-    if not 0 < len(system.states) <= _MOST_STATES:
-        return False
-    try:
-        form = linear_form(system)
-    except OptionError:
-        return False
-    inside = instants(system, theta)
-    edges = np.unique([0.0, *inside[(inside > 0) & (inside < until)], until])
-    for begin, end in itertools.pairwise(edges.tolist()):
-        modes = modes_at(system, theta, 0.5 * (begin + end))
-        matrix, _ = form.at(theta, begin, modes)
-        if not np.isfinite(matrix.data).all():
-            return False
-        if _closed(system, matrix).rounding(end - begin) > _SHARE * rtol:
-            return False
-    return True
-
-
-def _closed(system: System, matrix: csc_array) -> ClosedForm:
+def closed(system: System, matrix: csc_array) -> ClosedForm:
     """Closed form for a matrix, made once."""
     made = system.made.setdefault("closed forms", {})
     key = (matrix.indices.tobytes(), matrix.data.tobytes())

@@ -285,8 +285,8 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method} ({s.why}), {s.steps} steps, {s.rejected} rejected, {s.evaluations} evaluations, "
-            f"{len(self.events)} events"
+            f"{s.method} ({s.why}), {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events"
         )
         rows = []
         for name in self.system.state_names[:12]:

@@ -10,7 +10,8 @@ import numpy as np
 from lumped.analysis.advance import Advance
 from lumped.analysis.audit import audited
 from lumped.analysis.certify import certified
-from lumped.analysis.exact import Exact, pays
+from lumped.analysis.choice import closed_form_pays, stiff
+from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
@@ -69,7 +70,8 @@ def simulate(
         stiff and then the second. "exact" is the closed form, for systems that are linear between
         jumps, with functions of time that are polynomials there. "auto" takes the closed form
         where there is one, rounding leaves it much better than `rtol`, and its modes cost little;
-        else "steps".
+        else "implicit" where the eigenvalues at the start say that explicit steps would be held
+        by stability; else, and for ``grid=None``, "steps".
     max_steps : int
         Give up after so many attempted steps.
     certify : bool
@@ -103,11 +105,12 @@ def simulate(
         point = start_point(system, parameters, start, free)
     output = Recorder(until, times, grid is None or isinstance(grid, int))
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
+    used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
     advance: Advance | Exact
-    if method == "exact" or (method == "auto" and times is not None and pays(point, until, rtol)):
+    if used == "exact":
         advance = Exact(point.theta, rtol, output)
     else:
-        advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
+        advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
     run = Run(point, until, rtol, advance, output)
     run.go()
     found = run.trajectory()
@@ -134,6 +137,12 @@ def simulate(
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
     return certified(found, tighter, tight, energy)
+
+
+def _chosen(point: OperatingPoint, until: float, rtol: float) -> str:
+    if closed_form_pays(point, until, rtol):
+        return "exact"
+    return "implicit" if stiff(point, until, rtol) else "steps"
 
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:

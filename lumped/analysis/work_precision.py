@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from lumped.analysis.choice import closed_form_pays
 from lumped.analysis.compare import compared, observed
-from lumped.analysis.exact import pays
 from lumped.analysis.linear_form import linear_form
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import simulate
@@ -207,7 +207,7 @@ def work_precision(
         )
 
     tight = max(1e-2 * min(ladder), _TIGHTEST)
-    if pays(point, until, 1e-9):
+    if closed_form_pays(point, until, 1e-9):
         reference, text = run("exact", 1e-9), f"exact, checked by steps at rtol {tight:.1g}"
         check = run("steps", tight)
     else:
