@@ -24,6 +24,26 @@ from lumped.errors import LumpedError
 from lumped.table import table
 
 TURN = 2 * np.pi
+TEXT = """# What happens at the edges
+
+By `python -m benchmarks.extreme`; the error is relative to the range of the signal, `energy` the
+largest deviation of the energy from its start, both over the whole run; ms on two shared cores.
+
+* A stiff shaft that vibrates holds every method by steps to its period: 200 000 steps are not
+  enough from a ratio of 1e8 or 1e10 on, and the run says so. If it only stands in the way, the
+  implicit method passes over it with 70 steps. The closed form needs none of this; its rounding,
+  2e-16 times the highest frequency times the time, is the error that is left.
+* Errors by steps add up: after 1e5 periods an error of 1e-6 in each step is some percent. The
+  limit grows with the steps for this reason; the closed form stays at rounding.
+* A linkage has no closed form; `exact` names what is not linear.
+* 1e-9 rad beside a dead centre is as small as the absolute tolerance, and the fall multiplies the
+  error of the start by 1e9. At the default tolerances this is OUTSIDE, and the only row that is
+  wrong without an error; `certify=True` shows it (estimate 5e-4, true 6e-4), a smaller `atol`
+  cures it.
+* Explicit steps at the limit of stability are less accurate than their tolerance, here by up to
+  70 times (stiff shaft of ratio 100, slow mode), within the usual limit of a hundred times.
+
+"""
 METHODS = ("explicit", "implicit", "exact", "auto")
 HEAD = ("case", "value", "method", "rtol", "error", "limit", "ms", "steps", "energy", "outcome")
 
@@ -198,7 +218,7 @@ def cases() -> Iterator[Case]:
         yield two_masses(1.0, 1.0, ratio, 20, "inertia ratio", ratio)
     for rtol in (1e-6, 1e-9):
         yield two_masses(
-            2.0, 300.0, 1.0, 1e5, "periods without damping", 1e5, rtol=rtol, most=2_500_000
+            2.0, 300.0, 1.0, 1e5, "periods without damping", 1e5, rtol=rtol, most=1_000_000
         )
     for digits in range(3, 13):
         rtol = 10.0**-digits
@@ -261,7 +281,7 @@ def main() -> None:
     with (folder / "extreme.csv").open("w", newline="") as file:
         csv.writer(file).writerows([HEAD, *rows])
     lines = ["| " + " | ".join(map(str, row)) + " |" for row in (HEAD, ["---"] * len(HEAD), *rows)]
-    (folder / "extreme.md").write_text("\n".join(lines) + "\n")
+    (folder / "extreme.md").write_text(TEXT + "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

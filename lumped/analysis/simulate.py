@@ -58,7 +58,8 @@ def simulate(
         Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
         Number of equal output intervals (both sides of a jump are added), or the output times
-        themselves (a value at a jump is that after it), or None for the steps of the solver.
+        themselves (a value at a jump is that after it), or None for the steps of the solver (of
+        the closed form the ends of its parts).
     rtol : float
         Relative tolerance.
     atol : float, optional

@@ -226,3 +226,22 @@ def test_rounding_that_spoils_the_result_is_an_error():
     system = lp.assemble(Pendulum())
     with pytest.raises(SolverError, match=r"rounding may reach .* method='auto'"):
         lp.simulate(system, until=1e9, start={"disc.w": 1.0}, method="exact", grid=[1e9])
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "method"),
+    [
+        ({}, {}, "exact"),
+        ({}, {"grid": None}, "explicit"),
+        ({}, {"method": "steps"}, "explicit"),
+        ({}, {"rtol": 1e-14}, "explicit"),  # rounding is no better
+        ({"drive.tau": sin(lp.time)}, {}, "explicit"),
+        ({"bar": SpringDamper(c=1e4, d=1e6), "drive.tau": sin(lp.time)}, {}, "implicit"),
+        ({"bar": SpringDamper(c=1e4, d=1.0), "drive.tau": sin(lp.time)}, {}, "explicit"),
+    ],
+)
+def test_auto_takes_what_pays_and_says_so(changes, options, method):
+    system = lp.assemble(Pendulum().with_(changes))
+    run = lp.simulate(system, until=0.2, start={"disc.w": 1.0}, **options)
+    assert run.statistics.method == method
+    assert f"{method} ({run.statistics.why})" in repr(run)
