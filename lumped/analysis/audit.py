@@ -151,10 +151,18 @@ def _sums(system: System, nodes: list[Node]) -> ca.SX:
 
 def _speed(system: System, unknown: int) -> ca.SX:
     """Time derivative of a potential."""
-    node = system._reduced.node(unknown)
+    reduced, values = system._reduced, system._values
+    node = reduced.node(unknown)
     if node is None:
         return ca.SX(0)
-    return float(system._reduced.aliases.signs[unknown]) * system._values.of([node + 1])
+    number, order = reduced.class_and_order(node)
+    if order < reduced.highest[number]:
+        rate = values.of([node + 1])
+    else:  # between springs without a body
+        moving = ca.vertcat(values.states, values.time)
+        rates = ca.vertcat(values.of([state + 1 for state in reduced.states]), 1)
+        rate = ca.jtimes(values.of([node]), moving, rates)
+    return float(reduced.aliases.signs[unknown]) * rate
 
 
 def _lowered(system: System, node: Node, expression: Expr) -> ca.SX:

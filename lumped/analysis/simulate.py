@@ -22,6 +22,7 @@ from lumped.system import Changes, Name, System
 __all__ = ["simulate"]
 
 Grid = int | Sequence[float] | np.ndarray | None
+Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
 def simulate(
@@ -34,7 +35,7 @@ def simulate(
     grid: Grid = 500,
     rtol: float = 1e-6,
     atol: float | None = None,
-    method: Literal["auto", "explicit", "implicit", "exact", "steps"] = "auto",
+    method: Method = "auto",
     max_steps: int = 1_000_000,
     certify: bool = False,
 ) -> Trajectory:
@@ -128,7 +129,7 @@ def simulate(
             grid=times,
             rtol=rtol * share,
             atol=None if atol is None else atol * share,
-            method="steps" if method in ("auto", "exact") else method,
+            method=used if used in ("explicit", "implicit") else "steps",
             max_steps=100 * max_steps,
         )
 
@@ -140,7 +141,7 @@ def simulate(
     return certified(found, tighter, tight, energy)
 
 
-def _chosen(point: OperatingPoint, until: float, rtol: float) -> str:
+def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
     if closed_form_pays(point, until, rtol):
         return "exact"
     return "implicit" if stiff(point, until, rtol) else "steps"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from lumped.analysis.choice import closed_form_pays
 from lumped.analysis.compare import compared, observed
 from lumped.analysis.linear_form import linear_form
 from lumped.analysis.result import OperatingPoint, Trajectory
-from lumped.analysis.simulate import simulate
+from lumped.analysis.simulate import Method, simulate
 from lumped.analysis.start import start_point
 from lumped.errors import LumpedError, OptionError
 from lumped.system import Changes, Name, System
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["WorkPrecision", "WorkRow", "work_precision"]
-
-Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 _INTERVALS = 997
 """A prime, so that output times do not fall on the zeros of a vibration."""

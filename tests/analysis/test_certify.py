@@ -12,6 +12,7 @@ from lumped.components import (
     Damper,
     Fixed,
     Inertia,
+    Spring,
     SpringDamper,
     Torque,
     translation,
@@ -157,6 +158,25 @@ def test_an_impact_loses_what_newton_says():
     assert audit.impacts == pytest.approx(0.75, rel=1e-12)
     assert audit.change == pytest.approx(-0.75, rel=1e-12)
     assert audit.error < 1e-12
+
+
+def test_springs_in_series_without_a_body_between_them_balance():
+    parts = {
+        "a": Inertia(J=2.0, w=1.0),
+        "one": Spring(c=300.0),
+        "two": SpringDamper(c=200.0, d=0.7),
+        "b": Inertia(J=1.0),
+    }
+    model = lp.compose(**parts, connections=lp.chain(*parts.values()))
+    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8, certify=True)
+    audit = run.certificate.energy
+    print(audit)
+    kinetic = run["a.w"] ** 2 + run["b.w"] ** 2 / 2
+    elastic = 150 * run["one.phi_rel"] ** 2 + 100 * run["two.phi_rel"] ** 2
+    assert audit.supplied == pytest.approx(0, abs=1e-9)
+    assert audit.dissipated == pytest.approx(1 - (kinetic + elastic)[-1], rel=1e-6)
+    assert audit.dissipated > 0.1
+    assert audit.error < 1e-6
 
 
 class Leaking(Inertia):
