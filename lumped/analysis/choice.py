@@ -17,8 +17,6 @@ __all__ = ["closed_form_pays", "stiff"]
 
 _MOST_STATES = 200
 """States up to which eigenvalues and eigenvectors cost less than the steps of a short run."""
-_SHARE = 0.1
-"""Part of the tolerance that rounding may take where nobody asked for the closed form."""
 _REACH = 6.0
 """Largest decay of a mode within an explicit step."""
 _TIMES = 10.0
@@ -30,7 +28,7 @@ _LASTING = 20.0
 
 
 def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
-    """Whether there is a closed form, with few states, and much more accurate than asked for."""
+    """Whether there is a closed form, with few states and rounding below the tolerance."""
     system, theta = point.system, point.theta
     if not 0 < len(system.states) <= _MOST_STATES:
         return False
@@ -45,7 +43,7 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
         matrix, _ = form.at(theta, begin, modes)
         if not np.isfinite(matrix.data).all():
             return False
-        if closed(system, matrix).rounding(end - begin) > _SHARE * rtol:
+        if closed(system, matrix).rounding(end - begin) > rtol:
             return False
     return True
 

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 from scipy.sparse import csc_array
 
+from lumped.analysis.watch import may_be_unfit
 from lumped.errors import OptionError
 from lumped.system import System
 
@@ -65,6 +66,8 @@ def _made(system: System) -> LinearForm:
     if system._values.implicit:
         names = [system._node_name(node) for node in system._values.implicit]
         raise _refusal(system, f"{_listed(names)} follow from equations that are not linear")
+    if may_be_unfit(system):
+        raise _refusal(system, "what its states lead is not linear in them")
     x, theta, t, settings = system._inputs
     rates = system.rates
     entries = ca.SX(ca.jacobian(rates, x).nz[:])

@@ -228,7 +228,7 @@ class _Stepped:
         if self._fastest * span > _MOST_GROWTH:
             return np.inf
         size = float(norm(self._a, 2))
-        return _EPS * (10 + size * span)
+        return 2 * _EPS * (5 + size * span)
 
 
 def _phase(values: Complex, span: float) -> float:
@@ -237,7 +237,7 @@ def _phase(values: Complex, span: float) -> float:
     if -decay * span > _MOST_GROWTH:
         return np.inf
     lasting = min(span, 1 / decay) if decay > 0 else span
-    return _EPS * (10 + float(np.abs(values).max()) * lasting)
+    return 2 * _EPS * (5 + float(np.abs(values).max()) * lasting)
 
 
 def _modes(values: Complex, q: Complex, terms: Complex, s: Real) -> tuple[Complex, Complex]:

@@ -71,7 +71,7 @@ def simulate(
         "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until the problem turns out
         stiff and then the second. "exact" is the closed form, for systems that are linear between
         jumps, with functions of time that are polynomials there. "auto" takes the closed form
-        where there is one, rounding leaves it much better than `rtol`, and its modes cost little;
+        where there is one, rounding leaves it better than `rtol`, and its modes cost little;
         else "implicit" where the eigenvalues at the start say that explicit steps would be held
         by stability; else, and for ``grid=None``, "steps".
     max_steps : int

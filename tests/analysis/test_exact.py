@@ -1,5 +1,8 @@
 """method='exact' against closed forms and matrices written here."""
 
+import math
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh, expm
@@ -156,6 +159,43 @@ def test_a_damped_drive_equals_the_exponential_of_its_matrix(two_mass):
     assert worst(run["b.w"], expected[:, 2]) < 1e-12
 
 
+def exponential(a):
+    """Exponential of a matrix with 70 digits."""
+    halvings = max(0, math.ceil(math.log2(float(abs(a).sum(axis=1).max())))) + 4
+    term = total = digits(np.eye(len(a)))
+    for i in range(1, 30):
+        term = term.dot(a / 2**halvings) / i
+        total = total + term
+    for _ in range(halvings):
+        total = total.dot(total)
+    return total
+
+
+def digits(a):
+    """Numbers as they are, with 70 digits."""
+    return np.array([[Decimal(float(v)) for v in row] for row in a], dtype=object)
+
+
+def test_rounding_is_no_greater_than_estimated_in_stiff_and_damped_chains():
+    rng = np.random.default_rng(1)
+    twist = np.diff(np.eye(4), axis=0)
+    with localcontext() as context:
+        context.prec = 70
+        for _ in range(40):
+            J, c = 10 ** rng.uniform(-3, 1, 4), 10 ** rng.uniform(0, 9, 3)
+            d = 10 ** rng.uniform(-2, 6, 3) * rng.integers(0, 2, 3)
+            force = np.hstack([twist.T * c, (twist.T * d) @ twist]) / -J[:, None]
+            a = np.vstack([np.hstack([np.zeros((3, 3)), twist]), force])
+            x = np.concatenate([np.zeros(3), rng.normal(size=4)])
+            form = ClosedForm(csc_array(a))
+            received = form.solve(x, np.zeros((1, 7)), np.linspace(0, 1, 11)[1:])
+            step, z = exponential(digits(a) * Decimal("0.1")), digits(x[:, None])
+            for row in received:
+                z = step.dot(z)
+                error = np.abs(row - z.ravel().astype(float))[3:].max() / np.abs(x).max()
+                assert error <= form.rounding(1.0), form.words
+
+
 def test_phi_functions_hold_their_recurrence_and_their_limits():
     z = np.array([0, 1e-9, 0.3j, 0.999, -1.001, 40j, -700.0, 1e5j], dtype=complex)
     found = _phis(z.copy(), 4)
@@ -171,6 +211,16 @@ def test_parts_of_a_drive_are_solved_by_themselves():
     found = form.solve(np.array([2.0, 3.0]), np.array([[1.0, 1e6]]), np.array([0.5, 1.0]))
     assert found[:, 0] == pytest.approx(1 + np.exp([-0.5, -1.0]), rel=1e-15)
     assert found[:, 1] == pytest.approx([1, 1], rel=1e-15)
+
+
+class Hardening(Spring):
+    """Spring with a cubic law."""
+
+    def equations(self):
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.tau == self.c * (self.phi_rel + self.phi_rel**3)
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
 
 
 class Ageing(lp.Component):
@@ -212,7 +262,8 @@ def geared():
     ("model", "named"),
     [
         (rubbing(), "modes depend on states, in rub"),
-        (geared(), "derivatives of disc.w are not linear"),
+        (geared(), "what its states lead is not linear"),
+        (Pendulum().with_({"bar": Hardening(c=1.0)}), "derivatives of disc.w are not linear"),
         (Pendulum().with_({"drive.tau": sin(lp.time)}), "drives disc.w is no polynomial"),
         (Pendulum().with_({"bar": Ageing()}), "of disc.w are not linear .* constant coefficients"),
     ],
