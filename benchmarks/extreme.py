@@ -40,8 +40,8 @@ largest deviation of the energy from its start, both over the whole run; ms on t
   error of the start by 1e9. At the default tolerances this is OUTSIDE, and the only row that is
   wrong without an error; `certify=True` shows it (estimate 5e-4, true 6e-4), a smaller `atol`
   cures it.
-* Explicit steps at the limit of stability are less accurate than their tolerance, here by up to
-  70 times (stiff shaft of ratio 100, slow mode), within the usual limit of a hundred times.
+* Explicit steps at the limit of stability are less accurate than their tolerance, 40 times for the
+  slow mode beside a shaft of ratio 100; the limit is a hundred times.
 
 """
 METHODS = ("explicit", "implicit", "exact", "auto")
