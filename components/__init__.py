@@ -12,12 +12,15 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
-from lumped.components.cams import CamSwitch, PulseTorque
+from lumped.components.belts import Belt
+from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
 from lumped.components.control import (
+    CascadeControl,
     CurrentController,
+    FedPI,
     Filter,
     Gain,
     LimitedPI,
@@ -52,7 +55,14 @@ from lumped.components.friction import (
     OneWayClutch,
     SlipCoupling,
 )
-from lumped.components.gears import IdealGear, Planetary, RackAndPinion, SelectableGear
+from lumped.components.gears import (
+    BevelDifferential,
+    BevelGear,
+    IdealGear,
+    Planetary,
+    RackAndPinion,
+    SelectableGear,
+)
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
@@ -74,8 +84,11 @@ from lumped.components.motors import (
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
     SpeedDrive,
+    SquirrelCageMotor,
+    SynchronousMotor,
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.rolling import RollingTorque
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -85,7 +98,7 @@ from lumped.components.sensors import (
     SpeedSensor,
     TorqueSensor,
 )
-from lumped.components.sequence import Latch, Minimum, SpeedProfile, Switch
+from lumped.components.sequence import Latch, Minimum, PositionSequencer, SpeedProfile, Switch
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import Fixed, Position, Speed, Torque
 from lumped.components.thermal import (
@@ -103,9 +116,13 @@ __all__ = [
     "AngleSensor",
     "Backlash",
     "BearingFriction",
+    "Belt",
+    "BevelDifferential",
+    "BevelGear",
     "Brake",
     "CamSwitch",
     "Capacitor",
+    "CascadeControl",
     "Clutch",
     "Coil",
     "Constant",
@@ -123,12 +140,14 @@ __all__ = [
     "ElastoBacklash",
     "EllipticalGear",
     "Expression",
+    "FedPI",
     "Filter",
     "Fixed",
     "FixedTemperature",
     "Gain",
     "Ground",
     "GuidedRod",
+    "HarmonicTorque",
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
@@ -151,10 +170,12 @@ __all__ = [
     "OneWayClutch",
     "PController",
     "PIController",
+    "PeriodicTorque",
     "PickUp",
     "Planetary",
     "PointToPoint",
     "Position",
+    "PositionSequencer",
     "PowerSensor",
     "PulseTorque",
     "QuadraticTorque",
@@ -165,6 +186,7 @@ __all__ = [
     "RelativeAngleSensor",
     "RelativeSpeedSensor",
     "Resistor",
+    "RollingTorque",
     "RotatingMass",
     "SampledPI",
     "SelectableGear",
@@ -180,6 +202,7 @@ __all__ = [
     "Spring",
     "SpringDamper",
     "SquareRootController",
+    "SquirrelCageMotor",
     "Step",
     "Stop",
     "Stribeck",
@@ -189,6 +212,7 @@ __all__ = [
     "Sum",
     "SwingingMass",
     "Switch",
+    "SynchronousMotor",
     "Table",
     "ThermalConductor",
     "Torque",

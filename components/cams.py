@@ -1,16 +1,20 @@
-"""What happens in a part of every turn: switches and loads that follow the angle of a shaft."""
+"""Switches and loads that follow the angle of a shaft, in any number of turns.
+
+Source of the harmonics: Dresig and Holzweissig, Dynamics of Machinery (periodic excitation).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Literal
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.expression import Compare
-from lumped.ops import atan2, cos, pi, sin, where
+from lumped.expression import Compare, Datum
+from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
-__all__ = ["CamSwitch", "PulseTorque"]
+__all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
 
 
 class CamSwitch(Component):
@@ -32,31 +36,142 @@ class CamSwitch(Component):
         yield self.rest == 1 - self.y
 
 
-class PulseTorque(Component):
-    """Torque in a part of every turn: ``tau = tau_max cos(pi x / width)``, ``|x| < width / 2``.
-
-    `x` is the angle from `centre`, and outside of the range the torque is zero. As ``"rectangle"``
-    it is `tau_max` throughout the range. A positive torque drives, a negative one is a load.
-    """
+class _AngleTorque(Component):
+    """Torque ``tau`` on what is joined to the flange, from its angle against the support."""
 
     flange = Flange()
     support = Flange(grounded=True)
+    tau: Var = var("N.m", "driving torque")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.tau == self._driving(self.flange.phi - self.support.phi)
+        yield self.flange.tau == -self.tau
+        yield self.support.tau == self.tau
+
+    def _driving(self, phi: Expr) -> Expr:
+        raise NotImplementedError
+
+
+class PulseTorque(_AngleTorque):
+    """Torque in a part of every turn: ``tau = tau_max cos(pi x / width)``, ``|x| < width / 2``.
+
+    `x` is the angle from `centre`, and outside of the range the torque is zero. As ``"rectangle"``
+    it is `tau_max` throughout the range. A positive torque drives, a negative one is a load, such
+    as that of a cut.
+    """
+
     shape: Literal["half-sine", "rectangle"] = "half-sine"
     tau_max: Param = param("N.m", "driving torque in the middle of the range")
     centre: Param = param("rad", "angle in the middle of the range")
     width: Param = param("rad", "range of the angle", above=0, below=2 * pi)
-    tau: Var = var("N.m", "driving torque")
 
-    def equations(self) -> Iterator[Equation]:
+    def _driving(self, phi: Expr) -> Expr:
         if self.shape not in ("half-sine", "rectangle"):
             raise EquationError(f"shape = {self.shape!r}: 'half-sine' or 'rectangle' is needed.")
-        phi = self.flange.phi - self.support.phi
         x = atan2(sin(phi - self.centre), cos(phi - self.centre))
         form: Expr | float = cos(pi * x / self.width) if self.shape == "half-sine" else 1.0
-        inside = within(phi, self.centre, self.width)
-        yield self.tau == where(inside, self.tau_max * form, 0.0)
-        yield self.flange.tau == -self.tau
-        yield self.support.tau == self.tau
+        return where(within(phi, self.centre, self.width), self.tau_max * form, 0.0)
+
+
+class HarmonicTorque(_AngleTorque):
+    """Torque of harmonics of the angle: ``tau = mean + sum(A sin(order phi + phase))``.
+
+    `harmonics` are rows of the order, the amplitude ``A`` in N.m and the phase in rad, such as
+    ``((2, 340.0, 0.0), (4, 120.0, 1.2))``. A cylinder of a four-stroke engine has half orders, too.
+    The work of a whole number of periods is that of the mean alone. A positive torque drives.
+    """
+
+    harmonics: Sequence[Sequence[float]] = ()
+    mean: Param = param("N.m", "mean driving torque", 0.0)
+
+    def _driving(self, phi: Expr) -> Expr:
+        rows = _rows(
+            "harmonics", self.harmonics, "order, amplitude (N.m), phase (rad)", (2, 340.0, 0.0)
+        )
+        total: Expr = self.mean
+        for order, amplitude, phase in rows:
+            if order <= 0:
+                raise EquationError(
+                    f"harmonics: the order {order:g} is not positive. Periods in a turn are meant; "
+                    "the constant part is the parameter 'mean'."
+                )
+            total = total + Datum(amplitude) * sin(order * phi + phase)
+        return total
+
+
+class PeriodicTorque(_AngleTorque):
+    """Torque of a table over the angle that repeats: ``tau(phi + period) = tau(phi)``.
+
+    `points` are rows of the angle in rad and the driving torque in N.m, within one period, whose
+    end is the first point again. ``"smooth"`` joins them by a periodic cubic spline (continuous
+    curvature), ``"lines"`` by straight lines; a run does not stop at their kinks.
+    """
+
+    points: Sequence[Sequence[float]] = ()
+    shape: Literal["smooth", "lines"] = "smooth"
+    period: float = 2 * pi
+
+    def _driving(self, phi: Expr) -> Expr:
+        angles, values = self._table()
+        if len(values) == 2:
+            return Datum(values[0])
+        if self.shape == "smooth":
+            return periodic_spline(phi, angles, values)
+        if self.shape != "lines":
+            raise EquationError(f"shape = {self.shape!r}: 'smooth' or 'lines' is needed.")
+        turns = 2 * pi / self.period * (phi - angles[0])
+        x = self.period / 2 * (1 + atan2(-sin(turns), -cos(turns)) / pi)
+        total: Expr = Datum(values[0])
+        for (a, b), (u, v) in zip(pairwise(angles), pairwise(values), strict=True):
+            way = minimum(maximum(x - (a - angles[0]), 0.0), b - a)
+            total = total + way * Datum((v - u) / (b - a))
+        return total
+
+    def _table(self) -> tuple[list[float], list[float]]:
+        """Angles and torques, closed by the first point one period later."""
+        rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
+        if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
+            raise EquationError(
+                f"period = {self.period!r} rad must be a positive number: the angle after which "
+                "the torque repeats, 2 pi for a turn."
+            )
+        angles, values = [a for a, _ in rows], [v for _, v in rows]
+        for before, after in pairwise(angles):
+            if not after > before:
+                raise EquationError(
+                    f"points: the angles must increase, but {before:g} -> {after:g} rad. Sort them."
+                )
+        end = angles[0] + self.period
+        if not angles[-1] < end:
+            raise EquationError(
+                f"points: the last angle {angles[-1]:g} rad is not before {end:g} rad, where the "
+                "next period begins with the first point. Angles are in rad; leave the closing "
+                "point out, or give a longer period."
+            )
+        return [*angles, end], [*values, values[0]]
+
+
+def _rows(
+    name: str, given: Sequence[Sequence[float]], meaning: str, example: Sequence[float]
+) -> list[tuple[float, ...]]:
+    """Rows of finite numbers, as long as the example.
+
+    Raises
+    ------
+    EquationError
+        If there are none, or they are no such rows.
+    """
+    try:
+        rows = [tuple(map(float, row)) for row in given]
+    except (TypeError, ValueError):
+        rows = []
+    width = len(example)
+    good = all(len(row) == width and all(abs(v) < float("inf") for v in row) for row in rows)
+    if not rows or not good:
+        raise EquationError(
+            f"{name} = {given!r}: at least one row of {meaning} is needed, such as ({example},)."
+        )
+    return rows
 
 
 def within(phi: Expr, centre: Expr, width: Expr) -> Compare:

@@ -12,12 +12,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, time, var, when
+from lumped import (
+    Component,
+    Connection,
+    Equation,
+    Expr,
+    Input,
+    Output,
+    Param,
+    Var,
+    connect,
+    der,
+    param,
+    time,
+    var,
+    when,
+)
 from lumped.ops import maximum, minimum, sign, sqrt, where
 from lumped.switch import Item
 
 __all__ = [
+    "CascadeControl",
     "CurrentController",
+    "FedPI",
     "Filter",
     "Gain",
     "LimitedPI",
@@ -159,12 +176,36 @@ class LimitedPI(Component):
         yield self.T_i * der(self.x) == e + (self.y - self.u) / (self.k * self.N_i)
 
 
-class CurrentController(Component):
-    """PI controller of a motor current: the induced voltage is fed forward, the limit is a signal.
+class FedPI(Component):
+    """PI controller with a feed-forward and a limit that are signals, with anti-windup.
 
     ``e = wanted - measured``, ``u = k (e + x) + feed``, ``y = clip(u, +-limit)`` and
-    ``T_i der(x) = e + (y - u) / k``. For a first-order lag of the converter and its measurement
-    with sum `T`, ``k = L / (2 T)`` and ``T_i = L / R`` (optimum by magnitude; Leonhard, ch. 7).
+    ``T_i der(x) = e + (y - u) / k``.
+    """
+
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    feed = Input("1", "feed-forward, added to the output")
+    limit = Input("1", "greatest output, both ways")
+    k: Param = param("1", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    x: Var = var("1", "integral part over the gain", state="prefer")
+    u: Var = var("1", "output without limits")
+    y = Output("1", "controller output")
+
+    def equations(self) -> Iterator[Equation]:
+        e = self.wanted - self.measured
+        yield self.u == self.k * (e + self.x) + self.feed
+        yield self.y == limited(self.u, -self.limit, self.limit)
+        yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
+
+
+class CurrentController(FedPI):
+    """PI controller of a motor current: the induced voltage is fed forward, the limit is a signal.
+
+    The law is that of `FedPI`: ``u = k (e + x) + feed``. For a first-order lag of the converter and
+    its measurement with sum `T`, ``k = L / (2 T)`` and ``T_i = L / R`` (optimum by magnitude;
+    Leonhard, ch. 7).
     """
 
     wanted = Input("A", "wanted current")
@@ -172,16 +213,9 @@ class CurrentController(Component):
     feed = Input("V", "induced voltage")
     limit = Input("V", "greatest voltage, both ways")
     k: Param = param("Ohm", "gain", above=0)
-    T_i: Param = param("s", "integral time", above=0)
     x: Var = var("A", "integral part over the gain", state="prefer")
     u: Var = var("V", "voltage without limits")
     y = Output("V", "wanted voltage")
-
-    def equations(self) -> Iterator[Equation]:
-        e = self.wanted - self.measured
-        yield self.u == self.k * (e + self.x) + self.feed
-        yield self.y == limited(self.u, -self.limit, self.limit)
-        yield self.T_i * der(self.x) == e + (self.y - self.u) / self.k
 
 
 class SampledPI(Component):
@@ -230,6 +264,45 @@ class SquareRootController(Component):
         e, e_0 = self.wanted - self.measured, self.a / self.K**2
         far = maximum(maximum(e, -e), e_0)
         yield self.y == e / far * sqrt(2 * self.a * (far - e_0 / 2))
+
+
+class CascadeControl(Component):
+    """Position and speed control of a drive in cascade, with feed-forward and limits.
+
+    The wanted speed is ``v = clip(K e + v_feed, +-v_max)`` with ``e = wanted - measured``; beyond
+    ``e = a / K^2`` it brakes with `a` as `SquareRootController` does. The torque or force is
+    ``y = clip(k (v - v_measured + x) + f_feed, +-f_max)``, ``T_i der(x) = v - v_measured`` with
+    anti-windup as in `FedPI`. With ``v_feed = der(wanted)`` and ``f_feed = J der(v_feed)`` a rigid
+    drive follows without error.
+    """
+
+    wanted = Input("1", "wanted position")
+    measured = Input("1", "measured position")
+    v_measured = Input("1/s", "measured speed")
+    v_feed = Input("1/s", "feed-forward of the speed")
+    f_feed = Input("1", "feed-forward of the torque or force")
+    K: Param = param("1/s", "gain of the position control", above=0)
+    a: Param = param("1/s2", "deceleration far from the aim; 1e30: K e throughout", 1e30, above=0)
+    v_max: Param = param("1/s", "greatest wanted speed, both ways", above=0)
+    k: Param = param("1", "gain of the speed control", above=0)
+    T_i: Param = param("s", "integral time of the speed control", above=0)
+    f_max: Param = param("1", "greatest torque or force, both ways", above=0)
+    y = Output("1", "wanted torque or force")
+    position: SquareRootController = SquareRootController(K=K, a=a)
+    fed: Sum = Sum()
+    most: Limiter = Limiter(y_min=-v_max, y_max=v_max)
+    speed: FedPI = FedPI(k=k, T_i=T_i, limit=f_max)
+
+    def connections(self) -> Iterator[Connection]:
+        yield connect(self.wanted, self.position.wanted)
+        yield connect(self.measured, self.position.measured)
+        yield connect(self.position.y, self.fed.a)
+        yield connect(self.v_feed, self.fed.b)
+        yield connect(self.fed.y, self.most.u)
+        yield connect(self.most.y, self.speed.wanted)
+        yield connect(self.v_measured, self.speed.measured)
+        yield connect(self.f_feed, self.speed.feed)
+        yield connect(self.speed.y, self.y)
 
 
 class LoadShare(Component):

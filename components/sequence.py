@@ -1,4 +1,4 @@
-"""Signals that follow how far a motion has come: position switches and speed profiles."""
+"""Signals that follow how far a motion has come: position switches, sequences, speed profiles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lumped.expression import Number
 from lumped.ops import maximum, sqrt, where
 from lumped.switch import Item
 
-__all__ = ["Latch", "Minimum", "SpeedProfile", "Switch"]
+__all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "Switch"]
 
 
 def least(a: Expr, b: Number) -> Expr:
@@ -60,6 +60,59 @@ class Latch(Component):
         yield self.y == self.x
         yield when(self.u >= self.on, {self.x: 1.0})
         yield when(self.u >= self.off, {self.x: 0.0})
+
+
+class PositionSequencer(Component):
+    """Wanted positions one after the other: ``y = targets[step]``.
+
+    It steps on once `measured` has been within `tolerance` of the wanted position for the time
+    `dwell` without a break; `held` counts that time. Arrivals, departures and steps are events. At
+    the last target it stays, and `done` becomes 1 after the dwell there.
+    """
+
+    targets: Sequence[float] = ()
+    measured = Input("1", "measured position")
+    tolerance: Param = param("1", "distance from the target that counts as there", above=0)
+    dwell: Param = param("s", "time within the tolerance before the next step", above=0)
+    step: Var = var("1", "number of the target, from 0", state="always")
+    held: Var = var("s", "time within the tolerance", state="always")
+    y = Output("1", "wanted position")
+    done = Output("1", "1 once the last target was held, else 0")
+
+    def equations(self) -> Iterator[Item]:
+        targets = _numbers(self.targets)
+        last = len(targets) - 1
+        wanted: Number = targets[0]
+        for i, target in enumerate(targets[1:], 1):
+            wanted = where(self.step >= i, target, wanted)
+        away = abs(self.measured - self.y)
+        yield self.y == wanted
+        yield self.done == where(self.step > last, 1.0, 0.0)
+        yield der(self.step) == 0
+        counting = where(away <= self.tolerance, 1.0, 0.0)
+        yield der(self.held) == where(self.step > last, 0.0, counting)
+        yield when(away > self.tolerance, {self.held: 0.0})
+        yield when(self.held >= self.dwell, {self.step: self.step + 1, self.held: 0.0})
+
+
+def _numbers(targets: Sequence[float]) -> list[float]:
+    """Targets that are finite numbers.
+
+    Raises
+    ------
+    EquationError
+        If there is none, or one is no finite number.
+    """
+    try:
+        found = [float(target) for target in targets]
+    except (TypeError, ValueError):
+        found = []
+    if not found or not all(abs(target) < float("inf") for target in found):
+        raise EquationError(
+            f"targets = {targets!r} must be at least one finite number, such as (0.5, 2.0, 0.0): "
+            "the wanted positions in their order."
+        )
+    return found
 
 
 class SpeedProfile(Component):

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import lsqr
+import scipy
 
 from lumped.incidence import Entries, Incidence
 from lumped.port import Pin
@@ -349,8 +348,10 @@ def combined(constraints: Entries, row: int) -> list[int]:
     rows, i = np.unique(constraints.rows, return_inverse=True)
     nodes = constraints.classes * (constraints.orders.max() + 1) + constraints.orders
     columns, j = np.unique(nodes, return_inverse=True)
-    matrix = csr_array((constraints.values, (i, j)), shape=(len(rows), len(columns)))
+    matrix = scipy.sparse.csr_array((constraints.values, (i, j)), shape=(len(rows), len(columns)))
     others = matrix[rows != row]
-    share = lsqr(others.T, matrix[rows == row].toarray().ravel(), atol=1e-12, btol=1e-12)[0]
+    share = scipy.sparse.linalg.lsqr(
+        others.T, matrix[rows == row].toarray().ravel(), atol=1e-12, btol=1e-12
+    )[0]
     used = np.abs(share) > 1e-6 * np.abs(share).max(initial=0.0)
     return sorted([row, *rows[rows != row][used].tolist()])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 from lumped.component import Component
+from lumped.connection import label
 from lumped.errors import UnitError
 from lumped.expression import (
     Call,
@@ -15,6 +17,7 @@ from lumped.expression import (
     Equation,
     Expr,
     Partial,
+    Periodic,
     Ref,
     Time,
     Where,
@@ -38,7 +41,8 @@ def check_units(model: Component) -> int:
     """Check the dimensions of all equations of a model and its parts.
 
     Angles count as numbers, so that ``v == w r`` holds; zero and the entries of tables fit
-    everywhere, other numbers are numbers.
+    everywhere, other numbers are numbers. Signals that are joined must be of the same kind, unless
+    one is a plain number.
 
     Parameters
     ----------
@@ -81,6 +85,11 @@ def _pairs(part: Component) -> Iterator[tuple[Expr, Expr, str]]:
     for item in [*part.equations(), *part.initial_equations()]:
         for single in item if isinstance(item, tuple) else (item,):
             yield from _sides(single)
+    for connection in part.connections():
+        # blocks of plain numbers take any signal
+        signals = [e for e in connection.ends if isinstance(e, Ref) and e.quantity.unit != "1"]
+        for one, other in pairwise(signals):
+            yield one, other, f"{label(one)} joined to {label(other)}"
 
 
 def _sides(item: Item) -> Iterator[tuple[Expr, Expr, str]]:
@@ -115,7 +124,7 @@ def _dimension(root: Expr) -> Dimension | None:
 
 
 def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
-    if isinstance(node, Datum):
+    if isinstance(node, Datum | Periodic):
         return None
     if isinstance(node, Constant):
         return None if node.value == 0 else _NUMBER

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from lumped.connection import Connection, label
 from lumped.errors import ConnectError, EquationError
@@ -143,7 +143,7 @@ def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
     n = len(items)
     i = np.array([place[a] for a, _ in pairs], dtype=int)
     j = np.array([place[b] for _, b in pairs], dtype=int)
-    count, labels = connected_components(links(i, j, (n, n)), directed=False)
+    count, labels = scipy.sparse.csgraph.connected_components(links(i, j, (n, n)), directed=False)
     groups: list[list[int]] = [[] for _ in range(count)]
     for item, group in zip(items, labels.tolist(), strict=True):
         groups[group].append(item)

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from lumped.diagnosis import listed, lock, some
 from lumped.errors import SingularModelError
@@ -110,8 +109,8 @@ def _grounded(flat: FlatModel) -> np.ndarray:
     """Whether each unknown is the position of an open port that grounds itself."""
     pairs = np.array([(a, b) for a, b, _ in flat.joints.equal], dtype=int).reshape(-1, 2)
     n = flat.tree.unknown_count
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
-    label = connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     return np.isin(label, label[[u for u, _ in flat.joints.grounded]])
 
 

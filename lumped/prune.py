@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order
+import scipy
 
 from lumped.links import links
 from lumped.values import Values
@@ -15,7 +14,7 @@ from lumped.values import Values
 __all__ = ["independent_of", "needed_states", "samples", "used", "uses"]
 
 
-def uses(expression: ca.SX, values: Values) -> csr_array:
+def uses(expression: ca.SX, values: Values) -> scipy.sparse.csr_array:
     """Which state stands in which element of an expression, as a sparse (elements, states)."""
     rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
     shape = (expression.numel(), values.states.numel())
@@ -109,11 +108,13 @@ def needed_states(
     return [i for i in range(len(states)) if moving[i] or i in asked or i not in positions]
 
 
-def _closed(uses: csr_array, begin: set[int]) -> list[int]:
+def _closed(uses: scipy.sparse.csr_array, begin: set[int]) -> list[int]:
     """All states that those in `begin` need directly or indirectly."""
     n = uses.shape[0]
     coo = uses.tocoo()
     rows = np.concatenate([coo.row, np.full(len(begin), n)])
     columns = np.concatenate([coo.col, np.array(sorted(begin), dtype=int)])
-    order = breadth_first_order(links(rows, columns, (n + 1, n + 1)), n, return_predecessors=False)
+    order = scipy.sparse.csgraph.breadth_first_order(
+        links(rows, columns, (n + 1, n + 1)), n, return_predecessors=False
+    )
     return sorted(int(i) for i in order if i < n)

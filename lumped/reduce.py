@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+import scipy
 
 from lumped.alias import Aliases, eliminate_aliases
 from lumped.diagnosis import class_names, combined, equation_text, listed
@@ -216,7 +216,7 @@ def _blocks(
     known = column[nodes] < 0
     n = len(labels)
     graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
-    match = maximum_bipartite_matching(graph, perm_type="column")
+    match = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
     if n != len(unknown) or (match < 0).any():
         lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
         raise SingularModelError(
@@ -234,7 +234,9 @@ def _blocks(
     row_of = np.empty(len(unknown), dtype=int)
     row_of[match] = np.arange(n)
     users, needed = rows[~known], row_of[column[nodes[~known]]]
-    count, label = connected_components(links(users, needed, (n, n)), connection="strong")
+    count, label = scipy.sparse.csgraph.connected_components(
+        links(users, needed, (n, n)), connection="strong"
+    )
     led = np.zeros(count, dtype=bool)
     led[label[rows[known]]] = True
     return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])

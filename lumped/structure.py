@@ -8,8 +8,7 @@ unmatched ones reach, the over-determined part of Dulmage and Mendelsohn.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_bipartite_matching
+import scipy
 
 from lumped.diagnosis import listed, misfit
 from lumped.errors import SingularModelError
@@ -22,9 +21,9 @@ _MOST_ROUNDS = 12
 _MOST_FAULTS = 6
 
 
-def _match(graph: csr_array) -> np.ndarray:
+def _match(graph: scipy.sparse.csr_array) -> np.ndarray:
     """Column matched to each row, -1 for none."""
-    found: np.ndarray = maximum_bipartite_matching(graph, perm_type="column")
+    found: np.ndarray = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
     return found
 
 
@@ -35,7 +34,7 @@ def _inverse(match: np.ndarray, count: int) -> np.ndarray:
     return rows
 
 
-def _reached(graph: csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndarray:
+def _reached(graph: scipy.sparse.csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Rows that alternating paths from the rows `starts` reach, themselves included."""
     n, m = graph.shape
     row_of = _inverse(match, m)
@@ -45,7 +44,7 @@ def _reached(graph: csr_array, match: np.ndarray, starts: np.ndarray) -> np.ndar
     sources = np.concatenate([rows[known], np.full(len(starts), n)])
     targets = np.concatenate([to[known], starts])
     paths = links(sources, targets, (n + 1, n + 1))
-    order = breadth_first_order(paths, n, return_predecessors=False)
+    order = scipy.sparse.csgraph.breadth_first_order(paths, n, return_predecessors=False)
     return np.sort(order[order < n])
 
 

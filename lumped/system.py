@@ -9,8 +9,9 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
+from lumped.component import Component
 from lumped.errors import UnknownNameError
 from lumped.expression import Expr
 from lumped.flatten import FlatModel
@@ -342,9 +343,9 @@ class System:
             idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
         return frozenset(reduced.states[i] for i in idle)
 
-    def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> csc_array:
+    def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
-        matrix = csc_array(self.jacobian(*point_inputs)[0].sparse())
+        matrix = scipy.sparse.csc_array(self.jacobian(*point_inputs)[0].sparse())
         matrix.data[self._cancelling] = 0.0
         return matrix
 
@@ -376,9 +377,8 @@ class System:
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
         key = ("chart", tuple(sorted(ranks.items())))
         if key not in self.made:
-            name = self._tree.unknown_name
-            outputs = None if self._outputs is None else [name(u) for u in self._outputs]
-            chart = System(self._flat, outputs, [name(u) for u in self._kept], ranks)
+            _, outputs, kept = self.origin
+            chart = System(self._flat, outputs, kept, ranks)
             chart.made[("chart", tuple(sorted(self._ranks.items())))] = self
             self.made[key] = chart
         found: System = self.made[key]
@@ -395,6 +395,13 @@ class System:
     def names(self) -> list[str]:
         """Names of all quantities."""
         return list(self._tree.unknown_names())
+
+    @property
+    def origin(self) -> tuple[Component, list[str] | None, list[str]]:
+        """Model, outputs and kept quantities from which the system was assembled."""
+        name = self._tree.unknown_name
+        outputs = None if self._outputs is None else [name(u) for u in self._outputs]
+        return self._tree.nodes[0].component, outputs, [name(u) for u in self._kept]
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference."""

@@ -2,15 +2,18 @@
 
 The drive and its source are described in `lumped.models.carrousel_coiler_drive`, its sizing in
 `carrousel_coiler_sizing`, the elastic strip in `carrousel_coiler_scenes`, the turret in
-`carrousel_coiler_turret`.
+`carrousel_coiler_turret`. Marks: [P] printed, [R] restored by derivation, [I] inferred, [A] assumed
+as the source does not give it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+import lumped as lp
 from lumped.models import Row
 from lumped.models import carrousel_coiler_sizing as sizing
 from lumped.models.carrousel_coiler_drive import (
@@ -18,90 +21,157 @@ from lumped.models.carrousel_coiler_drive import (
     I_LOW,
     MANDREL,
     RADIUS,
+    TENSION,
+    THICKNESS,
+    UnderTension,
+    strip_momentum,
     winding,
 )
-from lumped.models.carrousel_coiler_scenes import elastic_winding, gear_change, tension_deviation
+from lumped.models.carrousel_coiler_scenes import (
+    J_EMPTY,
+    elastic_winding,
+    gear_change,
+    tension_deviation,
+)
 from lumped.models.carrousel_coiler_turret import half_turn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-NOT = "not published"
-CUT = "print cut off, not rounded"
-PUBLISHED = (  # quantity, unit, value, place, remark
-    ("motor power, 20 m/s", "kW", 2347.0, "example 3.1", f"{CUT}; a factor 1.25 is not in print"),
-    ("range of motor speeds, high gear only", "1", 10.65, "example 3.2", f"{CUT}; 1300 m/min"),
-    ("range of motor speeds, both gears", "1", 7.21, "example 3.2", f"{CUT}; 1300 m/min"),
-    (
-        "motor power, drawing",
-        "kW",
-        2160.0,
-        "drawing",
-        "no formula in print: 1.150 times (3.4), computed is (3.4) alone",
-    ),
-)
-UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
-    ("base speed of the motor, 20 m/s", "rpm", None, NOT, "323.24 from (3.12), a = 1.25"),
-    ("base speed of the motor, 1300 m/min", "rpm", None, NOT, "350.2, perhaps 350 was meant"),
-    ("tension at full coil, high gear", "kN", None, NOT, "80 as a = 1.25 says"),
-    ("tension at full coil, low gear", "kN", None, NOT, "118.17 from (3.4) and the envelope"),
-    ("tension at full coil, 2160 kW, high gear", "kN", None, NOT, "73.6: 80 kN only to 0.92 m"),
-    ("greatest motor power, whole run", "kW", None, NOT, "1892.0 closed form; (3.4) 1878.3"),
-    ("greatest motor torque, whole run", "kN.m", None, NOT, "61.9386 closed form"),
-    ("RMS motor torque over rated torque", "1", None, NOT, "0.648 closed form"),
-    ("deviation of tension, steady, empty", "kN", None, NOT, "11.771 from A / R^4 + B"),
-    ("deviation of tension, steady, full", "kN", None, NOT, "1.0746 from A / R^4 + B"),
-    ("deviation of tension, 1 m/s2, empty", "kN", None, NOT, "-17.200 from -a J / R^2"),
-    ("elastic strip at 10 s, not compensated", "N", None, NOT, "67070.5 by DOP853, no loss"),
-    ("elastic strip at 10 s, compensated", "N", None, NOT, "80000.0 by DOP853, no loss"),
-    ("energy lost by a gear change at 20 rad/s", "kJ", None, NOT, "15.649 from momentum"),
-    ("turret drive, least torque of half a turn", "kN.m", None, NOT, "29 from plane geometry"),
-    ("turret drive, greatest torque", "kN.m", None, NOT, "174 from plane geometry"),
-)
+EXAMPLE_1, EXAMPLE_2, DRAWING = "[P] example 3.1", "[P] example 3.2", "[P] drawing"
+RESTORED, INFERRED = "not published, [R]", "not published, [I]"
+ASSUMED = "not published, inertias and strip [A]"
+RPM = 30 / np.pi
 
 
 def rows() -> list[Row]:
     """Published and computed numbers."""
+    return [*_motors(), *_gears(), *_run(), *_deviations(), *_elastic(), *_extremes()]
+
+
+def _motors() -> Iterator[Row]:
     motor, second = sizing.chosen_motor(), sizing.chosen_motor(sizing.SPEED_2)
-    drawn = sizing.Motor(sizing.DRAWN / motor.base, sizing.DRAWN, motor.speed)
-    slow = np.array([5.0])
-    rpm = 30 / np.pi
-    run = winding(grid=20_000, rtol=1e-9)
-    torque = -run["drive.motor.flange.tau"]
-    power = torque * run["drive.rotor.w"]
-    steady = tension_deviation(np.array([MANDREL, RADIUS]))
-    at = np.array([0.0, 10.0])
-    elastic = [
-        elastic_winding(share, until=10.0, grid=at, rtol=1e-9, parameters={"eta": 1.0, "mu": 0.0})
-        for share in (0.0, 1.0)
-    ]
-    turret = -half_turn(grid=1200)["turn.flange.tau"]
-    computed = [
-        motor.power / 1e3,
-        sizing.speed_range(),
-        sizing.speed_range(I_LOW),
-        sizing.tension_power() / 1e3,
-        motor.base * rpm,
-        second.base * rpm,
-        sizing.greatest_tension(motor, slow, I_HIGH)[0] / 1e3,
-        sizing.greatest_tension(motor, slow, I_LOW)[0] / 1e3,
-        sizing.greatest_tension(drawn, slow, I_HIGH)[0] / 1e3,
-        power.max() / 1e3,
-        torque.max() / 1e3,
-        np.sqrt(np.trapezoid(torque**2, run.t) / run.t[-1]) / motor.torque,
-        *(steady / 1e3),
-        tension_deviation(np.array([MANDREL]), v=0.0, a=1.0)[0] / 1e3,
-        *(run["strip.T"][-1] for run in elastic),
-        sum(event.loss for event in gear_change().events) / 1e3,
-        turret.min() / 1e3,
-        turret.max() / 1e3,
-    ]
-    return [
-        Row(quantity, unit, value, float(found), place, remark)
-        for (quantity, unit, value, place, remark), found in zip(
-            (*PUBLISHED, *UNPUBLISHED), computed, strict=True
+    note = "print cut off, not rounded; (3.4) [R] times 1.25, which is not in print [I]"
+    yield Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
+    note = "1.25 times the tension at 20 m/s and K without the efficiency [I]; 1.150 times (3.4)"
+    yield Row("motor power, drawing", "kW", 2160.0, sizing.drawn_power() / 1e3, DRAWING, note)
+    note = "1878.26, without the factor 1.25"
+    yield Row("power of (3.4)", "kW", None, sizing.tension_power() / 1e3, RESTORED, note)
+    for name, i, printed, slower in (
+        ("high gear only", I_HIGH, 10.65, 9.836),
+        ("both gears", I_LOW, 7.21, 6.659),
+    ):
+        found = sizing.speed_range(i)
+        note = "print cut off, not rounded; 1300 m/min, not the 20 m/s of example 3.1"
+        yield Row(f"range of motor speeds, {name}", "1", printed, found, EXAMPLE_2, note)
+        found = sizing.speed_range(i, v_max=20.0)
+        note = f"{slower} with the speed of example 3.1"
+        yield Row(f"range of motor speeds, {name}, 20 m/s", "1", None, found, RESTORED, note)
+    for speed, chosen, base, most in (
+        ("20 m/s", motor, "323.24 from (3.12), a = 1.25", "847.85 from (3.13)"),
+        ("1300 m/min", second, "350.2, perhaps 350 was meant", "918.5 from (3.13)"),
+    ):
+        yield Row(
+            f"base speed of the motor, {speed}", "rpm", None, chosen.base * RPM, INFERRED, base
         )
-    ]
+        name = f"greatest speed of the motor, {speed}"
+        yield Row(name, "rpm", None, chosen.speed * RPM, RESTORED, most)
+    note = "69.3597, which holds the full coil in high gear"
+    yield Row("rated torque, 20 m/s", "kN.m", None, motor.torque / 1e3, INFERRED, note)
+
+
+def _gears() -> Iterator[Row]:
+    motor, drawn = sizing.chosen_motor(), sizing.drawn_motor()
+    slow = np.array([5.0])
+    for name, found, i, note in (
+        ("high gear", motor, I_HIGH, "80 as a = 1.25 says"),
+        ("low gear", motor, I_LOW, "118.17 from (3.4) and the envelope"),
+        ("2160 kW, high gear", drawn, I_HIGH, "73.6 from (3.4) and the envelope"),
+        ("2160 kW, low gear", drawn, I_LOW, "108.71 from (3.4) and the envelope"),
+    ):
+        held = sizing.greatest_tension(found, slow, i)[0] / 1e3
+        yield Row(f"tension at full coil, {name}", "kN", None, held, INFERRED, note)
+    reach = float(sizing.torque_at_mandrel(drawn.torque)) / TENSION
+    yield Row("radius up to which 2160 kW hold 80 kN", "m", None, reach, INFERRED, "0.92")
+    for name, i, value in (("high", I_HIGH, "1200"), ("low", I_LOW, "812.4")):
+        fastest = 60 * motor.speed * MANDREL / i
+        yield Row(f"fastest line, {name} gear", "m/min", None, fastest, INFERRED, value)
+
+
+def _run() -> Iterator[Row]:
+    motor = sizing.chosen_motor()
+    run = winding(grid=20_000, rtol=1e-9)
+    asked = sizing.demand(run, motor)
+    note = "1892.0 closed form, at the end of the acceleration; (3.4) gives 1878.3"
+    yield Row("greatest motor power, whole run", "kW", None, asked.peak_power / 1e3, ASSUMED, note)
+    note = "61.9386 closed form, at the end of steady winding"
+    yield Row(
+        "greatest motor torque, whole run", "kN.m", None, asked.peak_torque / 1e3, ASSUMED, note
+    )
+    rms = asked.rms_torque / motor.torque
+    yield Row("RMS motor torque over rated torque", "1", None, rms, ASSUMED, "0.648 closed form")
+    peak = asked.peak
+    use = peak.ratio if peak else np.nan
+    yield Row("greatest use of the motor's limit", "1", None, use, ASSUMED, "0.893 closed form")
+    turns, mass = run["drive.coil.theta"][-1] / (2 * np.pi), run["drive.coil.m"][-1]
+    length = run["drive.coil.L"][-1]
+    yield Row("length of strip in the full coil", "m", None, length, ASSUMED, "2849.35")
+    yield Row("turns of the full coil", "1", None, turns, ASSUMED, "695, (R - r) / h")
+    yield Row("mass of the full coil", "t", None, mass / 1e3, ASSUMED, "27.96")
+    J = run["drive.coil.J"][[0, -1]] + J_EMPTY
+    yield Row("inertia, full over empty", "1", None, J[1] / J[0], ASSUMED, "10.55")
+    twice = strip_momentum(RADIUS)
+    note = "3925: w dJ/dt of (3.5) counts the momentum of the strip twice, 4.9 % of T R"
+    yield Row("torque that the text adds, full coil", "N.m", None, twice, ASSUMED, note)
+
+
+def _deviations() -> Iterator[Row]:
+    ends = np.array([MANDREL, RADIUS])
+    steady = tension_deviation(ends) / 1e3
+    starting = tension_deviation(np.array([*ends, 0.555]), v=0.0, a=1.0) / 1e3
+    text = steady - strip_momentum(1.0) / 1e3
+    thin, thick = (tension_deviation(ends[:1], h=h)[0] / 1e3 for h in (0.3e-3, 5e-3))
+    for name, found, note in (
+        ("steady, empty", steady[0], "11.771 from A / R^4 + B"),
+        ("steady, full", steady[1], "1.0746 from A / R^4 + B"),
+        ("steady, empty, as the text", text[0], "7.85 from A / R^4 - 3 B"),
+        ("steady, full, as the text", text[1], "-2.85 from A / R^4 - 3 B"),
+        ("1 m/s2, empty", starting[0], "-17.200 from -a J / R^2"),
+        ("1 m/s2, full", starting[1], "-16.9 from -a J / R^2"),
+        ("1 m/s2, least, at 0.555 m", starting[2], "-9.51 from -a J / R^2"),
+        ("steady, empty, 0.3 mm", thin, "3.5 from A / R^4 + B"),
+        ("steady, empty, 5 mm", thick, "58.9 from A / R^4 + B: needs the controller"),
+    ):
+        yield Row(f"deviation of tension, {name}", "kN", None, found, ASSUMED, note)
+
+
+def _elastic() -> Iterator[Row]:
+    lossless = {"eta": 1.0, "mu": 0.0}
+    at = np.array([0.0, 10.0, 59.9, 150.1])
+    run = elastic_winding(0.0, until=151.0, grid=at, rtol=1e-9, parameters=lossless)
+    by_hand = (67_070.5, 81_534.7, 101_181)
+    for t, found, value in zip(at[1:], run["strip.T"][1:], by_hand, strict=True):
+        name = f"elastic strip at {t:g} s, not compensated"
+        yield Row(name, "N", None, found, ASSUMED, f"{value} by DOP853, no loss")
+    run = elastic_winding(1.0, until=160.4, grid=400, rtol=1e-11, parameters=lossless)
+    worst = run["strip.T"][np.abs(run["strip.T"] - TENSION).argmax()]
+    note = "80000.0 within 8e-5 by DOP853, no loss"
+    yield Row("elastic strip, compensated, farthest off", "N", None, worst, ASSUMED, note)
+
+
+def _extremes() -> Iterator[Row]:
+    for h, value in ((THICKNESS, 93.75), (5e-3, 2344)):
+        model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
+        found = lp.start_point(lp.assemble(model))["drive.coil.M_b"]
+        name = f"torque that bends the strip, {1e3 * h:g} mm"
+        yield Row(name, "N.m", None, found, ASSUMED, f"{value} from sigma_s b h^2 / 4")
+    lost = sum(event.loss for event in gear_change().events) / 1e3
+    note = "15.649 from momentum"
+    yield Row("energy lost by a gear change at 20 rad/s", "kJ", None, lost, ASSUMED, note)
+    turret = -half_turn(grid=600)["turn.flange.tau"] / 1e3
+    for name, found, value in (("least", turret.min(), 29), ("greatest", turret.max(), 174)):
+        note = f"{value} from plane geometry"
+        yield Row(f"turret drive, {name} torque of half a turn", "kN.m", None, found, ASSUMED, note)
 
 
 def plots() -> dict[str, Figure]:

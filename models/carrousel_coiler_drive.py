@@ -106,6 +106,14 @@ def capacity(radius: float = RADIUS, h: float = THICKNESS) -> float:
     return float(np.pi * (radius**2 - MANDREL**2) / h)
 
 
+def strip_momentum(radius: float, v: float = SPEED, h: float = THICKNESS) -> float:
+    """Angular momentum that the strip brings to a coil each second, N.m: rho b h v^2 R.
+
+    It is what ``w dJ/dt`` of (3.5) adds to the motor torque by mistake.
+    """
+    return DENSITY * WIDTH * h * v**2 * radius
+
+
 def line_speed(
     length: float, v: float = SPEED, a: float = ACCELERATION, b: float = DECELERATION
 ) -> tuple[lp.Expr, lp.Expr, lp.Expr, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import lumped as lp
 from lumped.components import ConverterDrive, Speed
@@ -21,7 +22,6 @@ from lumped.models.carrousel_coiler_drive import (
 
 K = 1.08  # 1  bending and friction over tension [P]
 AMPLIFICATION = 1.25  # 1  a, from the printed 2347 kW [I]
-DRAWN = 2160e3  # W  motor on the drawing [P]
 SPEED_2 = 1300 / 60  # m/s  v_max of example 3.2 [P]
 SPEED_MIN = 400 / 60  # m/s  v_min of example 3.2 [P]
 
@@ -66,6 +66,38 @@ def chosen_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
     return Motor(power / base, power, fastest)
 
 
+def drawn_power() -> float:
+    """Power of the motor on the drawing, W: a K T v [I].
+
+    The printed 2160 kW are just this: the amplified power of example 3.1 without the efficiency.
+    """
+    return AMPLIFICATION * tension_power() * ETA
+
+
+def drawn_motor() -> Motor:
+    """Motor on the drawing, with the base speed and the greatest speed of example 3.1 [I]."""
+    motor = chosen_motor()
+    return Motor(drawn_power() / motor.base, drawn_power(), motor.speed)
+
+
+def demand(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
+    """What a winding run asks of a motor, against its rated torque and its field weakening."""
+    speeds = np.linspace(motor.base, motor.speed, 400)
+    limit = np.column_stack([speeds, motor.power / speeds])
+    return lp.sizing(
+        run,
+        torque="drive.rotor.flange_a.tau",
+        speed="drive.rotor.w",
+        rated=motor.torque,
+        maximum=limit.tolist(),
+    )
+
+
+def torque_at_mandrel(torque: ArrayLike, ratio: float = I_HIGH) -> np.ndarray:
+    """Torque of the tension that a motor torque holds at the mandrel, N.m, (3.4) [R]."""
+    return np.asarray(torque) * ratio * ETA / K
+
+
 def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarray:
     """Tension that the motor can hold from the empty to the full coil at steady speed.
 
@@ -87,7 +119,7 @@ def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarr
     radii = np.linspace(MANDREL, RADIUS, 41)
     turning = ratio * speeds[:, None] / radii
     allowed = speeds * ratio / MANDREL <= motor.speed * (1 + 1e-12)
-    tension = _limit(motor, turning) * ratio * ETA / (K * radii)
+    tension = torque_at_mandrel(_limit(motor, turning), ratio) / radii
     return np.where(allowed, tension.min(axis=1), 0.0)
 
 

@@ -109,3 +109,13 @@ def controlled(
     return lp.simulate(
         system, until=until, parameters=changed, start=begin | resting | (start or {}), **options
     )
+
+
+def instants(run: lp.Trajectory) -> tuple[float, float, float]:
+    """Instants at which the mandrel is taken and put down, and the law becomes linear, s."""
+    found = {(e.component, e.after): e.time for e in reversed(run.events)}
+    return (
+        found["arm.carried", "u >= on"],
+        found["arm.carried", "u >= off"],
+        found["near", "u >= on"],
+    )

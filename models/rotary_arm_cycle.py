@@ -14,14 +14,15 @@ the RMS.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 import lumped as lp
-from lumped.components import Speed
+from lumped.components import Torque
 from lumped.errors import ParameterError
+from lumped.models.rotary_arm_loads import MAXIMUM, RATED
 from lumped.models.rotary_arm_parts import (
     EPS,
     FAST,
@@ -131,12 +132,25 @@ class Cycle:
 
 
 ADOPTED = Cycle()
+OTHERS = {
+    "both horizontal, nothing fitted": Cycle(0.0, np.pi),
+    "both horizontal, loaded zones 1.1725 times": Cycle(
+        0.0, np.pi, zones=(1.0, 1.1725, 1.1725, 1.0)
+    ),
+    "both horizontal, ramps 2.061 rad/s2": Cycle(0.0, np.pi, ramp=2.061),
+    "release 3.23 deg lower": Cycle(0.0, np.pi + np.radians(3.23)),
+}
+"""Other readings of the nine seconds, by what they assume."""
 
 
 def run_cycle(
-    cycle: Cycle = ADOPTED, printed: bool = False, grid: int = 1800, **options: Any
+    cycle: Cycle = ADOPTED,
+    printed: bool = False,
+    grid: int | Sequence[float] = 1800,
+    rtol: float = 1e-6,
+    parameters: dict[str, float] | None = None,
 ) -> lp.Trajectory:
-    """Torque that a cycle takes.
+    """Inverse dynamics of a cycle: the torque of the motor, `MOTOR`, follows from the motion.
 
     Parameters
     ----------
@@ -144,32 +158,55 @@ def run_cycle(
         Motion.
     printed : bool
         With the parameters of the source (`PRINTED`).
-    grid : int
-        Number of intervals.
-    **options
-        Passed to `lumped.simulate`.
+    grid : int or sequence of float
+        Number of intervals, or instants, s.
+    rtol : float
+        Tolerance of `lumped.inverse`.
+    parameters : dict, optional
+        Changed parameters.
     """
     t, w = cycle.speed()
-    model = Driven(drive=Speed(w=RATIO * lp.ops.table(t, w))).with_(
+    model = Driven(drive=Torque(tau=0.0)).with_(
         {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
     )
-    system = lp.assemble(model, keep=["arm.angle.phi"])
-    start = {"arm.phi": cycle.points["S"], "arm.mandrel.phi": cycle.pick_up, "arm.table.gap": 0.0}
-    return lp.simulate(
-        system,
+    return lp.inverse(
+        lp.assemble(model, keep=["arm.angle.phi"]),
+        motion={"rotor.w": RATIO * lp.ops.table(t, w)},
+        drive="drive.tau",
         until=cycle.duration,
         grid=grid,
-        start=start,
-        parameters=(PRINTED if printed else {}) | options.pop("parameters", {}),
-        **options,
+        start={"arm.phi": cycle.points["S"], "arm.mandrel.phi": cycle.pick_up, "arm.table.gap": 0},
+        parameters=(PRINTED if printed else {}) | (parameters or {}),
+        rtol=rtol,
     )
 
 
-def motor_torque(run: lp.Trajectory, rotor: bool = True) -> np.ndarray:
-    """Torque of the motor over time, N.m; without `rotor` that between rotor and reducer."""
-    return -run["drive.flange.tau"] if rotor else run["reducer.flange_a.tau"]
+MOTOR = "drive.tau"
+REDUCER = "reducer.flange_a.tau"
+"""Torque of the motor, and that without its rotor, as the source reckons it."""
 
 
-def rms(run: lp.Trajectory, torque: np.ndarray) -> float:
-    """Root of the mean square over a run; jumps are met exactly, as the run notes both sides."""
-    return float(np.sqrt(np.trapezoid(torque**2, run.t) / (run.t[-1] - run.t[0])))
+def demand(run: lp.Trajectory, torque: str = MOTOR) -> lp.Sizing:
+    """What a cycle asks of the chosen motor."""
+    return lp.sizing(run, torque=torque, speed="rotor.w", rated=RATED, maximum=MAXIMUM)
+
+
+def carrying(seconds: float) -> Cycle:
+    """Cycle with horizontal pick-up and release that has the mandrel on the arm for some seconds.
+
+    The two slow zones of the loaded half turn then take what ramps and fast motion leave.
+    """
+    time = 2 * (FAST - SLOW) / EPS
+    fast = np.pi - (FAST**2 - SLOW**2) / EPS
+    loaded = (seconds - time - fast / FAST) / (1 / SLOW - 1 / FAST)
+    short = Cycle(0.0, np.pi)
+    return Cycle(
+        0.0, np.pi, duration=short.duration + (2 * loaded - short.slow) * (1 / SLOW - 1 / FAST)
+    )
+
+
+def loaded_rms(run: lp.Trajectory) -> float:
+    """RMS of the torque without the rotor while the mandrel is on the arm, N.m."""
+    on = run["arm.carried.y"] == 1
+    t, torque = run.t[on], run[REDUCER][on]
+    return float(np.sqrt(np.trapezoid(torque**2, t) / (t[-1] - t[0])))

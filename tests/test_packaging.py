@@ -126,3 +126,13 @@ def test_short_name_is_refused(name: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.syspath_prepend(ROOT)
     with pytest.raises(ImportError, match=f"'lumped.{name}'"):
         importlib.import_module(name)
+
+
+@pytest.mark.parametrize("module", ["lumped", "lumped.components", "lumped.models", "lumped.cli"])
+def test_importing_loads_nothing_heavy(module: str) -> None:
+    late = ("matplotlib", "networkx", "pandas", "scipy.integrate", "scipy.linalg")
+    late += ("scipy.optimize", "scipy.sparse", "scipy.stats")
+    code = f"import json, sys, {module}; print(json.dumps(sorted(sys.modules)))"
+    loaded = json.loads(run("-c", code, cwd=ROOT))
+    assert module in loaded
+    assert not [name for name in loaded if name in late]

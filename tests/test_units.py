@@ -7,7 +7,7 @@ import pint
 import pytest
 
 import lumped as lp
-from lumped.components import Inertia, Spring
+from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring
 from lumped.errors import UnitError
 from lumped.models import MACHINES
 from lumped.units import _registry, converted
@@ -109,6 +109,19 @@ def test_equations_of_mixed_kinds_are_all_listed():
     assert "J * w == flange.tau: kg m^2 s^-1 against kg m^2 s^-2" in text
     assert text.count("Wrong (Wrong)") == 5
     assert "der(flange.phi)" not in text
+
+
+def test_signals_of_different_kinds_are_found():
+    model = lp.compose(
+        speed=SpeedSensor(),
+        drive=ConverterDrive(tau_max=1.0, P_max=1.0, T=1.0, J=1.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.speed.flange),
+            lp.connect(m.speed.w, m.drive.wanted),
+        ],
+    )
+    with pytest.raises(UnitError, match=r"speed\.w joined to drive\.wanted: s\^-1 against"):
+        lp.check_units(model)
 
 
 @pytest.mark.parametrize("name", MACHINES)

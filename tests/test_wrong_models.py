@@ -17,8 +17,11 @@ from lumped.components import (
     AngleSensor,
     Backlash,
     BearingFriction,
+    Belt,
     CamSwitch,
+    CascadeControl,
     Clutch,
+    Coil,
     Constant,
     CrankSlider,
     Damper,
@@ -29,6 +32,7 @@ from lumped.components import (
     EllipticalGear,
     Fixed,
     Ground,
+    HarmonicTorque,
     IdealGear,
     InductionMotor,
     Inertia,
@@ -37,21 +41,28 @@ from lumped.components import (
     LimitedPI,
     LossyGear,
     NonCircularGear,
+    PeriodicTorque,
     Planetary,
     Position,
+    PositionSequencer,
     PulseTorque,
     QuadraticTorque,
     QuasiStaticDCMotor,
     RackAndPinion,
     RelativeAngleSensor,
+    RollingTorque,
     SampledPI,
     SlipCoupling,
     Speed,
     SpeedProfile,
     SpeedSensor,
     Spring,
+    SquirrelCageMotor,
     Stribeck,
+    Strip,
+    StripPath,
     StrokeLoad,
+    SynchronousMotor,
     Torque,
     TorqueSensor,
     VoltageSource,
@@ -68,8 +79,10 @@ from lumped.errors import (
     SingularModelError,
     SolverError,
     StartError,
+    UnitError,
     UnknownNameError,
 )
+from lumped.transmissions import from_ratio, through
 
 CATALOGUE = Path(__file__).parent.parent / "docs" / "errors.md"
 
@@ -677,10 +690,22 @@ def parameter_bound_to_a_stranger():
     lp.assemble(Winder())
 
 
-@wrong(PARAMETERS, DeclarationError, "Spring(c='1e4 N.m/rad')", "number in N.m/rad")
-def parameter_as_text():
-    """A stiffness is given as text with its unit."""
-    Spring(c="1e4 N.m/rad")
+@wrong(PARAMETERS, UnitError, "Spring(c=...)", "'1e4 N.m'", "N.m/rad", "angle is missing")
+def parameter_in_another_unit():
+    """A stiffness is given in the unit of a torque."""
+    Spring(c="1e4 N.m")
+
+
+@wrong(PARAMETERS, UnitError, "motor.w = '50 Hz'", "rpm")
+def speed_in_hertz():
+    """A speed is given in Hz, which leaves open whether turns or radians are meant."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "50 Hz"})
+
+
+@wrong(PARAMETERS, UnitError, "Inertia(J=...)", "'0.3 kgm2'", "kg.m2")
+def misspelt_unit():
+    """A unit lacks the dot between its parts."""
+    Inertia(J="0.3 kgm2")
 
 
 @wrong(PARAMETERS, DeclarationError, "Inertia(J=[1.0, 2.0])", "number in kg.m2")
@@ -737,7 +762,7 @@ def parameters_in_a_circle():
     build(fan=Fan())
 
 
-@wrong(PARAMETERS, ParameterError, "line.first.J", "'heavy'", "kg.m2")
+@wrong(PARAMETERS, UnitError, "line.first.J", "'heavy'", "kg.m2")
 def text_in_a_run():
     """A run changes a parameter to a text."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, parameters={"line.first.J": "heavy"})
@@ -780,6 +805,60 @@ def transmission_without_a_function():
     shear(NonCircularGear(transmission=2.0))
 
 
+@wrong(MECHANISMS, OptionError, "by 1.02062073 turns", "turns = 1", "by 0.979795897")
+def ratio_that_does_not_close():
+    """The wanted ratio of a non-circular gear makes more than a turn of one."""
+    shear(NonCircularGear(transmission=from_ratio(lambda x: 1 / (1 + 0.2 * lp.ops.cos(x)))))
+
+
+@wrong(MECHANISMS, OptionError, "w_b / w_a is -0.00", "at 2.09", "makes 1 turns", "keeps the sign")
+def ratio_that_turns_back():
+    """The wanted ratio of a non-circular gear changes its sign."""
+    shear(NonCircularGear(transmission=from_ratio(lambda x: 1 + 2 * lp.ops.cos(x))))
+
+
+@wrong(MECHANISMS, OptionError, "from 0 to 3.14159 rad", "0.5 turns", "exactly one")
+def points_of_half_a_turn():
+    """The points of a non-circular gear cover half a turn."""
+    angles = np.linspace(0, np.pi, 13)
+    shear(NonCircularGear(transmission=through(np.column_stack([angles, -angles]))))
+
+
+@wrong(MECHANISMS, EquationError, "periodic_spline", "must increase, but 3 -> 2")
+def points_out_of_order():
+    """The points of a non-circular gear are out of order."""
+    rows = [(0, 0), (3, 3), (2, 2), (5, 5), (2 * np.pi, 2 * np.pi)]
+    shear(NonCircularGear(transmission=through(rows)))
+
+
+@wrong(MECHANISMS, ParameterError, "part.distance = 0.3 m", "greater than r_a + r_b = 0.35 m")
+def pulleys_that_overlap():
+    """The pulleys of a belt are larger than the distance of their axes allows."""
+    shear(Belt(r_a=0.1, r_b=0.25, distance=0.3, EA=1e5, F_0=100.0))
+
+
+@wrong(MECHANISMS, ParameterError, "part.F_0 = -100 N", "pretension", "at least 0")
+def belt_that_pushes():
+    """A belt has a negative pretension."""
+    shear(Belt(r_a=0.1, r_b=0.1, distance=0.5, EA=1e5, F_0=-100.0))
+
+
+@wrong(
+    MECHANISMS, ParameterError, "set.ratio = -2.5 1", "ring teeth over sun teeth", "greater than 0"
+)
+def planetary_of_negative_ratio():
+    """A planetary gear is given its ratio with held carrier, which is negative."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_a, m.set.sun),
+            lp.connect(m.load.flange_a, m.set.carrier),
+        ],
+        motor=Inertia(J=0.1),
+        set=Planetary(ratio=-2.5),
+        load=Inertia(J=1.0),
+    )
+
+
 @wrong(MECHANISMS, EquationError, "part (PulseTorque)", "'triangle'", "'half-sine' or 'rectangle'")
 def pulse_of_unknown_shape():
     """A pulse of torque has a shape that does not exist."""
@@ -790,6 +869,110 @@ def pulse_of_unknown_shape():
 def cam_wider_than_a_turn():
     """The range of a cam switch is more than a turn."""
     shear(CamSwitch(centre=0.0, width=7.0))
+
+
+@wrong(MECHANISMS, EquationError, "part (HarmonicTorque)", "harmonics = ((2, 340.0),)", "phase")
+def harmonic_without_phase():
+    """A harmonic of a torque is given without its phase."""
+    shear(HarmonicTorque(harmonics=((2, 340.0),)))
+
+
+@wrong(MECHANISMS, EquationError, "part (HarmonicTorque)", "order 0", "'mean'")
+def harmonic_of_order_zero():
+    """The mean of a torque is given as a harmonic of order zero."""
+    shear(HarmonicTorque(harmonics=((0, 50.0, 0.0), (2, 340.0, 0.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "increase", "2 -> 1 rad")
+def periodic_table_out_of_order():
+    """The points of a periodic torque are not in the order of their angles."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (2.0, 5.0), (1.0, 3.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "360 rad", "6.28319 rad", "in rad")
+def periodic_table_in_degrees():
+    """The angles of a periodic torque are given in degrees, the closing point among them."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (180.0, 5.0), (360.0, 1.0))))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "period = -1 rad", "2 pi for a turn")
+def period_below_zero():
+    """A periodic torque has a negative period."""
+    shear(PeriodicTorque(points=((0.0, 1.0),), period=-1))
+
+
+@wrong(MECHANISMS, EquationError, "part (PeriodicTorque)", "'spline'", "'smooth' or 'lines'")
+def periodic_table_of_unknown_shape():
+    """A periodic torque is to be joined in a way that does not exist."""
+    shear(PeriodicTorque(points=((0.0, 1.0), (2.0, 5.0)), shape="spline"))
+
+
+@wrong(MECHANISMS, ParameterError, "part.R = 0 m", "radius of the rolls", "greater than 0")
+def rolls_without_radius():
+    """Rolls have no radius."""
+    shear(RollingTorque(F=1e6, a=0.01, R=0.0, T_back=0.0, T_front=0.0))
+
+
+# -- winding -----------------------------------------------------------------------------------
+
+WINDING = "Winding"
+
+
+def coiler(*, strip=None, path=None, **given):
+    """A coil on a mandrel that is driven, with its strip or the path of it."""
+    values = {"r": 0.3, "R_max": 1.0, "h": 2e-3, "b": 1.2, "rho": 7850.0} | given
+    line = strip or path
+
+    def connections(m):
+        yield lp.connect(m.drive.flange, m.coil.flange)
+        if path:
+            yield lp.connect(m.coil.strip, m.path.strip)
+            yield lp.connect(m.coil.tangent, m.path.tangent)
+            yield lp.connect(m.coil.R, m.path.R)
+            yield lp.connect(m.path.line, m.pull.flange)
+        elif strip:
+            yield from lp.chain(m.pull.flange, m.strip, m.coil.strip)
+        else:
+            yield lp.connect(m.coil.strip, m.pull.flange)
+
+    parts = {"path" if path else "strip": line} if line else {}
+    build(
+        connections,
+        drive=Speed(w=10.0),
+        coil=Coil(**values),
+        pull=translation.Speed(v=0.0) if strip else translation.Force(f=-5e4),
+        **parts,
+    )
+
+
+@wrong(WINDING, ParameterError, "coil.h = -0.001 m", "thickness of the strip", "at least 0")
+def strip_of_negative_thickness():
+    """The thickness of a strip is negative."""
+    coiler(h=-1e-3)
+
+
+@wrong(WINDING, ParameterError, "coil.R_max = 0.2 m", "radius of a full coil", "coil.r = 0.3 m")
+def full_coil_smaller_than_its_mandrel():
+    """A full coil is smaller than its mandrel."""
+    coiler(R_max=0.2)
+
+
+@wrong(WINDING, ParameterError, "coil.fill = 95 1", "at most 1")
+def fill_in_percent():
+    """The fill of a coil is given in percent."""
+    coiler(fill=95.0)
+
+
+@wrong(WINDING, ParameterError, "strip.c = 0 N/m (stiffness)", "greater than 0")
+def strip_without_stiffness():
+    """An elastic strip has no stiffness."""
+    coiler(strip=Strip(c=0.0))
+
+
+@wrong(WINDING, ParameterError, "path.d = 1 m", "greater than path.r_t = 1.25 m")
+def roll_inside_the_turret():
+    """The roll before a turret stands inside the circle of its coils."""
+    coiler(path=StripPath(r_t=1.25, d=1.0))
 
 
 # -- gears with loss, and heat -----------------------------------------------------------------
@@ -1564,6 +1747,57 @@ def sampling_time_of_zero():
     build(pi=SampledPI(k=-2.0, T_i=0.1, T_s=0.0, wanted=1.0, measured=0.0))
 
 
+@wrong(DRIVES, ParameterError, "motor.L_ls = 0 H", "leakage", "motor.pairs = 0 1 (pole pairs)")
+def cage_without_leakage():
+    """A squirrel-cage motor has no leakage and no pole pairs."""
+    build(
+        motor=SquirrelCageMotor(
+            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=0.0, L_lr=2e-3, pairs=0.0, J=0.1, V=180.0, f=50.0
+        )
+    )
+
+
+@wrong(DRIVES, ConnectError, "motor.f: the input (frequency of the supply, Hz)")
+def cage_without_frequency():
+    """A squirrel-cage motor is given a voltage but no frequency."""
+    build(
+        motor=SquirrelCageMotor(
+            R_s=0.4, R_r=0.8, L_m=0.07, L_ls=2e-3, L_lr=2e-3, pairs=2.0, J=0.1, V=180.0
+        )
+    )
+
+
+@wrong(DRIVES, ParameterError, "servo.psi = 0 V.s", "magnets", "servo.L_q = -0.004 H")
+def servo_without_magnets():
+    """A synchronous motor has no magnets and a negative inductance."""
+    build(
+        servo=SynchronousMotor(
+            psi=0.0, R=0.3, L_d=4e-3, L_q=-4e-3, pairs=3.0, J=0.01, v_d=0.0, v_q=20.0
+        )
+    )
+
+
+@wrong(DRIVES, ParameterError, "axis.v_max = -2 1/s", "axis.a = 0 1/s2", "greater than 0")
+def cascade_with_negative_limits():
+    """A cascade control has a negative limit of the speed and no deceleration."""
+    loop = {"wanted": 1.0, "measured": 0.0, "v_measured": 0.0, "v_feed": 0.0, "f_feed": 0.0}
+    build(axis=CascadeControl(K=5.0, a=0.0, v_max=-2.0, k=10.0, T_i=0.1, f_max=8.0, **loop))
+
+
+@wrong(DRIVES, EquationError, "order (PositionSequencer)", "targets = (0.5, None)", "finite number")
+def target_that_is_none():
+    """A sequence of positions holds something that is no number."""
+    build(
+        order=PositionSequencer(targets=(0.5, None), tolerance=0.01, dwell=0.2, measured=0.0),
+    )
+
+
+@wrong(DRIVES, ParameterError, "order.tolerance = 0 1", "order.dwell = -1 s", "greater than 0")
+def sequence_without_tolerance():
+    """A sequence of positions wants them exactly, and a negative dwell."""
+    build(order=PositionSequencer(targets=(0.5,), tolerance=0.0, dwell=-1.0, measured=0.0))
+
+
 # -- own components ----------------------------------------------------------------------------
 
 OWN = "Equations of own components"
@@ -1901,7 +2135,7 @@ def start_value_nan():
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": math.nan})
 
 
-@wrong(START, StartError, "motor.w", "'fast'")
+@wrong(START, UnitError, "motor.w", "'fast'")
 def start_value_text():
     """A start value is a text."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "fast"})
@@ -2217,6 +2451,12 @@ def turned_crank(**given):
 def unknown_assembly():
     """The assembly of a crank-slider is given a number that means none."""
     turned_crank(L=2.0, assembly=2)
+
+
+@wrong(CRANKS, ParameterError, "crank.L = 0.2 m (length of the rod)", "abs(e) - r) = 0.4 m")
+def rod_that_never_reaches_the_slide():
+    """The slide of a crank passes further away than crank and rod reach."""
+    turned_crank(L=0.2, e=1.0)
 
 
 @wrong(CRANKS, SolverError, "crank.s is not a number", "t = 0.986", "prescribed motion")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import OperatingPoint
@@ -190,7 +190,9 @@ def campbell(
             speed = (
                 grid[k]
                 if side[k, mode] == 0
-                else brentq(gap, grid[k], grid[k + 1], args=(order, mode), xtol=1e-13 * grid[k + 1])
+                else scipy.optimize.brentq(
+                    gap, grid[k], grid[k + 1], args=(order, mode), xtol=1e-13 * grid[k + 1]
+                )
             )
             met = float(hertz_at(speed)[mode])
             found.append(CriticalSpeed(float(speed), order, mode, met))

@@ -88,7 +88,11 @@ def first_crossing(system: System, method: Method, row: int, step: Step) -> Cros
         choice[margin] = 1.0
         fired = {margin}
         begin = low or _risen(system, method, step, margin, high)
-        high = float(locate(begin, high, choice, *values)[0][0])
+        found = float(locate(begin, high, 0.0, choice, *values)[0][0])
+        if not begin - _FINEST <= found <= high:
+            # zero within its tolerance all the time before, as where rounding alone moves a rest
+            found = float(locate(begin, high, 1.0, choice, *values)[0][0])
+        high = max(found, 0.0)
         choice[margin] = 0.0
         x = step.after
         if high < 1:
@@ -183,28 +187,32 @@ def _prober(system: System, method: Method, width: int) -> ca.Function:
 
 
 def _locator(system: System, method: Method, width: int) -> ca.Function:
-    """Fraction at which one margin falls to zero, between two at which its sign differs.
+    """Fraction at which one margin, or it and `extra` tolerances, falls to zero.
+
+    Between two fractions at which its sign differs; or a little before the first, if it is negative
+    there already, within the tolerance.
 
     Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
     """
     step, inside = _inside(system, method, width)
     choice = ca.MX.sym("choice", _count(system))
     fraction, bracket = ca.MX.sym("fraction"), ca.MX.sym("bracket", 4)
-    value = ca.dot(choice, system.margins(*inside(fraction, *step))[0])
-    margin = ca.Function("margin", [fraction, choice, *step], [value])
+    left, tolerance = (ca.dot(choice, v) for v in system.margins(*inside(fraction, *step)))
+    extra = ca.MX.sym("extra")
+    given = [extra, choice, *step]
+    margin = ca.Function("margin", [fraction, *given], [left + extra * tolerance])
     a, fa, b, fb = ca.vertsplit(bracket)
     secant = ca.if_else(fa == fb, b, (a * fb - b * fa) / (fb - fa))
-    fc = margin(secant, choice, *step)
+    fc = margin(secant, *given)
     crossed = fc * fb < 0
     improved = ca.vertcat(ca.if_else(crossed, b, a), ca.if_else(crossed, fb, 0.5 * fa), secant, fc)
-    args = [bracket, choice, *step]
-    once = expanded(ca.Function("once", args, [improved]), system)
-    search = ca.Function.if_else("search", once, ca.Function("found", args, [bracket]))
+    once = expanded(ca.Function("once", [bracket, *given], [improved]), system)
+    search = ca.Function.if_else("search", once, ca.Function("found", [bracket, *given], [bracket]))
     low, high = ca.MX.sym("low"), ca.MX.sym("high")
-    found = ca.vertcat(low, margin(low, choice, *step), high, margin(high, choice, *step))
+    found = ca.vertcat(low, margin(low, *given), high, margin(high, *given))
     for _ in range(_LOCATING):
         apart = ca.fabs(found[0] - found[2]) > _ROUNDING
-        found = search(ca.logic_and(found[3] != 0, apart), found, choice, *step)
+        found = search(ca.logic_and(found[3] != 0, apart), found, *given)
     # of the last bracket, the end at which the margin is used up
     root = ca.if_else(found[3] <= 0, found[2], found[0])
-    return ca.Function("locate", [low, high, choice, *step], [root])
+    return ca.Function("locate", [low, high, *given], [root])

@@ -8,9 +8,8 @@ only torsions with speeds, its natural frequencies are singular values of one bl
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eig, eigh, matrix_balance, null_space, svd
-from scipy.sparse import csr_array
 
 from lumped.analysis.skew import skew_scaling, two_colours
 
@@ -34,14 +33,14 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
     vectors : ndarray of complex, shape (k, n)
         One in each row.
     """
-    sparse = csr_array(a)
+    sparse = scipy.sparse.csr_array(a)
     scale = skew_scaling(sparse)
     if scale is None:
         return _general(a)
     skew = scale[:, None] * a / scale[None, :]
     colour = two_colours(sparse)
     if colour is None:
-        angular, vectors = eigh(1j * skew)
+        angular, vectors = scipy.linalg.eigh(1j * skew)
         values = -1j * angular
     else:
         values, vectors = _by_singular_values(skew, colour)
@@ -51,7 +50,7 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
 
 def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex, Complex]:
     one, two = np.flatnonzero(colour), np.flatnonzero(~colour)
-    left, angular, right = svd(skew[np.ix_(one, two)])
+    left, angular, right = scipy.linalg.svd(skew[np.ix_(one, two)])
     n, pairs = len(skew), len(angular)
     values = np.zeros(n, dtype=complex)
     vectors = np.zeros((n, n), dtype=complex)
@@ -68,12 +67,12 @@ def _by_singular_values(skew: Real, colour: NDArray[np.bool_]) -> tuple[Complex,
 
 
 def _general(a: Real) -> tuple[Complex, Complex]:
-    balanced, transform = matrix_balance(a)
-    values, vectors = eig(balanced)
+    balanced, transform = scipy.linalg.matrix_balance(a)
+    values, vectors = scipy.linalg.eig(balanced)
     still = _zeroed(values, len(a)) == 0
     if still.any():
         # a defective zero (an angle kept beside its speed) has fewer vectors than its count
-        rest = null_space(balanced, rcond=1e-12)
+        rest = scipy.linalg.null_space(balanced, rcond=1e-12)
         values = np.concatenate([values[~still], np.zeros(rest.shape[1])])
         vectors = np.hstack([vectors[:, ~still], rest])
     values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)

@@ -9,10 +9,8 @@ the lowest frequency. An augmented matrix that contains ``B`` itself takes its p
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import qr
-from scipy.sparse import block_array, csc_array, csr_array, diags_array, eye_array
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh, splu
 
 from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.skew import skew_scaling, two_colours
@@ -29,7 +27,7 @@ _ZERO = 1e-13
 _SWEEPS = 20
 
 
-def eigenpairs_near(a: csr_array, near: float, count: int) -> tuple[Complex, Complex]:
+def eigenpairs_near(a: scipy.sparse.csr_array, near: float, count: int) -> tuple[Complex, Complex]:
     """Eigenpairs of a real matrix that does not fall into parts, nearest to ``1j * near``.
 
     Parameters
@@ -59,10 +57,10 @@ def eigenpairs_near(a: csr_array, near: float, count: int) -> tuple[Complex, Com
         colour = None if scale is None else two_colours(a)
         found = None
         if scale is not None and colour is not None:
-            skew = diags_array(scale) @ a @ diags_array(1 / scale)
-            found = _singular(csr_array(skew), colour, near, count, 1 / scale)
+            skew = scipy.sparse.diags_array(scale) @ a @ scipy.sparse.diags_array(1 / scale)
+            found = _singular(scipy.sparse.csr_array(skew), colour, near, count, 1 / scale)
         return found or _general(a, near, count)
-    except (ArpackNoConvergence, RuntimeError) as error:
+    except (scipy.sparse.linalg.ArpackNoConvergence, RuntimeError) as error:
         raise SolverError(
             f"modes: no eigenvalues near {near / (2 * np.pi):g} Hz were found ({error}). Ask for "
             "fewer modes, or for others."
@@ -70,24 +68,26 @@ def eigenpairs_near(a: csr_array, near: float, count: int) -> tuple[Complex, Com
 
 
 def _singular(
-    skew: csr_array, colour: NDArray[np.bool_], near: float, count: int, back: Real
+    skew: scipy.sparse.csr_array, colour: NDArray[np.bool_], near: float, count: int, back: Real
 ) -> tuple[Complex, Complex] | None:
     """Singular values of the block; None if zero is one of them or nearly all are wanted."""
     few, many = np.flatnonzero(colour), np.flatnonzero(~colour)
     if len(few) > len(many):
         few, many = many, few
-    block = csc_array(skew[many][:, few])
+    block = scipy.sparse.csc_array(skew[many][:, few])
     size, norm = (
         len(few),
         float(np.sqrt(abs(block).sum(axis=0).max() * abs(block).sum(axis=1).max())),
     )
     square = near**2 * (1 + 1e-8) - (_OFFSET * norm) ** 2
     solve = _shifted(block, -square)
-    inverse = LinearOperator((size, size), matvec=solve, dtype=float)
+    inverse = scipy.sparse.linalg.LinearOperator((size, size), matvec=solve, dtype=float)
     start = np.random.default_rng(1).standard_normal(size)
     wanted = min(count, size) + 4
     while wanted < size // 2:
-        values, z = eigsh(block.T @ block, wanted, sigma=square, OPinv=inverse, v0=start)
+        values, z = scipy.sparse.linalg.eigsh(
+            block.T @ block, wanted, sigma=square, OPinv=inverse, v0=start
+        )
         drive: Real = block @ z
         omega = np.linalg.norm(drive, axis=0)
         nearest = np.argsort(np.abs(omega - near))[:count]
@@ -107,16 +107,20 @@ def _singular(
     rigid = len(many) - size
     if near == 0 and rigid:
         still = np.zeros((len(colour), rigid))
-        still[many] = _null_space(csc_array(block.T), rigid, norm)
+        still[many] = _null_space(scipy.sparse.csc_array(block.T), rigid, norm)
         found, vectors = np.append(found, np.zeros(rigid)), np.hstack([vectors, still])
     return found, (vectors * back[:, None]).T.astype(complex)
 
 
-def _shifted(block: csc_array, shift: float):  # type: ignore[no-untyped-def]
+def _shifted(block: scipy.sparse.csc_array, shift: float):  # type: ignore[no-untyped-def]
     """``x -> (B' B + shift)^-1 x`` from the factors of an augmented matrix."""
     rows, columns = block.shape
-    augmented = block_array([[-eye_array(rows), block], [block.T, shift * eye_array(columns)]])
-    factors = splu(csc_array(augmented), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01)
+    augmented = scipy.sparse.block_array(
+        [[-scipy.sparse.eye_array(rows), block], [block.T, shift * scipy.sparse.eye_array(columns)]]
+    )
+    factors = scipy.sparse.linalg.splu(
+        scipy.sparse.csc_array(augmented), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01
+    )
 
     def solve(x: Real) -> Real:
         right = np.concatenate([np.zeros((rows, *x.shape[1:])), x])
@@ -126,28 +130,34 @@ def _shifted(block: csc_array, shift: float):  # type: ignore[no-untyped-def]
     return solve
 
 
-def _null_space(block: csc_array, count: int, norm: float) -> Real:
+def _null_space(block: scipy.sparse.csc_array, count: int, norm: float) -> Real:
     """Orthonormal vectors that a block maps to zero, by inverse iteration."""
     solve = _shifted(block, (_OFFSET * norm) ** 2)
     found = np.random.default_rng(2).standard_normal((block.shape[1], count))
     for _ in range(4):
-        found = qr(solve(found), mode="economic")[0]
+        found = scipy.linalg.qr(solve(found), mode="economic")[0]
     return found
 
 
-def _general(a: csr_array, near: float, count: int) -> tuple[Complex, Complex]:
+def _general(a: scipy.sparse.csr_array, near: float, count: int) -> tuple[Complex, Complex]:
     """With damping: Arnoldi iteration on the balanced matrix."""
     n = a.shape[0]
     scale = _balance(a)
-    balanced = csc_array(diags_array(scale) @ a @ diags_array(1 / scale)).astype(complex)
+    balanced = scipy.sparse.csc_array(
+        scipy.sparse.diags_array(scale) @ a @ scipy.sparse.diags_array(1 / scale)
+    ).astype(complex)
     norm = float(np.sqrt(abs(balanced).sum(axis=0).max() * abs(balanced).sum(axis=1).max()))
     shift = 1j * (near * (1 + 1e-8) + _OFFSET * norm)
-    factors = splu(csc_array(balanced - shift * eye_array(n)))
-    inverse = LinearOperator((n, n), matvec=factors.solve, dtype=complex)
+    factors = scipy.sparse.linalg.splu(
+        scipy.sparse.csc_array(balanced - shift * scipy.sparse.eye_array(n))
+    )
+    inverse = scipy.sparse.linalg.LinearOperator((n, n), matvec=factors.solve, dtype=complex)
     start = np.random.default_rng(1).standard_normal(n).astype(complex)
     wanted = 2 * count + 6
     while wanted < n // 2:
-        values, vectors = eigs(balanced, wanted, sigma=shift, OPinv=inverse, v0=start)
+        values, vectors = scipy.sparse.linalg.eigs(
+            balanced, wanted, sigma=shift, OPinv=inverse, v0=start
+        )
         values = np.where(np.abs(values) <= _ZERO * n * norm, 0.0, values)
         values = np.where(np.abs(values.real) <= 1e-14 * np.abs(values), 1j * values.imag, values)
         values = np.where(np.abs(values.imag) <= _ZERO * np.abs(values), values.real, values)
@@ -164,7 +174,7 @@ def _general(a: csr_array, near: float, count: int) -> tuple[Complex, Complex]:
     return values, (vectors / scale[:, None]).T
 
 
-def _balance(a: csr_array) -> Real:
+def _balance(a: scipy.sparse.csr_array) -> Real:
     """Scaling that makes rows and columns of ``s_i a_ij / s_j`` about equally long.
 
     All at once and by half the step of Osborne's method, which goes one by one.
@@ -173,7 +183,9 @@ def _balance(a: csr_array) -> Real:
     size.setdiag(0)
     log = np.zeros(a.shape[0])
     for _ in range(_SWEEPS):
-        scaled = diags_array(np.exp(log)) @ size @ diags_array(np.exp(-log))
+        scaled = (
+            scipy.sparse.diags_array(np.exp(log)) @ size @ scipy.sparse.diags_array(np.exp(-log))
+        )
         rows, columns = scaled.sum(axis=1), scaled.sum(axis=0)
         both = (rows > 0) & (columns > 0)
         log[both] += 0.25 * np.log(columns[both] / rows[both])

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 import casadi as ca
 import numpy as np
-from scipy.linalg import lstsq, null_space
-from scipy.sparse import csc_array, eye_array
+import scipy
 
 from lumped.analysis.changeover import Settler
 from lumped.analysis.holds import Holds
@@ -112,7 +111,8 @@ def _with_modes(
     still, resting = _kept(system, stuck, ca.SX(0, 1))
     if rest:
         still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
-    change = csc_array(eye_array(len(still))) if rest else unsteady_part(begin)
+    every = scipy.sparse.eye_array(len(still), format="csc")
+    change = every if rest else unsteady_part(begin)
     x = np.where(still, 0.0, begin.x)
     implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
     settings = settings_at(system, x, begin.theta, time + 1e-300, implicit, begin.modes)
@@ -203,7 +203,7 @@ class _Search:
         places: list[int],
         time: float,
         tolerance: float,
-        change: csc_array,
+        change: scipy.sparse.csc_array,
         kept: ca.SX,
     ) -> None:
         self.system, self.theta, self.places = begin.system, begin.theta, places
@@ -297,7 +297,9 @@ class _Search:
                 break
             step = np.zeros(len(z))
             scaled = matrix[:, columns] / scale[:, None]
-            step[columns] = lstsq(scaled, -self.residual / scale, lapack_driver="gelsy")[0]
+            step[columns] = scipy.linalg.lstsq(
+                scaled, -self.residual / scale, lapack_driver="gelsy"
+            )[0]
             z, moved = self._line_search(z, step, scale, settings)
             if not moved:
                 break
@@ -326,7 +328,7 @@ class _Search:
         columns = np.append(movable, np.ones(len(self.places), dtype=bool))
         matrix, scale = self._jacobian(z, settings)
         scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
-        open_ = np.abs(null_space(scaled[:, columns])).max(axis=1, initial=0.0)
+        open_ = np.abs(scipy.linalg.null_space(scaled[:, columns])).max(axis=1, initial=0.0)
         p = self.system._flat.parameters
         lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
         if len(lost):

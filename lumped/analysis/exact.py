@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 
 import numpy as np
@@ -42,11 +43,13 @@ class Exact:
         Wall time.
     atol : ndarray, shape (n,)
         No state is governed by an absolute tolerance.
+    implicit_from : float
+        Never, s.
     """
 
     def __init__(self, theta: np.ndarray, rtol: float, output: Recorder) -> None:
         self._theta, self._rtol, self._output = theta, rtol, output
-        self.methods = ["exact"]
+        self.methods, self.implicit_from = ["exact"], math.inf
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 

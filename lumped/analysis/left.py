@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array, eye_array
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
@@ -23,14 +21,16 @@ def left_vectors(modes: Modes) -> NDArray[np.complex128]:
         From `lumped.modes`; an eigenvalue that repeats in one connected part has no such vector,
         and what is given for it is without meaning.
     """
-    matrix = csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
+    matrix = scipy.sparse.csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
     n, part = matrix.shape[0], parts(modes)
     found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
     for k, value in enumerate(modes.eigenvalues):
         x = modes.vectors[:, k]
         own = np.flatnonzero(part == part[np.abs(x).argmax()])
         block = matrix[own][:, own]
-        factors = splu(csc_array(block - value * (1 + 1e-10) * eye_array(len(own))))
+        factors = scipy.sparse.linalg.splu(
+            scipy.sparse.csc_array(block - value * (1 + 1e-10) * scipy.sparse.eye_array(len(own)))
+        )
         y = np.ones(len(own)) / np.sqrt(len(own))
         y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
         for _ in range(3):
@@ -43,7 +43,7 @@ def left_vectors(modes: Modes) -> NDArray[np.complex128]:
 
 def parts(modes: Modes) -> NDArray[np.int32]:
     """Number of the connected part of the drive to which each state belongs, shape (n,)."""
-    matrix = csr_array(sparse_state_matrix(modes.system, modes.point))
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     matrix.eliminate_zeros()
-    found: NDArray[np.int32] = connected_components(matrix, directed=False)[1]
+    found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     return found

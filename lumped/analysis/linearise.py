@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
@@ -90,7 +90,7 @@ def linearise(
 
 def linear_matrices(
     system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
-) -> tuple[list[csc_array], tuple[str, ...], tuple[str, ...]]:
+) -> tuple[list[scipy.sparse.csc_array], tuple[str, ...], tuple[str, ...]]:
     """A, B, C and D as sparse matrices, and the full names of inputs and outputs."""
     p = system._flat.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
@@ -110,7 +110,7 @@ def linear_matrices(
         [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
     )
     found = function(point.x, point.theta, point.time, point.modes)
-    matrices = [csc_array(ca.DM(m).sparse()) for m in found]
+    matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]
     if not all(np.isfinite(m.data).all() for m in matrices):
         raise SolverError(
             f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
@@ -118,6 +118,6 @@ def linear_matrices(
     return matrices, given, observed
 
 
-def sparse_state_matrix(system: System, point: OperatingPoint) -> csc_array:
+def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
     """A as a sparse matrix."""
     return system.state_matrix((point.x, point.theta, point.time, point.modes))

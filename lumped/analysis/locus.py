@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eig, matrix_balance
-from scipy.optimize import linear_sum_assignment
 
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
@@ -164,8 +163,8 @@ def root_locus(
             raise SolverError(
                 f"{system.name}: the linearisation at {name} = {value:g} is not finite."
             )
-        balanced, transform = matrix_balance(matrix)
-        found, left, right = eig(balanced, left=True, right=True)
+        balanced, transform = scipy.linalg.matrix_balance(matrix)
+        found, left, right = scipy.linalg.eig(balanced, left=True, right=True)
         scale = np.einsum("ij,ij->j", left.conj(), right)
         with np.errstate(divide="ignore", invalid="ignore"):
             return found, np.linalg.solve(transform.T, left / scale.conj()), transform @ right
@@ -208,7 +207,9 @@ def _matched(
     alike = np.nan_to_num(alike, nan=0.0, posinf=0.0)
     scale = max(np.abs(before[0]).max(initial=0.0), 1e-300)
     distance = np.abs(before[0][:, None] - after[0][None, :]) / scale
-    rows, columns = linear_sum_assignment(np.minimum(alike, 1.0) - 1e-3 * distance, maximize=True)
+    rows, columns = scipy.optimize.linear_sum_assignment(
+        np.minimum(alike, 1.0) - 1e-3 * distance, maximize=True
+    )
     order = columns[np.argsort(rows)]
     kept = alike[np.arange(len(order)), order]
     # eigenvalues that did not move need no shape: rigid-body modes, repeated ones

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from lumped.analysis.stepper import CLOSED
 from lumped.system import System
@@ -82,12 +82,10 @@ def first_change(
         now = np.concatenate([modes, np.asarray(closed).ravel()])
         return np.asarray(system.margins(none[:, 0], theta, time, now)[0]).ravel()
 
-    roots = {}
+    find, roots = scipy.optimize.brentq, {}
     for i in np.flatnonzero(used_up[:, k]).tolist():
         before = at(t[k - 1])[i] > 0
-        roots[i] = (
-            brentq(lambda s, i=i: at(s)[i], t[k - 1], t[k], xtol=1e-15) if before else t[k - 1]
-        )
+        roots[i] = find(lambda s, i=i: at(s)[i], t[k - 1], t[k], xtol=1e-15) if before else t[k - 1]
     first = min(roots.values())
     near = 1e-13 * span[1]
     return first, [system.switching.rows[i] for i, root in roots.items() if root <= first + near]

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.eigen_near import eigenpairs_near
@@ -152,7 +151,7 @@ class Modes:
         matrix = ca.Function("C", system._inputs, [ca.jacobian(system._values.of(rows), x)])(
             self.point.x, self.point.theta, self.point.time, self.point.modes
         )
-        amplitudes = np.asarray(csr_array(matrix.sparse()) @ vectors, dtype=complex)
+        amplitudes = np.asarray(scipy.sparse.csr_array(matrix.sparse()) @ vectors, dtype=complex)
         for i, depth in enumerate(power):
             if depth:
                 amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
@@ -321,7 +320,7 @@ def modes(
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = at or start_point(system, parameters)
-    matrix = csr_array(sparse_state_matrix(system, point))
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(system, point))
     if not np.isfinite(matrix.data).all():
         raise SolverError(
             f"{system.name}: the linearisation is not finite at the operating point:\n{point!r}"
@@ -329,7 +328,7 @@ def modes(
     matrix.eliminate_zeros()
     n = matrix.shape[0]
     used = ~np.isin(system.states, [*system.cyclic, *system.switching.held(point.modes)])
-    label = connected_components(matrix, directed=False)[1]
+    label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     values: list[complex] = []
     vectors: list[np.ndarray] = []
     rigid: list[np.ndarray] = []

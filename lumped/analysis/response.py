@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
-from scipy.sparse import csc_array, eye_array
-from scipy.sparse.linalg import splu
 
 from lumped.analysis.linearise import linear_matrices
 from lumped.analysis.result import OperatingPoint
@@ -72,7 +70,7 @@ class FrequencyResponse:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     point: OperatingPoint
-    _matrices: list[csc_array]
+    _matrices: list[scipy.sparse.csc_array]
 
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
         row, column = self._places(*names)
@@ -135,7 +133,7 @@ class FrequencyResponse:
         found = []
         for k in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
             bounds = (self.hertz[k - 1], self.hertz[k + 1])
-            top = minimize_scalar(
+            top = scipy.optimize.minimize_scalar(
                 height, bounds=bounds, method="bounded", options={"xatol": 1e-9 * bounds[1]}
             )
             found.append(Peak(float(top.x), -float(top.fun)))
@@ -233,17 +231,18 @@ def frequency_response(
     return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
 
 
-def _solved(matrices: list[csc_array], hertz: ArrayLike, system: System) -> Complex:
+def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: System) -> Complex:
     """Responses, shape (frequencies, outputs, inputs)."""
     A, B, C, D = matrices
     right, direct = B.toarray().astype(complex), D.toarray()
     if not A.shape[0]:
         return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
-    unit = eye_array(A.shape[0], format="csc")
+    unit = scipy.sparse.eye_array(A.shape[0], format="csc")
     found = np.empty((np.size(hertz), *D.shape), dtype=complex)
     for k, f in enumerate(np.asarray(hertz)):
         try:
-            found[k] = C @ splu(csc_array(2j * np.pi * f * unit - A)).solve(right) + direct
+            factors = scipy.sparse.linalg.splu(scipy.sparse.csc_array(2j * np.pi * f * unit - A))
+            found[k] = C @ factors.solve(right) + direct
         except RuntimeError:  # the matrix is singular
             found[k] = np.inf
         if not np.isfinite(found[k]).all():

@@ -206,6 +206,7 @@ class Run:
                 len(pieces),
                 cost.seconds,
                 self._small(pieces),
+                cost.implicit_from,
             ),
         )
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from scipy.sparse import csc_array, eye_array
-from scipy.sparse.linalg import MatrixRankWarning, spsolve
+import scipy
 
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import followed
@@ -22,7 +21,7 @@ _FARTHEST = 1e12
 
 
 def settled(
-    point: OperatingPoint, movable: np.ndarray, change: csc_array
+    point: OperatingPoint, movable: np.ndarray, change: scipy.sparse.csc_array
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """States near those that the system approaches, and settings there; None if it settles nowhere.
 
@@ -47,12 +46,13 @@ def settled(
     for _ in range(_MOST_STEPS):
         size = np.abs(x) + nominal
         jacobian = system.jacobian(x, point.theta, point.time, settings)[0]
-        matrix = csc_array(change @ csc_array(jacobian.sparse()))[free][:, free]
+        rows = scipy.sparse.csc_array(change @ scipy.sparse.csc_array(jacobian.sparse()))[free]
+        matrix = rows[:, free]
         step = np.zeros(len(x))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MatrixRankWarning)
-            euler = csc_array(eye_array(len(free)) / length - matrix)
-            step[free] = np.atleast_1d(spsolve(euler, rates[free]))
+            warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+            euler = scipy.sparse.csc_array(scipy.sparse.eye_array(len(free)) / length - matrix)
+            step[free] = np.atleast_1d(scipy.sparse.linalg.spsolve(euler, rates[free]))
         closed = followed(system, x + step, point.theta, point.time, settings)
         share = np.inf
         if closed is not None:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order
 
 __all__ = ["skew_scaling", "two_colours"]
 
 Real = NDArray[np.float64]
 
 
-def skew_scaling(a: csr_array) -> Real | None:
+def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
     """Scaling s so that ``s_i a_ij / s_j`` is skew-symmetric, or None if there is none.
 
     Parameters
@@ -21,7 +20,7 @@ def skew_scaling(a: csr_array) -> Real | None:
         Does not fall into parts; no stored zeros.
     """
     a.sort_indices()
-    turned = csr_array(a.T)
+    turned = scipy.sparse.csr_array(a.T)
     turned.sort_indices()
     same = np.array_equal(a.indptr, turned.indptr) and np.array_equal(a.indices, turned.indices)
     if not same or not a.nnz or a.diagonal().any():
@@ -29,7 +28,7 @@ def skew_scaling(a: csr_array) -> Real | None:
     ratio = -turned.data / a.data
     if (ratio <= 0).any():
         return None
-    order, before = breadth_first_order(a, 0)
+    order, before = scipy.sparse.csgraph.breadth_first_order(a, 0)
     i, j = np.repeat(np.arange(a.shape[0]), np.diff(a.indptr)), a.indices
     led = before[j] == i
     step = np.ones(a.shape[0])
@@ -42,9 +41,9 @@ def skew_scaling(a: csr_array) -> Real | None:
     return found if fits.all() else None
 
 
-def two_colours(a: csr_array) -> NDArray[np.bool_] | None:
+def two_colours(a: scipy.sparse.csr_array) -> NDArray[np.bool_] | None:
     """Split into two sets that couple only with each other, or None."""
-    order, before = breadth_first_order(a, 0)
+    order, before = scipy.sparse.csgraph.breadth_first_order(a, 0)
     colour, leader = [False] * a.shape[0], before.tolist()
     for k in order[1:].tolist():
         colour[k] = not colour[leader[k]]

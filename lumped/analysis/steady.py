@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from scipy.linalg import qr, solve_triangular
-from scipy.sparse import csc_array, eye_array
+import scipy
 
 from lumped.analysis.result import OperatingPoint
 from lumped.system import System
@@ -17,7 +16,7 @@ _RADII = (2.0, 0.3, 1e-2, 1e-4)
 _ROUNDING = 1e-12
 
 
-def unsteady_part(point: OperatingPoint) -> csc_array:
+def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     """What of the derivatives is no steady motion, as a projection of them.
 
     Steady is what positions do in directions in which no derivative depends on them. Positions
@@ -36,7 +35,7 @@ def unsteady_part(point: OperatingPoint) -> csc_array:
     rng = np.random.default_rng(7)
     for radius, centre in itertools.product(_RADII, (np.zeros(count), point.x)):
         if not directions.shape[1]:
-            return csc_array(eye_array(count))
+            return scipy.sparse.csc_array(scipy.sparse.eye_array(count))
         x = centre + rng.uniform(-radius, radius, count)
         matrix = system.jacobian(x, point.theta, point.time, point.modes)[0].full()
         matrix = matrix[np.isfinite(matrix).all(axis=1)]
@@ -46,22 +45,24 @@ def unsteady_part(point: OperatingPoint) -> csc_array:
         if len(effects):
             directions = directions @ _null_space(effects)
             if directions.shape[1]:
-                directions = qr(directions, mode="economic")[0]
+                directions = scipy.linalg.qr(directions, mode="economic")[0]
     steady = directions @ directions.T
     alone = np.diag(steady) > 1 - 1e-9  # exactly, so that nothing of its rate is left
     steady[alone], steady[:, alone] = 0.0, 0.0
     steady[alone, alone] = 1.0
     change = np.eye(count)
     change[np.ix_(places, places)] -= np.where(np.abs(steady) > _ROUNDING, steady, 0.0)
-    return csc_array(change)
+    return scipy.sparse.csc_array(change)
 
 
 def _null_space(matrix: np.ndarray) -> np.ndarray:
     """What a matrix maps to zero, as columns; by pivoted QR, much faster than singular values."""
-    triangle, order = qr(matrix, mode="r", pivoting=True)
+    triangle, order = scipy.linalg.qr(matrix, mode="r", pivoting=True)
     rank = int((np.abs(np.diag(triangle)) > _ROUNDING).sum())
     found = np.zeros((matrix.shape[1], matrix.shape[1] - rank))
-    found[order[:rank]] = -solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
+    found[order[:rank]] = -scipy.linalg.solve_triangular(
+        triangle[:rank, :rank], triangle[:rank, rank:]
+    )
     found[order[rank:]] = np.eye(found.shape[1])
     return found
 

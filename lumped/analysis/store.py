@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.io import netcdf_file, savemat
 
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name, System
@@ -165,7 +165,7 @@ def load(path: str | Path) -> Saved:
 
 
 def _netcdf(data: Saved, path: Path) -> None:
-    with netcdf_file(path, "w", version=2) as file:
+    with scipy.io.netcdf_file(path, "w", version=2) as file:
         file.createDimension("time", len(data.t))
         for name, values in (("time", data.t), *data.values.items()):
             column = file.createVariable(name, "d", ("time",))
@@ -180,7 +180,7 @@ def _netcdf(data: Saved, path: Path) -> None:
 
 
 def _from_netcdf(path: Path) -> Saved:
-    with netcdf_file(path, "r", mmap=False) as file:
+    with scipy.io.netcdf_file(path, "r", mmap=False) as file:
         columns = {n: v for n, v in file.variables.items() if v.dimensions == ("time",)}
         scalars = {n[10:]: v for n, v in file.variables.items() if n.startswith("parameter ")}
         time = columns.pop("time")
@@ -269,7 +269,7 @@ def _modelica(data: Saved, path: Path) -> None:
     info[1] = [1, *range(2, columns + 2), *range(2, len(data.parameters) + 2)]
     info[2, 1 + columns :] = 0
     fixed = np.array([ends, *([v, v] for v in data.parameters.values())])
-    savemat(
+    scipy.io.savemat(
         path,
         {
             "Aclass": np.array(["Atrajectory", "1.1", "", "binTrans"]),

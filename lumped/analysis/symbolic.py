@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csr_array
+import scipy
 
 from lumped.analysis.skew import two_colours
 from lumped.analysis.start import start_point
@@ -86,7 +86,7 @@ def symbolic_frequencies(system: System) -> tuple[ca.SX, ...]:
     used = np.flatnonzero(~np.isin(system.states, list(system.cyclic)))
     A = A[used.tolist(), used.tolist()]
     point = start_point(system)
-    numbers = csr_array(ca.Function("A", [theta], [A])(point.theta).sparse())
+    numbers = scipy.sparse.csr_array(ca.Function("A", [theta], [A])(point.theta).sparse())
     numbers.eliminate_zeros()
     colour = two_colours(numbers)
     if colour is None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import MatrixRankWarning, lsqr, spsolve
+import scipy
 
 from lumped.analysis.calls import Call
 from lumped.analysis.initial import initial_residuals
@@ -108,14 +108,12 @@ class Targets:
         """
         _, matrix = self._at(x)
         columns, rows = self._columns(matrix)
-        inputs = self._evaluate.inputs
-        along = ca.densify(ca.jtimes(self._evaluate.expression, inputs[1], ca.DM(seed)))
-        by_parameters = ca.Function("along", inputs, [along])(x, self.theta, 0.0, self.settings)
+        by_parameters = self._evaluate.by_parameters(x, self.theta, 0.0, self.settings).sparse()
         found = S.copy()
         found[columns] = 0.0
-        miss = -np.asarray(by_parameters) - matrix @ found
+        miss = -(by_parameters @ seed) - matrix @ found
         miss[: len(wanted)] += wanted
-        part = csc_array(matrix)[rows][:, columns].toarray()
+        part = scipy.sparse.csc_array(matrix)[rows][:, columns].toarray()
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
 
@@ -255,7 +253,7 @@ class Targets:
         missed = np.flatnonzero(self._missed(miss, self.wanted, matrix, z))
         if not len(missed):
             return
-        matrix = csc_array(matrix)
+        matrix = scipy.sparse.csc_array(matrix)
         unsearched = np.setdiff1d(missed, searched)
         row = int(unsearched[0] if len(unsearched) else missed[0])
         given = row < len(self.unknowns)
@@ -289,12 +287,14 @@ class Targets:
             f"fewer start values{'' if given else ' or initial equations'}, or make them fit."
         )
 
-    def _repeated_by(self, matrix: csc_array, row: int) -> list[int]:
+    def _repeated_by(self, matrix: scipy.sparse.csc_array, row: int) -> list[int]:
         """Targets of which multiples add up to the effect of one on what is not fixed."""
         rows = np.setdiff1d(np.arange(matrix.shape[0]), row)
         movable = matrix[:, np.setdiff1d(np.arange(matrix.shape[1]), list(self.fixed))].T
         wanted = movable[:, [row]].toarray().ravel()
-        share = np.abs(lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0])
+        share = np.abs(
+            scipy.sparse.linalg.lsqr(movable[:, rows], wanted, atol=1e-12, btol=1e-12)[0]
+        )
         found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
         return found
 
@@ -308,31 +308,33 @@ class _Function:
         Where each initial equation stands.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
-    inputs : list of SX
-        States, parameters, time and settings.
-    expression : SX
-        The targets.
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
         values, inputs = system._values, system._inputs[1:]
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
-        self.expression, self.inputs = expression, [values.states, *inputs]
+        self._inputs, self._expression = [values.states, *inputs], expression
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]
-        self._call = Call(ca.Function("targets", [values.states, *inputs], results))
+        self._call = Call(ca.Function("targets", self._inputs, results))
         rows, columns = jacobian.sparsity().get_triplet()
         self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
         self._shape = jacobian.shape
+
+    @cached_property
+    def by_parameters(self) -> ca.Function:
+        """Derivatives by all parameters: (all states, p, t, m)."""
+        found = ca.jacobian(self._expression, self._inputs[1])
+        return ca.Function("by_parameters", self._inputs, [found])
 
     def __call__(
         self, x: np.ndarray, theta: np.ndarray, settings: np.ndarray
     ) -> tuple[np.ndarray, _Matrix]:
         value, nonzeros = self._call(x, theta, 0.0, settings)
         if self._shape[0] * self._shape[1] > _DENSE:
-            return value, csc_array((nonzeros, self.entries), shape=self._shape)
+            return value, scipy.sparse.csc_array((nonzeros, self.entries), shape=self._shape)
         matrix = np.zeros(self._shape)
         matrix[self.entries] = nonzeros
         return value, matrix
@@ -370,8 +372,8 @@ def _solved(matrix: _Matrix, right: np.ndarray) -> np.ndarray:
         except np.linalg.LinAlgError:
             return np.full(len(right), np.nan)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MatrixRankWarning)
-        return np.atleast_1d(spsolve(csc_array(matrix), right))
+        warnings.simplefilter("ignore", scipy.sparse.linalg.MatrixRankWarning)
+        return np.atleast_1d(scipy.sparse.linalg.spsolve(scipy.sparse.csc_array(matrix), right))
 
 
 def _capital(text: str) -> str:

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import CamSwitch, Inertia, PulseTorque, Speed
-from lumped.errors import EquationError
+from lumped.components import (
+    CamSwitch,
+    HarmonicTorque,
+    Inertia,
+    PeriodicTorque,
+    PulseTorque,
+    Speed,
+)
 
 
 def turned(part: lp.Component, w: float = 1.0, **options: object) -> lp.Trajectory:
@@ -64,6 +70,139 @@ class TestPulseTorque:
         assert turns >= 1
         assert abs(run["wheel.w"][-1] ** 2 / expected - 1) < 1e-9
 
-    def test_unknown_shape_is_refused(self):
-        with pytest.raises(EquationError, match="'half-sine' or 'rectangle'"):
-            turned(PulseTorque(shape="triangle", tau_max=1.0, centre=0.0, width=1.0))
+
+def torques(part: lp.Component, angles: np.ndarray) -> np.ndarray:
+    """Torque of a load at given angles."""
+    model = lp.compose(
+        turn=Speed(w=1.0), part=part, connections=lambda m: lp.chain(m.turn.flange, m.part.flange)
+    )
+    system = lp.assemble(model, keep=["turn.flange.phi"])
+    name = system.state_names[0]
+    return np.array([lp.start_point(system, start={name: a})["part.tau"] for a in angles])
+
+
+def flywheel(part: lp.Component, until: float, w: float = 30.0) -> lp.Trajectory:
+    """A flywheel of 2 kg.m2 under a load."""
+    model = lp.compose(
+        wheel=Inertia(J=2.0, w=w), part=part, connections=lambda m: lp.chain(m.wheel, m.part.flange)
+    )
+    system = lp.assemble(model, keep=["wheel.phi"])
+    return lp.simulate(system, until=until, rtol=1e-10, grid=400)
+
+
+class TestHarmonicTorque:
+    ROWS = ((0.5, 3.0, 0.4), (1.0, -2.0, 0.0), (2.5, 1.5, -1.1), (12.0, 0.2, 2.0))
+
+    def test_its_spectrum_over_two_turns_is_that_of_the_rows(self):
+        angles = 4 * np.pi * np.arange(64) / 64
+        received = torques(HarmonicTorque(harmonics=self.ROWS, mean=-0.7), angles)
+        # A sin(k phi + p) = Im A exp(j p) exp(j k phi): the line of order k is A exp(j p) / (2 j)
+        expected = np.zeros(33, complex)
+        expected[0] = -0.7
+        for order, amplitude, phase in self.ROWS:
+            expected[round(2 * order)] = amplitude * np.exp(1j * phase) / 2j
+        assert np.abs(np.fft.rfft(received) / 64 - expected).max() < 1e-14
+
+    def test_a_flywheel_gains_the_integral_over_its_angle(self):
+        run = flywheel(HarmonicTorque(harmonics=self.ROWS, mean=-0.7), 3.0)
+        phi, gained = run["wheel.phi"], -0.7 * run["wheel.phi"]
+        for order, amplitude, phase in self.ROWS:
+            gained -= amplitude / order * (np.cos(order * phi + phase) - np.cos(phase))
+        assert phi[-1] > 10 * 2 * np.pi
+        assert run["wheel.w"] ** 2 == pytest.approx(30.0**2 + gained, rel=5e-8)
+
+
+def curvatures(angles: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Second derivatives of a periodic cubic spline at its points, the classical way."""
+    h, n = np.diff(angles), len(angles) - 1
+    A, b, slope = np.zeros((n, n)), np.zeros(n), np.diff(values) / h
+    for i in range(n):
+        A[i, i - 1] += h[i - 1] / 6
+        A[i, i] += (h[i - 1] + h[i]) / 3
+        A[i, (i + 1) % n] += h[i] / 6
+        b[i] = slope[i] - slope[i - 1]
+    M = np.linalg.solve(A, b)
+    return np.append(M, M[0])
+
+
+def spline(angles: np.ndarray, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Periodic cubic spline through points."""
+    h, M = np.diff(angles), curvatures(angles, values)
+    i = np.searchsorted(angles, x, side="right") - 1
+    u, v = x - angles[i], angles[i + 1] - x
+    curved = (M[i] * v**3 + M[i + 1] * u**3) / (6 * h[i])
+    ends = (values[i] / h[i] - M[i] * h[i] / 6) * v + (
+        values[i + 1] / h[i] - M[i + 1] * h[i] / 6
+    ) * u
+    return curved + ends
+
+
+class TestPeriodicTorque:
+    POINTS = ((-0.5, 3.0), (0.4, -1.0), (1.0, 2.0), (1.3, 2.5), (2.9, -4.0))
+    PERIOD = 4.0
+
+    @pytest.mark.parametrize("shape", ["smooth", "lines"])
+    @pytest.mark.parametrize("turn", [0, 1, 250, -3])
+    def test_every_period_is_the_curve_through_the_points(self, shape, turn):
+        angles, values = np.array([*self.POINTS, (3.5, 3.0)]).T
+        x = np.linspace(-0.5, 3.4999, 60)
+        part = PeriodicTorque(points=self.POINTS, shape=shape, period=self.PERIOD)
+        received = torques(part, x + turn * self.PERIOD)
+        law = spline if shape == "smooth" else lambda a, v, x: np.interp(x, a, v)
+        assert received == pytest.approx(law(angles, values, x), abs=1e-11)
+
+    def test_a_smooth_table_of_a_sine_is_as_near_as_theory_says(self):
+        """At most ``5/384 h^4`` (Hall and Meyer, J. Approx. Theory 16 (1976) 105)."""
+        places = 2 * np.pi * np.arange(24) / 24
+        part = PeriodicTorque(points=list(zip(places, np.sin(places), strict=True)))
+        x = np.linspace(0.0, 4 * np.pi, 301)
+        bound = 5 / 384 * (2 * np.pi / 24) ** 4
+        assert np.abs(torques(part, x) - np.sin(x)).max() < bound
+
+    @pytest.mark.parametrize("shape", ["smooth", "lines"])
+    @pytest.mark.parametrize("w", [2.0, -2.0])
+    def test_work_of_ten_periods_is_ten_times_the_area_under_the_curve(self, shape, w):
+        class Driven(lp.Component):
+            """A load turned evenly, and the work that it does."""
+
+            turn: Speed = Speed(w=w)
+            part: PeriodicTorque = PeriodicTorque(
+                points=self.POINTS, shape=shape, period=self.PERIOD
+            )
+            work: lp.Var = lp.var("J", "work", state="always")
+
+            def connections(self):
+                yield lp.connect(self.turn.flange, self.part.flange)
+
+            def equations(self):
+                yield lp.der(self.work) == self.part.tau * self.turn.w
+
+        angles, values = np.array([*self.POINTS, (3.5, 3.0)]).T
+        h = np.diff(angles)
+        area = h @ (values[1:] + values[:-1]) / 2
+        if shape == "smooth":
+            M = curvatures(angles, values)
+            area -= h**3 @ (M[1:] + M[:-1]) / 24
+        end = 10 * self.PERIOD / 2.0
+        run = lp.simulate(lp.assemble(Driven()), until=end, rtol=1e-10, method="implicit")
+        assert run["work"][-1] == pytest.approx(np.sign(w) * 10 * area, rel=1e-6)
+
+    def test_one_point_is_a_constant(self):
+        for shape in ("smooth", "lines"):
+            received = torques(
+                PeriodicTorque(points=((1.0, 5.0),), shape=shape), np.array([0.0, 9.0])
+            )
+            assert received == pytest.approx([5.0, 5.0])
+
+
+@pytest.mark.parametrize("w", [40.0, -40.0])
+def test_a_cut_falls_on_every_turn_in_both_directions(w):
+    """A rectangular cut takes the same work from a flywheel in each turn."""
+    cut = PulseTorque(shape="rectangle", tau_max=-3.0 * np.sign(w), centre=1.0, width=0.5)
+    run = flywheel(cut, 1.3, w)
+    begins = 0.75 if w > 0 else 2 * np.pi - 1.25
+    cuts = np.floor((np.abs(run["wheel.phi"]) - begins) / (2 * np.pi)) + 1
+    within = np.abs(run["wheel.phi"]) - begins - 2 * np.pi * (cuts - 1)
+    expected = 40.0**2 - 3.0 * (0.5 * (cuts - 1) + np.clip(within, 0, 0.5)) * (cuts > 0)
+    assert run["wheel.w"] ** 2 == pytest.approx(expected, rel=1e-9)
+    assert cuts[-1] == (9 if w > 0 else 8)

@@ -18,6 +18,7 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    belts,
     cams,
     contact,
     crank,
@@ -30,6 +31,7 @@ from lumped.components import (
     lossy_gear,
     motors,
     noncircular,
+    rolling,
     sequence,
     signals,
     sources,
@@ -57,11 +59,16 @@ UNITS = {
 }
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
+HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
+POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 FIELDS = {
+    cams.HarmonicTorque: {"harmonics": HARMONICS},
+    cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
     friction.BearingFriction: {"characteristic": ROWS},
     translation.SupportFriction: {"characteristic": ROWS},
     translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
@@ -69,6 +76,7 @@ FIELDS = {
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    belts.Belt: {"distance": 6.0},
     crank.CrankSlider: {"L": 6.0},
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     electrical.VariableResistor: {"R": 1.5},
@@ -82,7 +90,11 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 }
 """Parameters for which a random number is none."""
 
-POSITIVE = {electrical.VariableResistor: ["R"], friction.JournalFriction: ["f_n"]}
+POSITIVE = {
+    electrical.VariableResistor: ["R"],
+    friction.JournalFriction: ["f_n"],
+    rolling.RollingTorque: ["F", "a"],
+}
 """Inputs that make no sense below zero."""
 
 BASES = {thermal.Heated}
@@ -129,7 +141,7 @@ def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
     for name, item in declared(cls, lp.Param).items():
-        if item.exceeds is not None:
+        if isinstance(item.exceeds, lp.Param):
             found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
     found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
     found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
@@ -364,6 +376,29 @@ def strip_heat(at: Motion) -> float:
     return np.clip(at.p["d"] * at.rel(at.v), -tension, tension) * at.rel(at.v)
 
 
+def strands(at: Motion) -> Iterator[tuple[complex, complex]]:
+    """Elastic tension of each strand of a belt if it pulls, and its rate of stretch."""
+    p = at.p
+    c = p["EA"] / np.sqrt(p["distance"] ** 2 - (p["r_a"] - p["r_b"]) ** 2)
+    by_load, rate = (
+        p["r_a"] * (y["flange_a"] - y["support"]) - p["r_b"] * (y["flange_b"] - y["support"])
+        for y in (at.q, at.v)
+    )
+    for side in (1, -1):
+        pull = p["F_0"] + side * c * by_load
+        yield (pull if pull.real > 0 else 0.0), side * rate
+
+
+def belt_energy(at: Motion) -> complex:
+    p = at.p
+    c = p["EA"] / np.sqrt(p["distance"] ** 2 - (p["r_a"] - p["r_b"]) ** 2)
+    return sum(pull**2 for pull, _ in strands(at)) / (2 * c)
+
+
+def belt_heat(at: Motion) -> float:
+    return sum(np.clip(at.p["d"] * rate, -pull, pull) * rate for pull, rate in strands(at))
+
+
 def coil_radius(at: Motion) -> complex:
     turns = (at.q["flange"] - at.q["tangent"]) / (2 * np.pi)
     return at.p["r"] + at.p["h"] / at.p["fill"] * turns
@@ -471,7 +506,7 @@ def downhill_and_wind(at: Motion) -> float:
     return -v * (drag + p["m"] * p["g"] * np.sin(np.arctan(p["inclination"])))
 
 
-def rolling(at: Motion) -> float:
+def rolling_resistance(at: Motion) -> float:
     p, v = at.p, at.v["coupling"]
     level = np.cos(np.arctan(p["inclination"]))
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
@@ -494,8 +529,43 @@ def pulse(at: Motion) -> float:
     return at.p["tau_max"] * np.cos(np.pi * x / at.p["width"]) * inside * turning(at)
 
 
+def harmonic(at: Motion) -> float:
+    phi = at.q["flange"] - at.q["support"]
+    waves = [a * np.sin(k * phi + p) for k, a, p in HARMONICS]
+    return (at.p["mean"] + sum(waves)) * turning(at)
+
+
+def tabulated(at: Motion) -> float:
+    angles, values = np.transpose(POINTS)
+    return np.interp(at.q["flange"] - at.q["support"], angles, values, period=5.0) * turning(at)
+
+
+def cage_currents(at: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Currents of stator and rotor, rows d and q, from the flux linkages."""
+    p, x = at.p, at.x
+    psi = np.array([[x["psi_sd"], x["psi_rd"]], [x["psi_sq"], x["psi_rq"]]])
+    L = np.diag([p["L_ls"], p["L_lr"]]) + p["L_m"]
+    return psi, np.linalg.solve(L, psi.T).T
+
+
+def cage_energy(at: Motion) -> complex:
+    psi, i = cage_currents(at)
+    return rotor(at) + 0.75 * (psi * i).sum()
+
+
+def cage_heat(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * (i**2 @ [at.p["R_s"], at.p["R_r"]]).sum()
+
+
+def cage_supply(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * at.p["V"] * i[0, 0]
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
+    belts.Belt: belt_energy,
     contact.ElastoBacklash: play_energy,
     gravity.SwingingMass: swinging,
     crank.CrankSlider: crank_slider,
@@ -521,6 +591,10 @@ STORED: dict[type[lp.Component], Energy] = {
     motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
     motors.SeriesDCMotor: armature,
     motors.SpeedDrive: rotor,
+    motors.SquirrelCageMotor: cage_energy,
+    motors.SynchronousMotor: lambda at: (
+        rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
+    ),
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
     vehicle.Vehicle: lambda at: (
         (at.p["m"] + at.p["J"] / at.p["R"] ** 2) * at.v["coupling"] ** 2 / 2
@@ -529,6 +603,7 @@ STORED: dict[type[lp.Component], Energy] = {
     winding.Strip: strip_energy,
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
+    belts.Belt: belt_heat,
     contact.ElastoBacklash: play_heat,
     crank.StrokeLoad: working,
     rotation.Damper: viscous,
@@ -544,12 +619,16 @@ DISSIPATED: dict[type[lp.Component], Power] = {
         at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
     ),
     motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
-    vehicle.Vehicle: rolling,
+    motors.SquirrelCageMotor: cage_heat,
+    motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
+    vehicle.Vehicle: rolling_resistance,
     winding.Strip: strip_heat,
 }
 SUPPLIED: dict[type[lp.Component], Power] = {
     Torque: driving("tau"),
     gravity.Weight: lowered,
+    cams.HarmonicTorque: harmonic,
+    cams.PeriodicTorque: tabulated,
     cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
@@ -557,6 +636,11 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     motors.InductionMotor: kloss,
     motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
     motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    motors.SquirrelCageMotor: cage_supply,
+    motors.SynchronousMotor: lambda at: (
+        1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
+    ),
+    rolling.RollingTorque: lambda at: (at.p["T_front"] - at.p["T_back"]) * at.p["R"] * turning(at),
     loads.LinearTorque: against("tau", lambda p, w: w / p["w_nominal"]),
     loads.QuadraticTorque: against("tau", lambda p, w: w * abs(w) / p["w_nominal"] ** 2),
     loads.SignTorque: against("tau", lambda p, w: np.tanh(w / (0.02 * p["w0"]))),

@@ -64,14 +64,8 @@ class Audited(Fed):
     def equations(self):
         motor, source = self.motor, self.source
         yield lp.der(self.supplied) == source.i * (source.p.v - source.n.v)
-        yield lp.der(self.heat) == self.resistance() * motor.i**2 + self.field_heat()
+        yield lp.der(self.heat) == motor.loss()
         yield lp.der(self.delivered) == self.load.flange.tau * motor.w
-
-    def resistance(self):
-        return self.motor.R
-
-    def field_heat(self):
-        return 0.0
 
 
 def linear(A, b, t):
@@ -173,9 +167,6 @@ class Shunt(Audited):
         yield from super().connections()
         yield lp.connect(self.source.p, self.motor.field_p)
         yield lp.connect(self.source.n, self.motor.field_n)
-
-    def field_heat(self):
-        return self.motor.R_f * self.motor.i_f**2
 
 
 def test_a_shunt_motor_follows_another_integrator():
@@ -291,6 +282,23 @@ def test_the_torque_is_greatest_at_the_breakdown_slip_and_zero_at_synchronous_sp
     assert slip[np.argmax(torque)] == pytest.approx(0.2, abs=1e-3)
     assert torque[slip == 0] == pytest.approx([0.0], abs=1e-12)
     assert (torque[slip < 0] < 0).all()  # a generator above synchronous speed
+
+
+@pytest.mark.parametrize("w_s", [157.08, -157.08])
+def test_a_rotor_that_starts_without_load_is_heated_by_as_much_as_it_gains(w_s):
+    """Whatever the torque curve: ``J w_s^2 / 2`` each."""
+
+    class Warm(lp.Component):
+        """A motor and its heat."""
+
+        motor: InductionMotor = InductionMotor(w_s=w_s, tau_k=60.0, s_k=0.2, a=0.6, J=0.05)
+        heat: lp.Var = lp.var("J", "heat in the rotor", state="always")
+
+        def equations(self):
+            yield lp.der(self.heat) == self.motor.loss()
+
+    run = lp.simulate(lp.assemble(Warm()), until=3.0, rtol=1e-10)
+    assert run["heat"][-1] == pytest.approx(0.05 / 2 * 157.08**2, rel=1e-8)
 
 
 # -- converter drives --------------------------------------------------------------------------

@@ -4,7 +4,18 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Expression, Latch, Minimum, Sine, SpeedProfile, Switch
+from lumped.components import (
+    AngleSensor,
+    Expression,
+    Latch,
+    Minimum,
+    PositionSequencer,
+    Sine,
+    Speed,
+    SpeedProfile,
+    SquareRootController,
+    Switch,
+)
 from lumped.errors import EquationError
 
 
@@ -59,6 +70,67 @@ def test_a_latch_begins_as_it_is_told():
     latch = Latch(on=1.0, off=2.0, x=1.0)
     run = fed(latch, 3.0, u=lp.time)
     assert (run["part.y"] == np.where(run.t < 2, 1.0, 0.0))[np.abs(run.t - 2) > 1e-6].all()
+
+
+def steps(run, part="part"):
+    """Instants at which a sequencer changes its target."""
+    wanted = np.flatnonzero(np.diff(run[f"{part}.step"]))
+    return run.t[wanted]
+
+
+class Table(lp.Component):
+    """A table that moves with the speed that a proportional controller of 5 1/s wants."""
+
+    part: PositionSequencer = PositionSequencer(targets=(1.0, -0.5, 2.0), tolerance=0.01, dwell=0.3)
+    control: SquareRootController = SquareRootController(K=5.0, a=1e30)
+    drive: Speed = Speed()
+    sensor: AngleSensor = AngleSensor()
+
+    def connections(self):
+        yield lp.connect(self.part.y, self.control.wanted)
+        yield lp.connect(self.control.y, self.drive.w)
+        yield lp.connect(self.drive.flange, self.sensor.flange)
+        yield lp.connect(self.sensor.phi, self.control.measured, self.part.measured)
+
+
+def test_a_sequencer_steps_on_after_the_way_to_each_target_and_its_dwell():
+    """The error falls as ``exp(-5 t)``: it is within 0.01 after ``ln(|way| / 0.01) / 5``."""
+    run = lp.simulate(lp.assemble(Table()), until=8.0, grid=500, rtol=1e-11)
+    at, place, expected = 0.0, 0.0, []
+    for target in (1.0, -0.5, 2.0):
+        way = target - place
+        at += np.log(abs(way) / 0.01) / 5 + 0.3
+        expected.append(at)
+        place = target - np.sign(way) * 0.01 * np.exp(-5 * 0.3)
+    assert steps(run) == pytest.approx(expected, abs=1e-8)
+    assert run["sensor.phi"][-1] == pytest.approx(2.0, abs=1e-6)
+    assert (run["part.done"] == (run["part.step"] == 3)).all()
+    assert run["part.y"][-1] == 2.0
+
+
+def test_a_target_that_is_left_too_early_must_be_held_anew():
+    # a sine is within 0.1 of 1 for this time, once in each turn
+    reach = 2 * np.arccos(0.9)
+    part, wave = PositionSequencer(targets=(1.0,), tolerance=0.1), lp.ops.sin(lp.time)
+    never = fed(part.with_({"dwell": reach + 0.01}), 20.0, measured=wave)
+    assert (never["part.step"] == 0).all()
+    once = fed(part.with_({"dwell": reach - 0.01}), 20.0, measured=wave)
+    assert steps(once) == pytest.approx([np.arcsin(0.9) + reach - 0.01], abs=1e-8)
+
+
+def test_targets_next_to_each_other_take_a_dwell_each():
+    part = PositionSequencer(targets=(0.0, 0.05, 0.0, -0.05), tolerance=0.1, dwell=0.25)
+    run = fed(part, 3.0, measured=0.0 * lp.time)
+    assert steps(run) == pytest.approx([0.25, 0.5, 0.75, 1.0], abs=1e-9)
+    assert run["part.step"][-1] == 4
+    assert run["part.done"][-1] == 1
+
+
+def test_a_sequencer_begins_where_it_is_told():
+    part = PositionSequencer(targets=(1.0, 2.0, 3.0), tolerance=0.1, dwell=0.15, step=1.0)
+    run = fed(part, 5.0, measured=lp.time)
+    assert run["part.y"][0] == 2.0
+    assert steps(run) == pytest.approx([2.05, 3.05], abs=1e-9)
 
 
 def test_a_speed_profile_brakes_to_each_lower_section_in_time():

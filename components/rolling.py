@@ -1,0 +1,62 @@
+"""Load of a pair of rolls that roll strip or bar.
+
+The law is the balance of both rolls and of the strip between them, for a small angle of contact:
+the pressure on the arc of contact has the lever arm `a`, and the shear that pulls the strip through
+carries the difference of the tensions as well (Bland and Ford, Proc. Inst. Mech. Eng. 159 (1948)
+144; Ford, Ellis and Bland, J. Iron Steel Inst. 168 (1951) 57).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Expr, Flange, Input, Param, Var, der, hold, param, var
+from lumped.switch import Item
+
+__all__ = ["RollingTorque"]
+
+
+class RollingTorque(Component):
+    """Load of a rolling pass on the drive of both rolls: ``tau = 2 F a + (T_back - T_front) R``.
+
+    Forming, ``tau_f = 2 F a``, acts against the motion, at standstill up to that; it becomes heat.
+    The tensions pull on the strip towards negative (`T_back`) and positive motion (`T_front`),
+    whichever way the rolls turn. The lever arm is ``a = lambda sqrt(R dh)`` with the reduction
+    ``dh`` and ``lambda`` about 0.5 for hot and 0.4 for cold rolling. Without roll force the pair is
+    open. Friction of the necks: `JournalFriction`.
+    """
+
+    flange = Flange()
+    support = Flange(grounded=True)
+    F = Input("N", "roll force, not negative")
+    a = Input("m", "lever arm of the roll force, not negative")
+    T_back = Input("N", "tension of the strip towards negative motion")
+    T_front = Input("N", "tension of the strip towards positive motion")
+    R: Param = param("m", "radius of the rolls", above=0)
+    phi: Var = var("rad", "angle of the rolls relative to the support", state="avoid")
+    w: Var = var("rad/s", "speed of the rolls relative to the support", state="prefer")
+    tau_f: Var = var("N.m", "torque of forming")
+    tau: Var = var("N.m", "torque that the drive must give")
+    mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 open")
+
+    def equations(self) -> Iterator[Item]:
+        yield self.phi == self.flange.phi - self.support.phi
+        yield self.w == der(self.phi)
+        yield self.tau == self.tau_f + (self.T_back - self.T_front) * self.R
+        yield self.flange.tau == self.tau
+        yield self.support.tau == -self.tau
+        limit = 2 * self.F * self.a
+        yield hold(
+            self.tau_f,
+            self.w,
+            forward=limit,
+            backward=-limit,
+            upper=limit,
+            lower=-limit,
+            engaged=limit > 0,
+            mode=self.mode,
+        )
+
+    def loss(self) -> Expr:
+        """Power of forming, W."""
+        return self.tau_f * self.w

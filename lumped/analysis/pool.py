@@ -1,0 +1,141 @@
+"""Work shared among processes, none of which can take the rest down with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+__all__ = ["outcomes"]
+
+Outcome = list[float] | str
+Task = tuple[int, dict[str, float]]
+Done = tuple[int, Outcome, float]
+
+_AHEAD = 2
+"""Chunks for each process that are handed out at a time."""
+_CHUNKS = 20
+"""Chunks for each process in all, so that the last ones end together."""
+_DIED = "the process died in this run (see its last output; memory, or a fault of a library)"
+
+_job: Callable[[dict[str, float]], Outcome]
+
+
+def outcomes(
+    job: Callable[[dict[str, float]], Outcome], tasks: Sequence[Task], workers: int, client: Any
+) -> Iterator[Done]:
+    """Outcome of each task and the seconds that it took, as they come.
+
+    An interrupt ends the work quietly.
+
+    Parameters
+    ----------
+    job : callable
+        What to do; pickled only where processes cannot be forked.
+    tasks : sequence of (int, dict)
+        Number and argument of each.
+    workers : int
+        Processes.
+    client : dask.distributed.Client or None
+        Where to work instead.
+    """
+    size = max(1, len(tasks) // (_CHUNKS * workers))
+    chunks = [list(tasks[i : i + size]) for i in range(0, len(tasks), size)]
+    try:
+        if client is not None:
+            yield from _on_cluster(job, chunks, client)
+        elif workers == 1 or len(tasks) <= 1:
+            _begin(job, False)
+            for chunk in chunks:
+                yield from _work(chunk)
+        else:
+            suspects: list[Task] = []
+            while chunks:
+                chunks = yield from _in_pool(job, chunks, workers, suspects)
+            for task in suspects:  # alone, so that it is known which one it was
+                alone: list[Task] = []
+                yield from _in_pool(job, [[task]], 1, alone)
+                for number, _ in alone:
+                    yield number, _DIED, 0.0
+    except KeyboardInterrupt:
+        return
+
+
+def _in_pool(
+    job: Callable[[dict[str, float]], Outcome],
+    chunks: list[list[Task]],
+    workers: int,
+    suspects: list[Task],
+) -> Any:
+    """Work until all is done or a process dies; give back what was not begun."""
+    waiting = list(reversed(chunks))
+    running: dict[Future[list[Done]], list[Task]] = {}
+    pool = ProcessPoolExecutor(workers, _context(), _begin, (job, True))
+    try:
+        while waiting or running:
+            while waiting and len(running) < _AHEAD * workers:
+                chunk = waiting.pop()
+                with warnings.catch_warnings():
+                    # libraries that keep threads have none that hold a lock here
+                    warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+                    running[pool.submit(_work, chunk)] = chunk
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                found = future.result()
+                del running[future]
+                yield from found
+    except BrokenProcessPool:
+        for future, chunk in running.items():
+            if future.done() and future.exception() is None:
+                yield from future.result()
+            else:
+                suspects += chunk
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+    return list(reversed(waiting))
+
+
+def _context() -> Any:
+    forks = "fork" in multiprocessing.get_all_start_methods()
+    return multiprocessing.get_context("fork" if forks else None)
+
+
+def _begin(job: Callable[[dict[str, float]], Outcome], own_process: bool) -> None:
+    global _job
+    _job = job
+    if own_process:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _work(chunk: list[Task]) -> list[Done]:
+    return [_timed(_job, task) for task in chunk]
+
+
+def _timed(job: Callable[[dict[str, float]], Outcome], task: Task) -> Done:
+    begin = clock.perf_counter()
+    outcome = job(task[1])
+    return task[0], outcome, clock.perf_counter() - begin
+
+
+def _on_cluster(
+    job: Callable[[dict[str, float]], Outcome], chunks: list[list[Task]], client: Any
+) -> Iterator[Done]:
+    from dask.distributed import as_completed
+
+    held = client.scatter(job, broadcast=True)
+    futures = {client.submit(_work_on_cluster, held, chunk, pure=False): chunk for chunk in chunks}
+    for future in as_completed(futures):  # type: ignore[no-untyped-call]
+        if future.status == "finished":
+            yield from future.result()
+            continue
+        for number, _ in futures[future]:
+            yield number, f"{_DIED}: {future.exception()}", 0.0
+
+
+def _work_on_cluster(job: Callable[[dict[str, float]], Outcome], chunk: list[Task]) -> list[Done]:
+    return [_timed(job, task) for task in chunk]

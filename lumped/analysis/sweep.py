@@ -1,0 +1,298 @@
+"""Many runs of one model."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import time as clock
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.analysis.pool import outcomes
+from lumped.analysis.result import Trajectory
+from lumped.analysis.simulate import simulate
+from lumped.analysis.store import fingerprint
+from lumped.assemble import assemble
+from lumped.errors import LumpedError, OptionError
+from lumped.progress import Progress
+from lumped.system import Name, System
+from lumped.table import number, table
+
+__all__ = ["Sweep", "sweep"]
+
+Measure = Callable[[Trajectory], float]
+Point = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Results of many runs; ``found[label]`` gives one of them for all points.
+
+    Attributes
+    ----------
+    names : tuple of str
+        What was varied.
+    points : ndarray, shape (n, len(names))
+        Its values in each run.
+    labels : tuple of str
+        What was taken from each run.
+    values : ndarray, shape (n, len(labels))
+        Results; nan where a run failed.
+    failures : dict of int to str
+        Why runs failed, by the number of the point.
+    shape : tuple of int
+        That of the grid over which was swept, such as ``found["peak"].reshape(found.shape)``.
+    workers : int
+        Processes that worked.
+    seconds, busy : float
+        Wall time, and the time that the processes spent in runs.
+    """
+
+    names: tuple[str, ...]
+    points: NDArray[np.float64]
+    labels: tuple[str, ...]
+    values: NDArray[np.float64]
+    failures: dict[int, str]
+    shape: tuple[int, ...]
+    workers: int
+    seconds: float
+    busy: float
+
+    def __getitem__(self, label: str) -> NDArray[np.float64]:
+        if label in self.labels:
+            return self.values[:, self.labels.index(label)]
+        if label in self.names:
+            return self.points[:, self.names.index(label)]
+        known = ", ".join((*self.names, *self.labels))
+        raise OptionError(f"sweep: there is no '{label}', only {known}.")
+
+    def to_pandas(self) -> Any:
+        """A DataFrame, one row for each run, with an empty ``failure`` where there is none."""
+        import pandas
+
+        columns = {name: self[name] for name in (*self.names, *self.labels)}
+        reasons = [self.failures.get(i, "") for i in range(len(self.points))]
+        return pandas.DataFrame(columns | {"failure": reasons})
+
+    def __repr__(self) -> str:
+        head = (
+            f"{len(self.points)} runs, {len(self.failures)} failed; {self.seconds:.3g} s on "
+            f"{self.workers} processes, {self.busy:.3g} s of work"
+        )
+        rows = []
+        for label in self.labels:
+            good = self[label][np.isfinite(self[label])]
+            low, high = (good.min(), good.max()) if len(good) else (np.nan, np.nan)
+            rows.append((label, number(low), number(high)))
+        reasons = [f"point {i}: {reason}" for i, reason in list(self.failures.items())[:3]]
+        return "\n".join([head, table(("result", "least", "greatest"), rows), *reasons])
+
+
+def sweep(
+    system: System,
+    *,
+    over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]],
+    until: float,
+    of: Mapping[str, Measure],
+    workers: int | None = None,
+    store: str | Path | None = None,
+    client: Any = None,
+    **options: Any,
+) -> Sweep:
+    """Run a system for many values of its parameters, on all cores.
+
+    Results do not depend on the number of processes. A run that fails, or whose process dies, is
+    set apart with its reason and stops no other. After an interrupt (Ctrl-C) what was done is
+    returned; what is missing counts as failed.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    over : mapping or iterable of mappings
+        Values for each parameter, which make a grid (the last varies fastest); or parameters of
+        each run.
+    until : float
+        End of each run, s.
+    of : mapping of str to callable
+        What to take from each run: functions of a `Trajectory` that give a number.
+    workers : int, optional
+        Processes; default is one for each core.
+    store : str or Path, optional
+        File in which each result is written as it comes, one line of JSON each. If it exists, what
+        it holds is not run again.
+    client : dask.distributed.Client, optional
+        Run on its cluster instead; functions and model classes travel by cloudpickle.
+    **options
+        As for `simulate`.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    OptionError
+        If there is nothing to vary or to take, or `store` belongs to another sweep.
+    UnknownNameError
+        If a parameter does not exist.
+    """
+    points, shape = _points(system, over)
+    if not of:
+        raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
+    job = Job(system, until, dict(of), options)
+    done = _Store(store, job).opened()
+    begin, busy = clock.perf_counter(), 0.0
+    count = workers or os.cpu_count() or 1
+    waiting = [(i, point) for i, point in enumerate(points) if _key(point) not in done.known]
+    found: dict[int, list[float] | str] = {
+        i: done.known[_key(point)] for i, point in enumerate(points) if _key(point) in done.known
+    }
+    progress = Progress(f"{system.name}: runs", len(points))
+    try:
+        for i, outcome, seconds in outcomes(job, waiting, count, client):
+            found[i] = outcome
+            busy += seconds
+            done.add(points[i], outcome)
+            progress.at(len(found))
+    finally:
+        progress.close()
+        done.close()
+    names = tuple(points[0])
+    values = np.full((len(points), len(of)), np.nan)
+    failures = {}
+    for i in range(len(points)):
+        outcome = found.get(i, "interrupted before it was run")
+        if isinstance(outcome, str):
+            failures[i] = outcome
+        else:
+            values[i] = outcome
+    table_ = np.array([[point[name] for name in names] for point in points])
+    seconds = clock.perf_counter() - begin
+    return Sweep(names, table_, tuple(of), values, failures, shape, count, seconds, busy)
+
+
+class Job:
+    """What each run of a sweep does; travels to other processes as its model.
+
+    Parameters
+    ----------
+    system : System
+    until : float
+    of : dict of str to callable
+    options : dict
+        As for `sweep`.
+    """
+
+    def __init__(
+        self, system: System, until: float, of: dict[str, Measure], options: dict[str, Any]
+    ) -> None:
+        self.system, self.until, self.of, self.options = system, until, of, options
+
+    def __call__(self, point: Point) -> list[float] | str:
+        """Numbers of one run, or why there are none."""
+        try:
+            run = simulate(self.system, until=self.until, parameters=point, **self.options)
+            return [float(measure(run)) for measure in self.of.values()]
+        except LumpedError as fault:
+            return str(fault)
+        except Exception as fault:  # a fault of what is taken from a run stops no other run
+            return f"{type(fault).__name__}: {fault}"
+
+    def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
+        import cloudpickle
+
+        model, outputs, keep = self.system.origin
+        parts = (model, outputs, keep, self.until, self.of, self.options)
+        return _restored, (cloudpickle.dumps(parts),)
+
+
+def _restored(payload: bytes) -> Job:
+    import cloudpickle
+
+    model, outputs, keep, until, of, options = cloudpickle.loads(payload)
+    return Job(assemble(model, outputs=outputs, keep=keep), until, of, options)
+
+
+def _points(
+    system: System, over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]]
+) -> tuple[list[Point], tuple[int, ...]]:
+    """Parameters of each run by their full names, and the shape of the grid."""
+    if isinstance(over, Mapping):
+        names = [system.key(name) for name in over]
+        axes = [np.asarray(values, dtype=float).ravel() for values in over.values()]
+        shape: tuple[int, ...] = tuple(len(axis) for axis in axes)
+        rows = [dict(zip(names, map(float, row), strict=True)) for row in itertools.product(*axes)]
+    else:
+        rows = [{system.key(n): float(v) for n, v in point.items()} for point in over]
+        shape = (len(rows),)
+    if not rows or not rows[0]:
+        raise OptionError("sweep: there is nothing to vary; give values of at least one parameter.")
+    if any(row.keys() != rows[0].keys() for row in rows):
+        raise OptionError("sweep: each point must name the same parameters.")
+    system.places(rows[0])
+    return rows, shape
+
+
+def _key(point: Point) -> str:
+    return json.dumps(point, sort_keys=True)
+
+
+class _Store:
+    """Results in a file of lines; without a path nothing is kept."""
+
+    def __init__(self, path: str | Path | None, job: Job) -> None:
+        self._path = None if path is None else Path(path)
+        self._head = {
+            "fingerprint": fingerprint(job.system),
+            "parameters": job.system.parameters,
+            "until": job.until,
+            "of": list(job.of),
+            "options": {name: repr(value) for name, value in job.options.items()},
+        }
+        self.known: dict[str, list[float] | str] = {}
+        self._file: Any = None
+
+    def opened(self) -> _Store:
+        """Read what is there and open for more."""
+        if self._path is None:
+            return self
+        lines = self._path.read_text(encoding="utf-8").splitlines() if self._path.exists() else []
+        if lines and json.loads(lines[0]) != self._head:
+            raise OptionError(
+                f"sweep: {self._path} holds runs of another model, time or result. Choose another "
+                "file, or remove it."
+            )
+        for line in lines[1:]:
+            try:
+                entry = json.loads(line)
+            except ValueError:
+                continue  # the last line of a process that was killed
+            self.known[_key(entry["point"])] = entry.get("failure", entry.get("values"))
+        self._file = self._path.open("w" if not lines else "a", encoding="utf-8")
+        if not lines:
+            self._write(self._head)
+        elif not lines[-1].endswith("}"):
+            self._file.write("\n")
+        return self
+
+    def add(self, point: Point, outcome: list[float] | str) -> None:
+        """Keep a result, at once."""
+        if self._file is not None:
+            kind = "failure" if isinstance(outcome, str) else "values"
+            self._write({"point": point, kind: outcome})
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+    def _write(self, entry: Mapping[str, Any] | Sequence[Any]) -> None:
+        self._file.write(json.dumps(entry) + "\n")
+        self._file.flush()

@@ -1,0 +1,54 @@
+"""How far long work has come, on a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time as clock
+
+__all__ = ["Progress"]
+
+_FIRST, _EVERY = 1.0, 0.2  # s
+
+
+class Progress:
+    """A line that says how much is done and how long the rest will take.
+
+    It appears after a second, and only if standard error is a terminal.
+
+    Parameters
+    ----------
+    what : str
+        What is being done.
+    total : float
+        All that is to be done.
+    """
+
+    def __init__(self, what: str, total: float) -> None:
+        self._what, self._total = what, total
+        self._begin = clock.monotonic()
+        self._next = self._begin + _FIRST if sys.stderr.isatty() else float("inf")
+        self._shown = False
+
+    def at(self, done: float) -> None:
+        """Say how much is done."""
+        now = clock.monotonic()
+        if now < self._next or not done:
+            return
+        left = (now - self._begin) * (self._total / done - 1.0)
+        text = f"{self._what}: {100 * done / self._total:.0f} %, {_spoken(left)} left"
+        sys.stderr.write(f"\r{text:<78}")
+        sys.stderr.flush()
+        self._next, self._shown = now + _EVERY, True
+
+    def close(self) -> None:
+        """Take the line away."""
+        if self._shown:
+            sys.stderr.write("\r" + " " * 78 + "\r")
+            sys.stderr.flush()
+            self._shown = False
+
+
+def _spoken(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,133 @@
+"""Many runs against single ones and a closed form, with failures, deaths and interrupts."""
+
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, Spring
+from lumped.errors import OptionError, UnknownNameError
+
+
+@pytest.fixture(scope="module")
+def system():
+    model = lp.compose(
+        ground=Fixed(),
+        shaft=Spring(c=100.0),
+        body=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
+    )
+    return lp.assemble(model.with_({"body.w": 1.0}))
+
+
+def last(run):
+    return run["shaft.phi_rel"][-1]
+
+
+C, J = np.linspace(50.0, 200.0, 7), np.array([0.5, 1.0, 4.0])
+
+
+def closed_form(c, J):
+    w = np.sqrt(c / J)
+    return np.sin(w * 0.7) / w
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3])
+def test_a_grid_agrees_with_the_closed_form_whoever_works(system, workers):
+    over = {"shaft.c": C, "body.J": J}
+    found = lp.sweep(system, over=over, until=0.7, of={"x": last}, workers=workers, rtol=1e-10)
+    expected = closed_form(C[:, None], J[None, :])
+    assert found.shape == (7, 3)
+    error = np.abs(found["x"].reshape(found.shape) - expected).max()
+    print("largest error:", error)
+    assert error < 1e-9
+    assert not found.failures
+    alone = lp.simulate(system, until=0.7, rtol=1e-10, parameters={"shaft.c": 75.0, "body.J": 4.0})
+    assert found["x"][5] == last(alone)
+    frame = found.to_pandas()
+    assert (frame["body.J"].to_numpy() == found["body.J"]).all()
+
+
+def test_failures_are_set_apart_with_their_reason(system):
+    def fussy(run):
+        if run.theta.max() > 150:
+            raise ValueError("too stiff for me")
+        return last(run)
+
+    points = [{"shaft.c": c} for c in (100.0, -1.0, 200.0, 50.0)]
+    found = lp.sweep(system, over=points, until=0.7, of={"x": fussy}, workers=2)
+    assert set(found.failures) == {1, 2}
+    assert "shaft.c = -1 N.m/rad" in found.failures[1]
+    assert "ValueError: too stiff for me" in found.failures[2]
+    assert np.isfinite(found["x"]).tolist() == [True, False, False, True]
+    assert "2 failed" in repr(found)
+
+
+def test_a_process_that_dies_takes_no_other_run_along(system):
+    def deadly(run):
+        if 120 < run.theta.max() < 130:
+            os._exit(7)
+        return last(run)
+
+    found = lp.sweep(system, over={"shaft.c": C}, until=0.7, of={"x": deadly}, workers=2)
+    assert list(found.failures) == [3]
+    assert "died" in found.failures[3]
+    good = np.delete(found["x"], 3)
+    assert good == pytest.approx(np.delete(closed_form(C, 1.0), 3), rel=1e-4)
+
+
+def test_an_interrupt_keeps_what_is_done_and_the_file_goes_on(system, tmp_path):
+    store = tmp_path / "runs.jsonl"
+    calls = []
+
+    def interrupting(run):
+        calls.append(1)
+        if len(calls) == 4:
+            signal.raise_signal(signal.SIGINT)
+        return last(run)
+
+    of = {"x": interrupting}
+    first = lp.sweep(system, over={"shaft.c": C}, until=0.7, of=of, workers=1, store=store)
+    assert [i for i, why in first.failures.items() if "interrupted" in why] == [3, 4, 5, 6]
+    with store.open("a") as file:
+        file.write('{"point": {"shaft.c": 1')  # as if killed while writing
+    second = lp.sweep(system, over={"shaft.c": C}, until=0.7, of=of, workers=1, store=store)
+    assert len(calls) == 4 + 4
+    assert not second.failures
+    assert second["x"] == pytest.approx(closed_form(C, 1.0), rel=1e-4)
+    third = lp.sweep(system, over={"shaft.c": C}, until=0.7, of=of, workers=1, store=store)
+    assert len(calls) == 8
+    assert (third["x"] == second["x"]).all()
+    assert len(json.loads(store.read_text().splitlines()[0])["parameters"]) > 0
+    with pytest.raises(OptionError, match="another model"):
+        lp.sweep(system, over={"shaft.c": C}, until=0.8, of=of, store=store)
+
+
+def test_a_cluster_gives_the_same(system):
+    distributed = pytest.importorskip("distributed")
+    over = {"shaft.c": C}
+    here = lp.sweep(system, over=over, until=0.7, of={"x": last}, workers=1)
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        there = lp.sweep(system, over=over, until=0.7, of={"x": last}, client=client)
+    assert (there["x"] == here["x"]).all()
+
+
+def test_bad_input_is_refused(system):
+    with pytest.raises(OptionError, match="nothing to vary"):
+        lp.sweep(system, over={}, until=1.0, of={"x": last})
+    with pytest.raises(OptionError, match="what to take"):
+        lp.sweep(system, over={"shaft.c": [1.0]}, until=1.0, of={})
+    with pytest.raises(UnknownNameError, match=r"shaft\.k"):
+        lp.sweep(system, over={"shaft.k": [1.0]}, until=1.0, of={"x": last})
+    with pytest.raises(OptionError, match="same parameters"):
+        lp.sweep(system, over=[{"shaft.c": 1.0}, {"body.J": 1.0}], until=1.0, of={"x": last})
+    with pytest.raises(OptionError, match="no 'y', only"):
+        lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1)["y"]
