@@ -6,7 +6,7 @@ import math
 import time as clock
 
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
 from lumped.analysis.advance import Reached
 from lumped.analysis.linear_form import linear_form
@@ -103,7 +103,7 @@ class Exact:
         return Reached(end, found[-1], guess, None)
 
 
-def closed(system: System, matrix: csc_array) -> ClosedForm:
+def closed(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
     """Closed form for a matrix, made once."""
     made = system.made.setdefault("closed forms", {})
     key = (matrix.indices.tobytes(), matrix.data.tobytes())

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.sparse import csc_array
+import scipy
 
 from lumped.analysis.watch import may_be_unfit
 from lumped.errors import OptionError
@@ -37,7 +37,7 @@ class LinearForm:
 
     def at(
         self, theta: np.ndarray, time: float, settings: np.ndarray
-    ) -> tuple[csc_array, np.ndarray]:
+    ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
         """A, shape (n, n), and the coefficients of ``(t - time)^k`` in g, shape (degree + 1, n)."""
         none = np.zeros(len(self.system.states))
         matrix = self.system.state_matrix((none, theta, time, settings))

@@ -15,10 +15,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eig, eigh, eigvals, expm, inv, matrix_balance, norm, svd
-from scipy.sparse import csc_array, csr_array
-from scipy.sparse.csgraph import connected_components
 
 from lumped.analysis.skew import skew_scaling, two_colours
 
@@ -63,18 +61,24 @@ class ClosedForm:
         How its parts are solved.
     """
 
-    def __init__(self, a: csc_array) -> None:
-        a = csr_array(a)
+    def __init__(self, a: scipy.sparse.csc_array) -> None:
+        a = scipy.sparse.csr_array(a)
         a.eliminate_zeros()
         idle = np.bincount(a.indices, minlength=a.shape[0]) == 0
         self._core, self._idle = np.flatnonzero(~idle), np.flatnonzero(idle)
-        core = csr_array(a[self._core][:, self._core])
-        self._integrated = csr_array(a[self._idle][:, self._core])
-        count, label = connected_components(core, directed=False) if core.shape[0] else (0, idle)
+        core = scipy.sparse.csr_array(a[self._core][:, self._core])
+        self._integrated = scipy.sparse.csr_array(a[self._idle][:, self._core])
+        count, label = (
+            scipy.sparse.csgraph.connected_components(core, directed=False)
+            if core.shape[0]
+            else (0, idle)
+        )
         order = np.split(
             np.argsort(label, kind="stable"), np.cumsum(np.bincount(label, minlength=count))[:-1]
         )
-        self._parts = [(own, _part(csr_array(core[own][:, own]))) for own in order[:count]]
+        self._parts = [
+            (own, _part(scipy.sparse.csr_array(core[own][:, own]))) for own in order[:count]
+        ]
         self.words = tuple(sorted({part.words for _, part in self._parts}))
 
     def solve(self, x: Real, terms: Real, s: Real) -> Real:
@@ -108,7 +112,7 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
-def _part(a: csr_array) -> _Part:
+def _part(a: scipy.sparse.csr_array) -> _Part:
     scale = skew_scaling(a)
     if scale is None:
         return _general(a.toarray())
@@ -116,19 +120,19 @@ def _part(a: csr_array) -> _Part:
     colour = two_colours(a)
     if colour is not None:
         return _Coupled(skew, scale, colour)
-    angular, vectors = eigh(1j * skew)
+    angular, vectors = scipy.linalg.eigh(1j * skew)
     values: Complex = (-1j * _zeroed(angular)).astype(complex)
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
 def _general(a: Real) -> _Part:
     with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
-        balanced, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    values, vectors = eig(balanced)
+        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    values, vectors = scipy.linalg.eig(balanced)
     condition = float(np.linalg.cond(vectors))
     if not condition <= _WORST:
         return _Stepped(balanced, scale)
-    back = inv(vectors) / scale
+    back = scipy.linalg.inv(vectors) / scale
     return _Modal(values, scale[:, None] * vectors, back, condition, "eigenvectors")
 
 
@@ -167,7 +171,7 @@ class _Coupled:
 
     def __init__(self, skew: Real, scale: Real, colour: NDArray[np.bool_]) -> None:
         self._one, self._two = np.flatnonzero(colour), np.flatnonzero(~colour)
-        u, angular, w = svd(skew[np.ix_(self._one, self._two)])
+        u, angular, w = scipy.linalg.svd(skew[np.ix_(self._one, self._two)])
         k = max(len(u), len(w))
         self._u = np.zeros((len(u), k))
         self._w = np.zeros((len(w), k))
@@ -202,7 +206,7 @@ class _Stepped:
 
     def __init__(self, balanced: Real, scale: Real) -> None:
         self._a, self._scale = balanced, scale
-        self._fastest = float(eigvals(balanced).real.max())
+        self._fastest = float(scipy.linalg.eigvals(balanced).real.max())
 
     def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
         n, m = len(x), len(terms)
@@ -219,7 +223,7 @@ class _Stepped:
             h = time - before
             same = [e for step, e in known if abs(step - h) <= 4 * _EPS * time]
             if not same:
-                known = [*known[-3:], (h, expm(whole * h))]
+                known = [*known[-3:], (h, scipy.linalg.expm(whole * h))]
             found[i] = z = (same[0] if same else known[-1][1]) @ z
             before = time
         return found[:, :n] * self._scale, found[:, n + m :] * self._scale
@@ -227,7 +231,7 @@ class _Stepped:
     def rounding(self, span: float) -> float:
         if self._fastest * span > _MOST_GROWTH:
             return np.inf
-        size = float(norm(self._a, 2))
+        size = float(scipy.linalg.norm(self._a, 2))
         return 2 * _EPS * (5 + size * span)
 
 

@@ -289,7 +289,7 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method} ({s.why}), {s.steps} steps, {s.rejected} rejected, "
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
             f"{s.evaluations} evaluations, {len(self.events)} events"
         )
         rows = []
@@ -299,6 +299,8 @@ class Trajectory:
             y = self[name]
             unit = self.system.quantity(name).unit
             rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+        if s.method in ("exact", "explicit then implicit"):
+            head += f"\n{s.method}: {s.why}"
         if self.statistics.small:
             head += (
                 f"\nsmall, so that the absolute tolerance governs their accuracy: "

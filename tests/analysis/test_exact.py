@@ -295,4 +295,5 @@ def test_auto_takes_what_pays_and_says_so(changes, options, method):
     system = lp.assemble(Pendulum().with_(changes))
     run = lp.simulate(system, until=0.2, start={"disc.w": 1.0}, **options)
     assert run.statistics.method == method
-    assert f"{method} ({run.statistics.why})" in repr(run)
+    assert f"{method}, {run.steps} steps" in repr(run)
+    assert (run.statistics.why in repr(run)) == (method == "exact")
