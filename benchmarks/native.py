@@ -154,7 +154,7 @@ def own(system: lp.System, until: float, rtol: float, choice: str, rounds: int):
 
     def once() -> lp.Trajectory:
         nonlocal inner
-        found = lp.simulate(system, until=until, rtol=rtol, grid=[until])
+        found = lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
         inner = min(inner, found.statistics.seconds)
         return found
 
@@ -254,7 +254,7 @@ def machines() -> list[tuple[object, ...]]:
         found = []
         for choice in ("0", "1"):
             os.environ["LUMPED_NATIVE"] = choice
-            runs = [scene(rtol=1e-8, grid=[0.0]) for _ in range(3)]
+            runs = [scene(rtol=1e-8, grid=[0.0], method="steps") for _ in range(3)]
             found.append(min(run.statistics.seconds for run in runs))
         run = runs[-1]
         slow, fast = found
@@ -279,9 +279,9 @@ import lumped as lp
 from benchmarks.native import Drive
 loaded = time.perf_counter()
 system = lp.assemble(Drive())
-run = lp.simulate(system, until=2.0)
+run = lp.simulate(system, until=2.0, method="steps")
 run["body[2].w"]
-print(loaded - begin, time.perf_counter() - loaded, run.statistics.method)
+print(loaded - begin, time.perf_counter() - loaded, run.statistics.native)
 """
 
 

@@ -79,7 +79,7 @@ class Advance:
         Parameters.
     rtol, atol : float
         Tolerances; the absolute one relative to nominal values.
-    method : {"auto", "explicit", "implicit"}
+    method : {"auto", "steps", "explicit", "implicit"}
         As for `simulate`.
     max_steps : int
         Give up after so many attempts.
@@ -112,7 +112,7 @@ class Advance:
         output: Recorder,
     ) -> None:
         self._theta, self.rtol, self._relative_atol = theta, rtol, atol
-        self.auto, self.max_steps, self._output = method == "auto", max_steps, output
+        self.auto, self.max_steps, self._output = method in ("auto", "steps"), max_steps, output
         self.method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods: list[str] = []
         self.native = False
@@ -129,7 +129,7 @@ class Advance:
     @property
     def description(self) -> str:
         """Methods used, in words."""
-        return " then ".join(self.methods or [self.method]) + ", native" * self.native
+        return " then ".join(self.methods or [self.method])
 
     def code(self) -> Machine | None:
         """The system as machine code if that pays by now."""

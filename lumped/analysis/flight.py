@@ -19,6 +19,7 @@ from lumped.errors import SolverError
 from lumped.native import layout as at
 
 if TYPE_CHECKING:
+    from lumped.analysis.advance import Advance
     from lumped.analysis.run import Run
 
 __all__ = ["Flight", "Place"]
@@ -59,6 +60,8 @@ class Flight:
     ----------
     run : Run
         The run.
+    cost : Advance
+        Its settings and costs.
     machine : Machine
         Of the system whose states it has now.
     edges : ndarray
@@ -67,8 +70,10 @@ class Flight:
         Where it stands.
     """
 
-    def __init__(self, run: Run, machine: Machine, edges: np.ndarray, place: Place) -> None:
-        self._run, self._machine, self._edges = run, machine, edges
+    def __init__(
+        self, run: Run, cost: Advance, machine: Machine, edges: np.ndarray, place: Place
+    ) -> None:
+        self._run, self._cost, self._machine, self._edges = run, cost, machine, edges
         timed, values = self._timed(edges)
         settings = np.concatenate([place.modes, run.guess])
         more = len(edges) + values.size + 1
@@ -79,7 +84,7 @@ class Flight:
         self._fill(at.TIMED_VALUES, values.ravel())
         i[at.SEGMENTS], i[at.TIMED] = len(edges) - 1, len(timed)
         i[i[at.TIMED_MODE] : i[at.TIMED_MODE] + len(timed)] = timed
-        self._fill(at.ATOL, run.advance.atol)
+        self._fill(at.ATOL, cost.atol)
         d[at.RTOL], d[at.KNOWN] = run.rtol, -1.0
         d[at.T], d[at.END] = place.t, edges[place.segment + 1]
         machine.ask(i, d)
@@ -135,7 +140,7 @@ class Flight:
         i[at.GRID_SIZE], i[at.GRID_NEXT] = len(grid), self._run.output.taken
 
     def _settings(self) -> None:
-        i, run, cost = self._integers, self._run, self._run.advance
+        i, run, cost = self._integers, self._run, self._cost
         i[at.AUTO], i[at.IMPLICIT] = cost.auto, cost.method == "implicit"
         i[at.MAX_STEPS] = cost.max_steps
         i[at.BOTH_SIDES], i[at.ON_GRID] = run.output.both_sides, run.output.on_grid
@@ -152,21 +157,21 @@ class Flight:
         SolverError
             If the run cannot go on.
         """
-        i, run = self._integers, self._run
+        i = self._integers
         if i[at.IMPLICIT] and not self._machine.with_jacobian(i):
             return self._place()
-        run.advance.native = True
-        run.advance.used(run.advance.method)
+        self._cost.native = True
+        self._cost.used(self._cost.method)
         while True:
             i[at.PAUSE] = i[at.STEPS] + i[at.REFUSED] + self._machine.attempts
             begun = clock.perf_counter()
             why = self._machine("loop", i, self._numbers)
-            run.advance.seconds += clock.perf_counter() - begun
+            self._cost.seconds += clock.perf_counter() - begun
             self._drain()
             if why == at.DONE:
                 return self._place()
             if why == at.TOO_STIFF:
-                run.advance.change(float(self._numbers[at.T]))
+                self._cost.change(float(self._numbers[at.T]))
                 if not self._machine.with_jacobian(i):
                     return self._place()
                 i[at.IMPLICIT] = 1
@@ -190,7 +195,7 @@ class Flight:
     def _drain(self) -> None:
         """Take over what was recorded."""
         i, run = self._integers, self._run
-        output, cost = run.output, run.advance
+        output, cost = run.output, self._cost
         cost.steps, cost.rejected = int(i[at.STEPS]), int(i[at.REFUSED])
         cost.evaluations = int(i[at.EVALUATIONS])
         if i[at.IMPLICIT] and cost.method == "explicit":
@@ -257,7 +262,7 @@ class Flight:
     def _fail(self, why: int) -> None:
         """Stop with what was computed so far."""
         run, place, i = self._run, self._place(), self._integers
-        system, theta, cost = run.system, run.point.theta, run.advance
+        system, theta, cost = run.system, run.point.theta, self._cost
         settings = np.concatenate([place.modes, run.guess])
         (f,) = called(system, "rhs")(place.x, theta, place.t, settings)
         if why == at.STORM:

@@ -10,6 +10,7 @@ import numpy as np
 from lumped.analysis.advance import Advance
 from lumped.analysis.changeover import Settler
 from lumped.analysis.crossing import Crossing
+from lumped.analysis.exact import Exact
 from lumped.analysis.flight import Flight, Place
 from lumped.analysis.record import Recorder
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
@@ -33,14 +34,19 @@ class Run:
         End, s.
     rtol : float
         Relative tolerance.
-    advance : Advance
+    advance : Advance or Exact
         Makes the steps.
     output : Recorder
         Takes what is computed.
     """
 
     def __init__(
-        self, point: OperatingPoint, until: float, rtol: float, advance: Advance, output: Recorder
+        self,
+        point: OperatingPoint,
+        until: float,
+        rtol: float,
+        advance: Advance | Exact,
+        output: Recorder,
     ) -> None:
         self.point, self.until, self.rtol = point, until, rtol
         self.advance, self.output = advance, output
@@ -77,9 +83,10 @@ class Run:
         modes = self.point.modes[: len(self.point.modes) - self.implicit]
         place = Place(0, 0.0, self.point.x, modes, settled=False)
         while place.segment < len(edges) - 1:
-            code = self.advance.code()
-            if code is not None:
-                place = Flight(self, code, edges, place).go()
+            steps = self.advance if isinstance(self.advance, Advance) else None
+            code = steps.code() if steps is not None else None
+            if steps is not None and code is not None:
+                place = Flight(self, steps, code, edges, place).go()
             else:
                 place = self._segment(edges, place)
         self.output.finish(place.x, self._settings(place.modes))
@@ -235,6 +242,7 @@ class Run:
                 cost.seconds,
                 self._small(pieces),
                 cost.implicit_from,
+                cost.native,
             ),
         )
 
