@@ -1,6 +1,7 @@
 """The command as a user types it."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from lumped.cli import main
-from lumped.models import MACHINES, machine
+from lumped.models import MACHINES, MARKS, machine
 
 
 def python(*arguments: str) -> str:
@@ -48,7 +49,7 @@ def test_run_prints_every_number_with_its_deviation_and_place(
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_json_holds_every_number(name: str, tmp_path: Path):
+def test_json_holds_every_number_with_its_mark_and_the_reason_of_its_deviation(name: str, tmp_path: Path):
     file = tmp_path / "numbers.json"
     assert main(["run", name, "--json", str(file)]) == 0
     received = json.loads(file.read_text())
@@ -58,10 +59,19 @@ def test_json_holds_every_number(name: str, tmp_path: Path):
             "unit": row.unit,
             "published": row.published,
             "computed": pytest.approx(row.computed, rel=1e-12),
+            "mark": received["rows"][i]["mark"],
+            "place": row.place,
+            "remark": row.remark,
         }
-        for row in machine(name).rows()
+        for i, row in enumerate(machine(name).rows())
     ]
-    assert received == {"machine": name, "rows": expected}
+    assert received == {"machine": name, "marks": MARKS, "rows": expected}
+    for row in received["rows"]:
+        assert re.findall(r"\[([PRIA])\]", row["place"]) == [row["mark"]]
+        if row["published"] is not None:
+            assert row["mark"] == "P"
+            off = abs(row["computed"] / row["published"] - 1)
+            assert off < 5e-4 or row["remark"]
 
 
 @pytest.mark.parametrize("name", MACHINES)
