@@ -42,7 +42,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.ops import pi, sqrt
+from lumped.ops import maximum, pi, sqrt
 
 RADIUS = 0.59  # m  R [P]
 ROD = 4.25  # m  L [P]
@@ -141,7 +141,7 @@ class Mill(lp.Component):
         forward=T_f / R,
         backward=back * T_f / R,
         s_0=-sqrt((L + R) ** 2 - e**2),
-        s_1=-sqrt((L - R) ** 2 - e**2),
+        s_1=-sqrt(maximum((L - R) ** 2 - e**2, 0.0)),
         p=al,
         q=be,
     )

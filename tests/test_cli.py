@@ -49,7 +49,7 @@ def test_run_prints_every_number_with_its_deviation_and_place(
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_json_holds_every_number_with_its_mark_and_the_reason_of_its_deviation(name: str, tmp_path: Path):
+def test_json_holds_every_number_with_its_mark_and_reason(name: str, tmp_path: Path):
     file = tmp_path / "numbers.json"
     assert main(["run", name, "--json", str(file)]) == 0
     received = json.loads(file.read_text())
