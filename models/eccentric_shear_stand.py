@@ -100,7 +100,7 @@ class Hanging(lp.Component):
     joint_y = lp.LinearFlange()
     guide_x = lp.LinearFlange(grounded=True)
     foot_y = lp.LinearFlange(free=True)
-    length: lp.Param = lp.param("m", "joint to foot", above=0)
+    length: lp.Param = lp.param("m", "joint to foot, longer than the crank", above=ECCENTRICITY)
     distance: lp.Param = lp.param("m", "joint to centre of mass", above=0)
     m: lp.Param = lp.param("kg", "mass", above=0)
     J: lp.Param = lp.param("kg.m2", "moment of inertia about the centre of mass", above=0)
