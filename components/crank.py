@@ -40,6 +40,7 @@ class CrankSlider(Component):
     not for the torque. Neither a rod nor a slider without mass is a special case.
     """
 
+    symbol = "crank"
     flange = Flange()
     slider = LinearFlange(free=True)
     frame_x = LinearFlange(grounded=True)
@@ -123,6 +124,7 @@ class RotatingMass(Component):
     the angle `phase` in the plane. Weight and motion of the frame act on the torque too.
     """
 
+    symbol = "arm"
     flange = Flange()
     frame_x = LinearFlange(grounded=True)
     frame_y = LinearFlange(grounded=True)
@@ -151,6 +153,7 @@ class StrokeLoad(Component):
     ``v_0``, so the load slows a standstill but does not hold it.
     """
 
+    symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     forward: Param = param("N", "greatest force on the way from s_0 to s_1", min=0)

@@ -31,6 +31,7 @@ class IdealGear(Component):
     ``tau_support = -tau_a - tau_b``. An open support stands still.
     """
 
+    symbol = "gear"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
@@ -49,6 +50,7 @@ class Planetary(Component):
     takes no torque, so the others take none either.
     """
 
+    symbol = "planetary"
     sun = Flange()
     carrier = Flange()
     ring = Flange(free=True)
@@ -66,6 +68,7 @@ class RackAndPinion(Component):
     moving rack or the rack of a moving axle is held; an open support stands still.
     """
 
+    symbol = "rack"
     flange_a = Flange()
     flange_b = LinearFlange()
     support = LinearFlange(grounded=True)
@@ -87,6 +90,7 @@ class SelectableGear(Component):
     speeds. Torques: ``tau_b = -ratio tau_a``.
     """
 
+    symbol = "gearbox"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)

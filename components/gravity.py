@@ -23,6 +23,7 @@ class SwingingMass(Component):
     matter. A counterweight has a negative radius.
     """
 
+    symbol = "arm"
     flange = Flange()
     m: Param = param("kg", "mass", above=0)
     R: Param = param("m", "radius of the centre of gravity, negative on the far side")
@@ -48,6 +49,7 @@ class Weight(Component):
     For loads that come and go, and beside a body whose inertia stands elsewhere.
     """
 
+    symbol = "weight"
     flange = Flange()
     f = Input("N", "downward force")
     R: Param = param("m", "radius, negative on the far side")

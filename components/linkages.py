@@ -24,6 +24,7 @@ class Eccentric(Component):
     their reverse. Open points are free; hold a point with `translation.Fixed`.
     """
 
+    symbol = "arm"
     flange = Flange()
     hub_x = LinearFlange(free=True)
     hub_y = LinearFlange(free=True)
@@ -48,6 +49,7 @@ class GuidedRod(Component):
     foot is free. The forces follow from virtual work.
     """
 
+    symbol = "rod"
     flange = Flange(free=True)
     pin_x = LinearFlange()
     pin_y = LinearFlange()

@@ -30,6 +30,7 @@ class EllipticalGear(Component):
     correction is bounded. `slowest_at` gives the phase at which b is slowest where it is wanted.
     """
 
+    symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
     e: Param = param("1", "eccentricity of the ellipses", min=0, below=1)
@@ -48,6 +49,7 @@ class NonCircularGear(Component):
     ``w_b / w_a`` is its derivative, ``tau_a = -(w_b / w_a) tau_b``.
     """
 
+    symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
     transmission: Transmission | None = None

@@ -72,6 +72,9 @@ class Component:
     _parts: ClassVar[dict[str, Any]] = {}
     _fields: ClassVar[dict[str, Any]] = {}
 
+    symbol: ClassVar[str] = "box"
+    """Name of the symbol in schematics; a subclass writes ``symbol = "inertia"``."""
+
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
