@@ -166,8 +166,8 @@ class _Builder:
             group = []
             for flow, sign in zip(flows, signs, strict=True):
                 node = tree.node_of_unknown(flow)
-                port = node.layout.ports[(flow - node.first_unknown) // 2]
-                group.append((self.number[id(node)], port, sign < 0))
+                name = node.layout.ports[(flow - node.first_unknown) // 2]
+                group.append((self.number[id(node)], name, sign < 0))
             groups.append(group)
         joined = {end: g for g, group in enumerate(groups) if len(group) > 1 for end in group}
         root = list(range(len(groups)))

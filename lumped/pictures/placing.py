@@ -7,6 +7,7 @@ blocks above all. A frame is one block in the frame around it, turned round if t
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from lumped.pictures.netlist import SIGNAL, Frame, Item, Net, Netlist
 
 __all__ = ["Cell", "Placed", "place"]
 
-WIDEST = 12  # cells before a line is continued below
+WIDEST = 14  # cells before a line is continued below
 MECHANICAL = ("rotational flange", "translational flange")
 
 Cell = tuple[int, int]  # column, row
@@ -23,12 +24,13 @@ Cell = tuple[int, int]  # column, row
 
 @dataclass
 class Placed:
-    """Cells of items, and first and last cells of frames."""
+    """Cells of items, first and last cells of frames, and the row of the line."""
 
     cells: dict[Item, Cell] = field(default_factory=dict)
     frames: list[tuple[Frame, Cell, Cell]] = field(default_factory=list)
     width: int = 0
     height: int = 0
+    line: int = 0
 
     def take(self, other: Placed, column: int, row: int, flip: bool = False) -> None:
         """Put another block here, its first cell at a place."""
@@ -93,11 +95,14 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed]) -> 
                 for part in group:
                     del left[part]
                 inside = set(group)
-                groups.append(_Group([n for n in chosen if inside & n[1].keys()], blocks, group))
+                found = [n for n in nets if n[0].kind in kinds and inside & n[1].keys()]
+                groups.append(_Group(found, blocks, group))
         levels.append([g.placed() for g in groups])
     single = _shelf([blocks[part] for part in left])
     row = 0
     for block in (*levels[2], *levels[0], *levels[1], *single):
+        if levels[0] and block is levels[0][0]:
+            result.line = row + block.line
         result.take(block, 0, row)
         row += block.height
     if frame.path:
@@ -154,7 +159,7 @@ class _Group:
         self, nets: _Nets, blocks: dict[Item | Frame, Placed], parts: list[Item | Frame]
     ) -> None:
         self.nets, self.blocks, self.parts = nets, blocks, parts
-        self.number = {part: i for i, part in enumerate(parts)}
+        self.leaves = [len(net.ends) > sum(map(len, members.values())) for net, members in nets]
         self.around: dict[Item | Frame, list[int]] = {part: [] for part in parts}
         for n, (_, members) in enumerate(nets):
             for part in members:
@@ -164,6 +169,7 @@ class _Group:
         self.at: dict[Item | Frame, tuple[int, int, int, bool]] = {}  # fold, column, row, flipped
         self.home: dict[int, tuple[int, int, int]] = {}  # net: fold, boundary, row
         self.tried: dict[int, int] = {}
+        self.ways: list[tuple[int, int, bool]] = []  # fold, boundary, and whether it is the end
 
     def placed(self) -> Placed:
         line = self._line()
@@ -181,6 +187,7 @@ class _Group:
         begin = 0
         for fold, cells in enumerate(self.taken):
             top = min(r for _, r in cells)
+            result.line = result.line if fold else -top
             first = min(c for c, _ in cells)
             for part, (f, column, row, flip) in self.at.items():
                 if f == fold:
@@ -191,28 +198,46 @@ class _Group:
     def _line(self) -> list[Item | Frame]:
         """The longest of shortest chains: from the part farthest from any to that farthest from it.
 
-        It begins with the end that was declared first.
+        Signals run along it, otherwise it begins with the end that was declared first.
         """
-        order = sorted(self.parts, key=self._declared)
-        start = self._farthest(order[0])[-1]
+        first = min(self.parts, key=self._declared)
+        start = self._farthest(first)[-1]
         line = self._farthest(start)
-        return line if self._declared(line[0]) <= self._declared(line[-1]) else line[::-1]
+        ahead = sum(self._direction(a, b) for a, b in itertools.pairwise(line))
+        if not ahead:
+            ahead = self._declared(line[-1]) - self._declared(line[0])
+        return line if ahead >= 0 else line[::-1]
+
+    def _direction(self, one: Item | Frame, other: Item | Frame) -> int:
+        """1 if a signal goes from one part to the other, -1 if it comes back, else 0."""
+        net, members = self.nets[self._shared(one, other)]
+        source = {item for item, _, role in net.ends if role == "out"}
+        return int(not source.isdisjoint(members[one])) - int(not source.isdisjoint(members[other]))
 
     def _declared(self, part: Item | Frame) -> int:
         return part.place if isinstance(part, Item) else _first(part)
 
     def _farthest(self, start: Item | Frame) -> list[Item | Frame]:
+        """Chain to the part farthest from a part; a way out of the frame counts as one more."""
         before: dict[Item | Frame, Item | Frame | None] = {start: None}
+        steps = {start: 0}
         queue, seen, last = deque([start]), set(), start
+        best = (-1, False, 0, 0)
         while queue:
-            last = queue.popleft()
-            for n in self.around[last]:
+            part = queue.popleft()
+            leaves = False
+            for n in self.around[part]:
                 if n not in seen:
                     seen.add(n)
+                    leaves |= self.leaves[n]
                     for other in self.nets[n][1]:
                         if other in self.around and other not in before:
-                            before[other] = last
+                            before[other], steps[other] = part, steps[part] + 1
                             queue.append(other)
+            width = self.blocks[part].width
+            score = (steps[part] + leaves, leaves, width, -self._declared(part))
+            if score > best:
+                best, last = score, part
         chain: list[Item | Frame] = []
         current: Item | Frame | None = last
         while current is not None:
@@ -229,7 +254,8 @@ class _Group:
             block = self.blocks[part]
             before = self._shared(part, line[i - 1]) if i else None
             after = self._shared(part, line[i + 1]) if i + 1 < len(line) else None
-            if not self.taken or column + block.width > WIDEST:
+            wide = max(WIDEST, 1.25 * block.width)  # a few parts before a wide one do not turn
+            if not self.taken or column + block.width > wide:
                 self.taken.append(set())
                 column = 0
             flip = self._flip(part, before if column else None, after)
@@ -238,14 +264,27 @@ class _Group:
             if before is not None and column:
                 self.home[before] = (len(self.taken) - 1, column, 0)
             column += block.width
+        self._keep_way(line[0], line[1] if len(line) > 1 else None, 0, 0)
+        self._keep_way(line[-1], line[-2] if len(line) > 1 else None, len(self.taken) - 1, column)
+
+    def _keep_way(
+        self, part: Item | Frame, beside: Item | Frame | None, fold: int, column: int
+    ) -> None:
+        """Keep the row of the line free where it leaves the frame at one of its ends."""
+        for n in self.around[part]:
+            if self.leaves[n] and n not in self.home and beside not in self.nets[n][1]:
+                self.home[n] = (fold, column, 0)
+                self.ways.append((fold, column, column > 0))
+                return
 
     def _ends(self, part: Item | Frame, n: int | None) -> list[Cell]:
         return [] if n is None else [self.blocks[part].cells[i] for i in self.nets[n][1][part]]
 
     def _row(self, part: Item | Frame, n: int | None) -> int:
-        """Row of the block that stands on the line."""
-        ends = self._ends(part, n)
-        return ends[0][1] if ends else 0
+        """Row of the block that stands on the line: its own line if the net is there."""
+        rows = [row for _, row in self._ends(part, n)]
+        line = self.blocks[part].line
+        return line if line in rows or not rows else rows[0]
 
     def _flip(self, part: Item | Frame, left: int | None, right: int | None) -> bool:
         middle = (self.blocks[part].width - 1) / 2
@@ -274,7 +313,7 @@ class _Group:
         if right and column not in sides and ends:
             right = sum(c for c, _ in ends) / len(ends) >= (block.width - 1) / 2
             right = right != flip or block.width == 1
-        self.home[n] = (fold, column + block.width if right else column, row + ends[0][1])
+        self.home[n] = (fold, column + block.width if right else column, row + self._row(part, n))
 
     def _hang(self, part: Item | Frame, n: int) -> None:
         """Put a part at the nearest free place beside the trunk of a net."""
@@ -282,13 +321,17 @@ class _Group:
         block = self.blocks[part]
         base = self._row(part, n)
         small = block.width == block.height == 1
+        at_end = (fold, boundary, True) in self.ways
         step = self.tried.get(n, 0) if small else 0
         while True:
             away = (step // 2 + 1) // 2 * (1 if step // 2 % 2 else -1)
-            column = boundary if step % 2 == 0 else boundary - block.width
+            column = boundary if step % 2 == at_end else boundary - block.width
             row = line + away - base
             cells = ((column + c, row + r) for c in range(block.width) for r in range(block.height))
-            if self.taken[fold].isdisjoint(cells):
+            on_way = row <= 0 < row + block.height and any(
+                f == fold and (column >= c if end else column < c) for f, c, end in self.ways
+            )
+            if not on_way and self.taken[fold].isdisjoint(cells):
                 break
             step += 1
         if small:

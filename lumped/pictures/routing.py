@@ -65,24 +65,35 @@ class _Run:
         return min(self.marks), max(self.marks)
 
 
-_Runs = dict[tuple[int, int], _Run]  # by channel and net
+@dataclass(eq=False)
+class _Plan:
+    """Runs by channel and net, nets that are one straight line, and passes through empty cells."""
+
+    columns: dict[tuple[int, int], _Run] = field(default_factory=dict)
+    rows: dict[tuple[int, int], _Run] = field(default_factory=dict)
+    straight: set[int] = field(default_factory=set)
+    passes: list[tuple[int, int, int, float]] = field(default_factory=list)
+    """Net, channel on the left and on the right, and coarse height."""
+
+
+_Runs = dict[tuple[int, int], _Run]
 
 
 def route(plan: Netlist, placed: Placed) -> Routed:
     """Wires of all nets, and the places of everything."""
     ports = terminals(plan.nets, placed.cells)
     for shift in range(len(ports) + 1):
-        columns, rows, straight = _runs(plan, placed, ports)
-        stuck = _ordered(columns, ports, placed)
+        runs = _runs(plan, placed, ports)
+        stuck = _ordered(runs, ports, placed)
         if stuck is None:
             break
         for port in ports:
             if port.item is stuck and port.side in "LR":
                 port.offset += 0.11 / (shift + 1)
     zones = _Zones(plan, placed)
-    x = _Axis(placed.width, columns, zones, 0, _widths(placed))
-    y = _Axis(placed.height, rows, zones, 1, [CELL[1] + LABEL] * placed.height)
-    return _drawn(plan, placed, ports, (columns, rows, straight), (x, y), zones)
+    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed))
+    y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
+    return _drawn(plan, placed, ports, runs, (x, y), zones)
 
 
 def _widths(placed: Placed) -> list[float]:
@@ -100,11 +111,11 @@ def _coarse(port: Terminal, placed: Placed) -> tuple[int, float]:
     return row + (port.side == "B"), 2 * column + 1 + port.offset
 
 
-def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> tuple[_Runs, _Runs, set[int]]:
-    """Runs of each net in vertical and in horizontal channels, and the nets that need none."""
-    columns: _Runs = {}
-    rows: _Runs = {}
-    straight: set[int] = set()
+def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> _Plan:
+    """Runs of each net in vertical and in horizontal channels."""
+    found = _Plan()
+    columns, rows = found.columns, found.rows
+    taken = set(placed.cells.values())
     upright: list[dict[int, set[float]]] = [defaultdict(set) for _ in plan.nets]
     flat: list[dict[int, set[float]]] = [defaultdict(set) for _ in plan.nets]
     for port in ports:
@@ -117,11 +128,13 @@ def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> tuple[_Runs, 
             if len(marks) > 1:
                 columns[channel, n] = _Run(n, marks)
             else:
-                straight.add(n)
+                found.straight.add(n)
             continue
         if not across and len(along) == 1:
             ((channel, marks),) = along.items()
             rows[channel, n] = _Run(n, marks)
+            continue
+        if not along and _passes(n, across, taken, found):
             continue
         spine = _spine(across, along)
         rows[spine, n] = _Run(n, along.pop(spine, set()))
@@ -136,7 +149,32 @@ def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> tuple[_Runs, 
             marks.add(2.0 * spine)
             columns[channel, n] = _Run(n, marks)
             rows[spine, n].marks.add(2.0 * channel)
-    return columns, rows, straight
+    return found
+
+
+def _passes(
+    n: int, across: dict[int, set[float]], taken: set[tuple[int, int]], found: _Plan
+) -> bool:
+    """Join the vertical runs of a net straight through empty cells, if there are some."""
+    steps: list[tuple[int, int, int, float]] = []
+    cells: set[tuple[int, int]] = set()
+    channels = sorted(across)
+    for left, right in itertools.pairwise(channels):
+        for mark in sorted(across[left] | across[right]):
+            way = {(column, int(mark) // 2) for column in range(left, right)}
+            if way.isdisjoint(taken) and way.isdisjoint(cells):
+                break
+        else:
+            return False
+        cells |= way
+        steps.append((n, left, right, mark))
+    taken |= cells
+    for step in steps:
+        across[step[1]].add(step[3])
+        across[step[2]].add(step[3])
+    found.passes += steps
+    found.columns.update({(channel, n): _Run(n, across[channel]) for channel in channels})
+    return True
 
 
 def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
@@ -148,22 +186,25 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
     return int(middle + 1) // 2
 
 
-def _ordered(columns: _Runs, ports: list[Terminal], placed: Placed) -> Item | None:
+def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
     """Note which lane must be left of which; where that contradicts itself, an item to move.
 
     Where ports of two nets face each other, the net from the left must turn first.
     """
-    facing: dict[tuple[int, float], dict[str, Terminal]] = defaultdict(dict)
+    facing: dict[tuple[int, float], dict[str, tuple[int, Item | None]]] = defaultdict(dict)
+    for n, left, right, mark in runs.passes:
+        facing[left, mark]["L"] = facing[right, mark]["R"] = (n, None)
     for port in ports:
         if port.side in "LR" and port.net >= 0:
-            facing[_coarse(port, placed)][port.side] = port
-    after: dict[_Run, list[tuple[_Run, Item]]] = defaultdict(list)
+            facing[_coarse(port, placed)][port.side] = (port.net, port.item)
+    columns = runs.columns
+    after: dict[_Run, list[tuple[_Run, Item | None]]] = defaultdict(list)
     count: dict[_Run, int] = dict.fromkeys(columns.values(), 0)
     for (channel, _), pair in facing.items():
-        if len(pair) == 2 and pair["L"].net != pair["R"].net:
-            first, second = (columns[channel, pair[side].net] for side in "RL")
+        if len(pair) == 2 and pair["L"][0] != pair["R"][0]:
+            first, second = (columns[channel, pair[side][0]] for side in "RL")
             second.before.append(first)
-            after[first].append((second, pair["L"].item))
+            after[first].append((second, pair["L"][1] or pair["R"][1]))
             count[second] += 1
     ready = [run for run, waits in count.items() if not waits]
     for run in ready:
@@ -174,7 +215,8 @@ def _ordered(columns: _Runs, ports: list[Terminal], placed: Placed) -> Item | No
     if len(ready) == len(count):
         return None
     blocked = set(count) - set(ready)
-    return next(item for run in blocked for other, item in after[run] if other in blocked)
+    found = (item for run in blocked for other, item in after[run] if other in blocked and item)
+    return next(found)
 
 
 class _Zones:
@@ -283,11 +325,11 @@ def _drawn(
     plan: Netlist,
     placed: Placed,
     ports: list[Terminal],
-    found: tuple[_Runs, _Runs, set[int]],
+    runs: _Plan,
     axes: tuple[_Axis, _Axis],
     zones: _Zones,
 ) -> Routed:
-    columns, rows, straight = found
+    columns, rows = runs.columns, runs.rows
     x, y = axes
     centres = {
         item: (x.centres[c], y.centres[r] - LABEL / 2) for item, (c, r) in placed.cells.items()
@@ -311,7 +353,7 @@ def _drawn(
         if run is not None:
             wires[port.net].append((point, end))
             on[run].add(end[1] if port.side in "LR" else end[0])
-        elif port.net in straight:
+        elif port.net in runs.straight:
             facing[port.net].append(point)
     for net, points in facing.items():
         wires[net].append((points[0], points[1]))
@@ -324,8 +366,15 @@ def _drawn(
     for run, other, channel, row in crossings:
         on[run].add(y.lane(row, other))
         on[other].add(x.lane(channel, run))
-    for runs, axis in ((columns, x), (rows, y)):
-        for (channel, net), run in runs.items():
+    for n, left, right, mark in runs.passes:
+        row = int(mark) // 2
+        height = y.centres[row] - LABEL / 2 + (mark - 2 * row - 1) * CELL[1]
+        ends = [(x.lane(channel, columns[channel, n]), height) for channel in (left, right)]
+        wires[n].append((ends[0], ends[1]))
+        for channel in (left, right):
+            on[columns[channel, n]].add(height)
+    for group, axis in ((columns, x), (rows, y)):
+        for (channel, net), run in group.items():
             at = axis.lane(channel, run)
             marks = sorted(on[run])
             for a, b in itertools.pairwise(marks):

@@ -204,6 +204,8 @@ _HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}
 def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Point) -> None:
     """Line from the edge of the cell to the symbol; ground below a port that holds itself."""
     x, y = centre
+    if port.net < 0:
+        point = (point[0], y + SCALE * symbol.height + 0.05)
     solid = bool(symbol.strokes[0].fill)
     reach, height = SCALE * symbol.reach, SCALE * symbol.height
     if port.side in "LR":

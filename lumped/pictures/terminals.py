@@ -85,15 +85,7 @@ def _choose_sides(ends: list[_End]) -> None:
     else:
         for i, (_, _, terminal) in enumerate(lines):
             terminal.side = "L" if 2 * i < len(lines) else "R"
-    signals = {role: [end for end in ends if end[2].role == role] for role in ("in", "out")}
-    if lines or any(end[2].role == "support" for end in ends):
-        sides = {"in": "T", "out": "T"}
-    else:
-        means = [
-            sum(ahead for ahead, _, _ in found) / len(found) if found else bias
-            for found, bias in ((signals["in"], -0.5), (signals["out"], 0.5))
-        ]
-        sides = {"in": "L", "out": "R"} if means[0] <= means[1] else {"in": "R", "out": "L"}
-    for role, found in signals.items():
-        for _, _, terminal in found:
-            terminal.side = sides[role]
+    fixed = lines or any(end[2].role == "support" for end in ends)
+    sides = {"in": "T", "out": "T"} if fixed else {"in": "L", "out": "R"}
+    for _, _, terminal in ends:
+        terminal.side = sides.get(terminal.role, terminal.side)
