@@ -26,6 +26,7 @@ from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
+from lumped.pictures.page import report_html
 from lumped.pictures.schematic import schematic
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
@@ -94,6 +95,7 @@ __all__ = [
     "participation",
     "profiles",
     "read_parameters",
+    "report_html",
     "root_locus",
     "schematic",
     "sensitivity",

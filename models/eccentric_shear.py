@@ -21,6 +21,7 @@ from lumped.models import Row
 from lumped.models.eccentric_shear_scenes import (
     SLOW,
     CrankTurned,
+    FreeShear,
     free_run,
     kept,
     landing,
@@ -107,6 +108,11 @@ def rows() -> list[Row]:
     return [
         Row(*title[:3], float(x), *title[3:]) for title, x in zip(TITLES, computed, strict=True)
     ]
+
+
+def model() -> FreeShear:
+    """The machine to draw and to report on."""
+    return FreeShear()
 
 
 def plots() -> dict[str, Figure]:

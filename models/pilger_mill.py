@@ -13,7 +13,7 @@ import numpy as np
 
 from lumped.models import Row
 from lumped.models.pilger_mill_balance import Balance, balance
-from lumped.models.pilger_mill_drive import running
+from lumped.models.pilger_mill_drive import GEAR, Driven, running
 from lumped.models.pilger_mill_stand import DESIGNS, OFFSET, RADIUS, RATIO, ROD, SPEED, Mill
 
 if TYPE_CHECKING:
@@ -44,6 +44,11 @@ def rows() -> list[Row]:
     found.append(Row("set P, motor torque, greatest", "N.m", None, torque.max(), NOT, remark))
     found.append(Row("set P, motor torque, least", "N.m", None, torque.min(), NOT, remark))
     return found
+
+
+def model() -> Driven:
+    """The machine to draw and to report on."""
+    return Driven(wanted=GEAR * SPEED["P"])
 
 
 def plots() -> dict[str, Figure]:

@@ -13,6 +13,7 @@ from lumped.models import Row
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
+    StripGap,
     skidding,
     strip_break,
     with_droop,
@@ -90,6 +91,11 @@ def rows() -> list[Row]:
             (*PUBLISHED, *UNPUBLISHED), computed, strict=True
         )
     ]
+
+
+def model() -> StripGap:
+    """The machine to draw and to report on."""
+    return StripGap()
 
 
 def plots() -> dict[str, Figure]:
