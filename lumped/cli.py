@@ -59,7 +59,14 @@ def _parser() -> argparse.ArgumentParser:
         "report", help="write a page about a machine, to open in a browser"
     )
     report.add_argument("name", help="name of the machine, see 'lumped list'")
-    report.add_argument("-o", "--output", metavar="FILE", type=Path, default=Path("report.html"))
+    report.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        default=Path("report.html"),
+        help="page to write; default is report.html",
+    )
     return parser
 
 
@@ -73,7 +80,7 @@ def _report(name: str, file: Path) -> None:
         assemble(chosen.model()),
         file,
         title=MACHINES[name],
-        figures=chosen.plots(),
+        figures={text.replace("_", " "): figure for text, figure in chosen.plots().items()},
         compared=chosen.rows(),
         given=constants(name),
     )

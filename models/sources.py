@@ -62,7 +62,7 @@ def _marked(source: str, values: dict[str, Any]) -> Iterator[Constant]:
         if mark is None:
             continue
         words = _MARK.sub("", comment.lstrip("# ")).strip(" ,").split(maxsplit=1)
-        unit, text = (words + ["", ""])[:2]
+        unit, text = [*words, "", ""][:2]
         for target in ast.walk(node.targets[0]):
             if isinstance(target, ast.Name):
                 for name, value in _numbers(target.id, values[target.id]):
