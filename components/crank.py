@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
+from lumped.component import Outline
 from lumped.errors import EquationError
 from lumped.expression import Constant
 from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
@@ -105,6 +106,15 @@ class CrankSlider(Component):
             yield f == (at_pin * (r * der(der(u)) + n) + at_slider * (self.a * w + n) - b.f * w)
             yield bearing == self.guide * side - f
 
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        c, s = cos(self.axis), sin(self.axis)
+        pin = (x + self.r * cos(angle), y + self.r * sin(angle))
+        slider = (x + self.s * c - self.e * s, y + self.s * s + self.e * c)
+        yield "crank", ((x, y), pin)
+        yield "rod", (pin, slider)
+        yield "slider", (slider,)
+
     def _run(self, rise: Expr) -> Expr:
         """Length of the rod along the slide."""
         if self.assembly == 0:
@@ -142,6 +152,12 @@ class RotatingMass(Component):
         yield a.tau == self.m * r * (r * der(der(a.phi)) + pull) + self.J * der(der(a.phi))
         yield self.frame_x.f == self.m * (r * der(der(cos(angle))) + fall[0])
         yield self.frame_y.f == self.m * (r * der(der(sin(angle))) + fall[1])
+
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        centre = (x + self.r * cos(angle), y + self.r * sin(angle))
+        yield "arm", ((x, y), centre)
+        yield "mass", (centre,)
 
 
 class StrokeLoad(Component):

@@ -26,6 +26,7 @@ from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
+from lumped.pictures.motion import animate
 from lumped.pictures.page import report_html
 from lumped.pictures.schematic import schematic
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
@@ -70,6 +71,7 @@ __all__ = [
     "System",
     "Trajectory",
     "Var",
+    "animate",
     "assemble",
     "campbell",
     "chain",

@@ -13,9 +13,7 @@ __all__ = ["Browser", "chromium"]
 
 def chromium() -> str | None:
     """Path of a Chromium: $LUMPED_CHROMIUM, or what is on the PATH."""
-    names = ("chromium", "chromium-browser", "google-chrome", "chrome-headless-shell")
-    found = os.environ.get("LUMPED_CHROMIUM")
-    return found or next(filter(None, map(shutil.which, names)), None)
+    return os.environ.get("LUMPED_CHROMIUM") or shutil.which("chromium")
 
 
 class Browser:
