@@ -12,6 +12,7 @@ if not __name__.startswith("lumped."):
     )
 
 from lumped.components import translation
+from lumped.components.belts import Belt
 from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, Spring, SpringDamper
@@ -54,7 +55,14 @@ from lumped.components.friction import (
     OneWayClutch,
     SlipCoupling,
 )
-from lumped.components.gears import IdealGear, Planetary, RackAndPinion, SelectableGear
+from lumped.components.gears import (
+    BevelDifferential,
+    BevelGear,
+    IdealGear,
+    Planetary,
+    RackAndPinion,
+    SelectableGear,
+)
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
@@ -108,6 +116,9 @@ __all__ = [
     "AngleSensor",
     "Backlash",
     "BearingFriction",
+    "Belt",
+    "BevelDifferential",
+    "BevelGear",
     "Brake",
     "CamSwitch",
     "Capacitor",

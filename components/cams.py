@@ -9,12 +9,10 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Literal
 
-from scipy.interpolate import CubicSpline
-
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
 from lumped.expression import Compare, Datum
-from lumped.ops import atan2, cos, maximum, minimum, pi, sin, where
+from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
 __all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
 
@@ -117,20 +115,18 @@ class PeriodicTorque(_AngleTorque):
 
     def _driving(self, phi: Expr) -> Expr:
         angles, values = self._table()
+        if len(values) == 2:
+            return Datum(values[0])
         if self.shape == "smooth":
-            c = CubicSpline(angles, values, bc_type="periodic").c
-            pieces = [tuple(map(float, column)) for column in c[:3].T]
-        elif self.shape == "lines":
-            steps = zip(pairwise(angles), pairwise(values), strict=True)
-            pieces = [(0.0, 0.0, (v - u) / (b - a)) for (a, b), (u, v) in steps]
-        else:
+            return periodic_spline(phi, angles, values)
+        if self.shape != "lines":
             raise EquationError(f"shape = {self.shape!r}: 'smooth' or 'lines' is needed.")
         turns = 2 * pi / self.period * (phi - angles[0])
         x = self.period / 2 * (1 + atan2(-sin(turns), -cos(turns)) / pi)
         total: Expr = Datum(values[0])
-        for (a, b), (cubic, square, slope) in zip(pairwise(angles), pieces, strict=True):
-            u = minimum(maximum(x - (a - angles[0]), 0.0), b - a)
-            total = total + u * (Datum(slope) + u * (Datum(square) + u * Datum(cubic)))
+        for (a, b), (u, v) in zip(pairwise(angles), pairwise(values), strict=True):
+            way = minimum(maximum(x - (a - angles[0]), 0.0), b - a)
+            total = total + way * Datum((v - u) / (b - a))
         return total
 
     def _table(self) -> tuple[list[float], list[float]]:

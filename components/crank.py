@@ -12,7 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
+from lumped import (
+    Component,
+    Equation,
+    Expr,
+    Flange,
+    LinearFlange,
+    Output,
+    Param,
+    Var,
+    der,
+    param,
+    var,
+)
 from lumped.component import Outline
 from lumped.errors import EquationError
 from lumped.expression import Constant
@@ -46,9 +58,12 @@ class CrankSlider(Component):
     slider = LinearFlange(free=True)
     frame_x = LinearFlange(grounded=True)
     frame_y = LinearFlange(grounded=True)
+    guide = Output("N", "force of the guide on the slider, to the left")
+    bearing_x = Output("N", "force on the crank bearing along x, without parts that only rotate")
+    bearing_y = Output("N", "force on the crank bearing along y, without parts that only rotate")
     r: Param = param("m", "crank radius", min=0)
-    L: Param = param("m", "length of the rod", above=0)
     e: Param = param("m", "offset of the slide, to the left of its direction", 0.0)
+    L: Param = param("m", "length of the rod", above=maximum(0.0, abs(e) - r))
     m: Param = param("kg", "mass of the slider", 0.0, min=0)
     m_rod: Param = param("kg", "mass of the rod", 0.0, min=0)
     J_rod: Param = param("kg.m2", "moment of inertia of the rod about its centre", 0.0, min=0)
@@ -65,9 +80,6 @@ class CrankSlider(Component):
     psi: Var = var("rad", "angle of the rod against the slide", state="avoid")
     w_rod: Var = var("rad/s", "angular velocity of the rod", state="avoid")
     a_rod: Var = var("rad/s2", "angular acceleration of the rod")
-    guide: Var = var("N", "force of the guide on the slider, to the left")
-    bearing_x: Var = var("N", "force on the crank bearing along x, without parts that only rotate")
-    bearing_y: Var = var("N", "force on the crank bearing along y, without parts that only rotate")
 
     def equations(self) -> Iterator[Equation]:
         a, b, x, y = self.flange, self.slider, self.frame_x, self.frame_y

@@ -1,4 +1,4 @@
-"""Gears without inertia and without loss in the mesh."""
+"""Gears without inertia and without loss in the mesh, and differentials."""
 
 from __future__ import annotations
 
@@ -21,7 +21,14 @@ from lumped import (
 from lumped.ops import where
 from lumped.switch import Item
 
-__all__ = ["IdealGear", "Planetary", "RackAndPinion", "SelectableGear"]
+__all__ = [
+    "BevelDifferential",
+    "BevelGear",
+    "IdealGear",
+    "Planetary",
+    "RackAndPinion",
+    "SelectableGear",
+]
 
 
 class IdealGear(Component):
@@ -29,6 +36,11 @@ class IdealGear(Component):
 
     The torques follow from virtual work: ``tau_b = -ratio tau_a``, and the housing takes
     ``tau_support = -tau_a - tau_b``. An open support stands still.
+
+    With its support on a carrier that turns it is a mesh between two wheels of a planetary set,
+    ``w_a - w_c = ratio (w_b - w_c)`` (Willis, Principles of Mechanism, 1841): `ratio` is the teeth
+    of b over those of a, negative for two external gears and positive for one in a ring. Any set
+    is composed of such meshes, one for each pair of wheels.
     """
 
     symbol = "gear"
@@ -59,6 +71,48 @@ class Planetary(Component):
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
         sun, carrier, ring, k = self.sun, self.carrier, self.ring, self.ratio
         yield lossless(carrier.phi == (sun.phi + k * ring.phi) / (1 + k), sun, carrier, ring)
+
+
+class BevelGear(Component):
+    """Gear between crossing shafts: ``phi_a = ratio phi_b``, each angle counted from its support.
+
+    The housing takes the torque of each shaft about the axis of that shaft, so it has two supports:
+    ``tau_support_a = -tau_a`` and ``tau_support_b = -tau_b = ratio tau_a``. They are two components
+    of its motion, and a housing that swings does so by a small angle. Open supports stand still.
+    """
+
+    flange_a = Flange()
+    flange_b = Flange()
+    support_a = Flange(grounded=True)
+    support_b = Flange(grounded=True)
+    ratio: Param = param("1", "gear ratio, speed of a over speed of b", nonzero=True)
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b, at_a, at_b = self.flange_a, self.flange_b, self.support_a, self.support_b
+        yield lossless(a.phi == at_a.phi + self.ratio * (b.phi - at_b.phi), a, b, at_a, at_b)
+
+
+class BevelDifferential(Component):
+    """Open differential with its crown gear: ``w_a = ratio (w_left + w_right) / 2``.
+
+    Both outputs take the same torque, ``tau_left = tau_right = -ratio tau_a / 2``, however fast
+    they turn. The housing takes ``tau_support_a = -tau_a`` about the axis of the pinion at flange a
+    and ``tau_support_b = ratio tau_a`` about that of the outputs (see `BevelGear`). With
+    ``ratio = 1`` flange a is the cage itself. Wheels inside have no inertia of their own.
+    """
+
+    flange_a = Flange()
+    left = Flange()
+    right = Flange()
+    support_a = Flange(grounded=True)
+    support_b = Flange(grounded=True)
+    ratio: Param = param("1", "speed of the pinion over that of the crown gear", nonzero=True)
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, left, right = self.flange_a, self.left, self.right
+        at_a, at_b = self.support_a, self.support_b
+        cage = (left.phi + right.phi) / 2 - at_b.phi
+        yield lossless(a.phi == at_a.phi + self.ratio * cage, a, left, right, at_a, at_b)
 
 
 class RackAndPinion(Component):

@@ -1,8 +1,9 @@
 """Gears whose ratio varies over a turn: elliptical and other non-circular pairs.
 
-Both flanges count from the housing and stand at zero together; a pair in external mesh turns its
-flanges in opposite directions. Torques follow from virtual work. The angle of flange b is a
-function of that of flange a without jumps, so any number of turns is followed.
+Both flanges count from the housing, which takes ``tau_support = -tau_a - tau_b``; an open support
+stands still. A pair in external mesh turns its flanges in opposite directions. Torques follow from
+virtual work. The angle of flange b is a function of that of flange a without jumps, so any number
+of turns is followed.
 
 Source: Litvin, Fuentes-Aznar, Gonzalez-Perez and Hayasaka, Noncircular Gears, 2009, ch. 2 and 4.
 """
@@ -11,14 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from lumped import Component, Equation, Expr, Flange, Param, lossless, param
+from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
 from lumped.errors import EquationError
-from lumped.expression import Number, as_expr
+from lumped.expression import Number, Partial, as_expr
 from lumped.ops import atan2, cos, pi, sin
 
 __all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
 
-Transmission = Callable[[Expr], Expr]
+Transmission = Callable[[Expr], Number]
 
 
 class EllipticalGear(Component):
@@ -33,35 +34,48 @@ class EllipticalGear(Component):
     symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
+    support = Flange(grounded=True)
     e: Param = param("1", "eccentricity of the ellipses", min=0, below=1)
     phase: Param = param("rad", "angle of flange a at which b is fastest", 0.0)
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
 
-    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b = self.flange_a, self.flange_b
-        yield lossless(b.phi == -elliptical(a.phi, self.e, self.phase), a, b)
+    def equations(self) -> Iterator[Equation]:
+        yield from _meshing(self, -elliptical(self.phi, self.e, self.phase))
 
 
 class NonCircularGear(Component):
     """Gear pair of a given transmission function: ``phi_b = transmission(phi_a)``.
 
-    `transmission` takes the angle of flange a and returns that of flange b, in `lumped.ops`; for
-    external mesh it falls. For example ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``. The ratio
-    ``w_b / w_a`` is its derivative, ``tau_a = -(w_b / w_a) tau_b``.
+    `transmission` takes the angle of flange a and returns that of flange b, both relative to the
+    support, in `lumped.ops`; for external mesh it falls. For example
+    ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``; `lumped.transmissions` makes one from points or
+    from a wanted ratio. The ratio ``w_b / w_a`` is its derivative,
+    ``tau_a = -(w_b / w_a) tau_b``.
     """
 
     symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
+    support = Flange(grounded=True)
     transmission: Transmission | None = None
+    phi: Var = var("rad", "angle of flange a relative to the support", state="avoid")
 
-    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b = self.flange_a, self.flange_b
+    def equations(self) -> Iterator[Equation]:
         if not callable(self.transmission):
             raise EquationError(
                 f"transmission = {self.transmission!r}: a function of the angle of flange a is "
                 "needed, for example transmission=lambda x: -(x + 0.1 * lp.ops.sin(2 * x))."
             )
-        yield lossless(b.phi == as_expr(self.transmission(a.phi)), a, b)
+        yield from _meshing(self, as_expr(self.transmission(self.phi)))
+
+
+def _meshing(gear: EllipticalGear | NonCircularGear, driven: Expr) -> Iterator[Equation]:
+    """Kinematics with the angle of b over that of a, and torques by virtual work."""
+    a, b, housing = gear.flange_a, gear.flange_b, gear.support
+    yield gear.phi == a.phi - housing.phi
+    yield b.phi == housing.phi + driven
+    yield a.tau == -Partial(driven, gear.phi) * b.tau  # type: ignore[arg-type]
+    yield housing.tau == -a.tau - b.tau
 
 
 def elliptical(phi: Number, e: Number, phase: Number) -> Expr:

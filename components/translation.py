@@ -34,6 +34,7 @@ from lumped.components.translation_contact import (
 from lumped.components.translation_friction import (
     Brake,
     FrictionPair,
+    GuideFriction,
     MassWithStopAndFriction,
     SupportFriction,
 )
@@ -57,6 +58,7 @@ __all__ = [
     "Force",
     "ForceSensor",
     "FrictionPair",
+    "GuideFriction",
     "InverseForce",
     "LinearForce",
     "Mass",

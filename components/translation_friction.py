@@ -9,9 +9,10 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, LinearFlange, Param, Var, der, param, var
 from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.ops import where
 from lumped.switch import Item, hold
 
-__all__ = ["Brake", "FrictionPair", "MassWithStopAndFriction", "SupportFriction"]
+__all__ = ["Brake", "FrictionPair", "GuideFriction", "MassWithStopAndFriction", "SupportFriction"]
 
 
 class _OnRod(Component):
@@ -52,6 +53,32 @@ class SupportFriction(_OnRod):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         yield dry_friction(self.f, self.v, self.characteristic, peak=self.peak, mode=self.mode)
+
+
+class GuideFriction(_OnRod):
+    """Friction of a rod in a guide under a load: ``f = mu |load|`` against the motion.
+
+    The rod goes through from flange a to flange b. `load` is the force across, of either sign, such
+    as the force `guide` of a `CrankSlider`; it may depend on the friction itself, and where that
+    makes it grow without limit, the mechanism jams and a run ends with an error. At standstill the
+    friction bears up to `peak` times that force.
+    """
+
+    mu: Param = param("1", "friction coefficient", min=0)
+    load = Input("N", "force across the guide, of either sign")
+
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        grip = self.mu * where(self.load >= 0, self.load, -self.load)
+        yield hold(
+            self.f,
+            self.v,
+            forward=grip,
+            backward=-grip,
+            upper=self.peak * grip,
+            lower=-self.peak * grip,
+            mode=self.mode,
+        )
 
 
 class Brake(_OnRod):

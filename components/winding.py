@@ -29,11 +29,11 @@ from lumped import (
     param,
     var,
 )
-from lumped.expression import Partial
+from lumped.expression import Number, Partial
 from lumped.ops import asin, atan2, cos, maximum, minimum, pi, sin, sqrt, where
 from lumped.switch import Item
 
-__all__ = ["Coil", "Strip", "StripPath"]
+__all__ = ["Coil", "Strip", "StripPath", "pulling"]
 
 
 class Coil(Component):
@@ -129,9 +129,7 @@ class Strip(Component):
     def equations(self) -> Iterator[Item]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s
         yield self.v_rel == der(self.s_rel)
-        elastic = self.c * self.s_rel
-        damping = maximum(-elastic, minimum(elastic, self.d * self.v_rel))
-        yield self.T == where(self.s_rel > 0, elastic + damping, 0)
+        yield self.T == pulling(self.s_rel, self.v_rel, self.c, self.d)
         yield self.flange_b.f == self.T
         yield self.flange_a.f == -self.T
 
@@ -177,3 +175,18 @@ class StripPath(Component):
         yield self.tangent.phi == self.psi
         yield self.strip.f == -f
         yield self.carrier.tau == -Partial(free, at) * f - turned * self.tangent.tau
+
+
+def pulling(s_rel: Expr, v_rel: Expr, c: Expr, d: Number) -> Expr:
+    """Tension of what only pulls, N.
+
+    Parameters
+    ----------
+    s_rel, v_rel : expression
+        Stretch, m, and its rate, m/s.
+    c, d : expression
+        Stiffness, N/m, and damping, N.s/m, which is at most as strong as the spring.
+    """
+    elastic = c * s_rel
+    damping = maximum(-elastic, minimum(elastic, d * v_rel))
+    return where(s_rel > 0, elastic + damping, 0)

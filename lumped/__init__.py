@@ -1,17 +1,34 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
-from lumped import ops, profiles
+from lumped import ops, profiles, transmissions
+from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.design import Optimum
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
 from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.equilibrium_sensitivity import (
+    EquilibriumSensitivity,
+    equilibrium_sensitivity,
+)
+from lumped.analysis.flywheel import Flywheel, flywheel
+from lumped.analysis.gradient import Gradient, gradient
+from lumped.analysis.hessian import Hessian, hessian
+from lumped.analysis.identify import Identification, identify
 from lumped.analysis.inverse import inverse
 from lumped.analysis.linearise import Linearisation, linearise
 from lumped.analysis.locus import RootLocus, root_locus
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.motion import Motion, motion
+from lumped.analysis.optimise import optimise
+from lumped.analysis.orbit import PeriodicOrbit
+from lumped.analysis.orbit_sensitivity import OrbitSensitivity
 from lumped.analysis.orders import Order, orders
+from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.participation import Participation, participation
+from lumped.analysis.periodic import periodic
 from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
+from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
 from lumped.analysis.simulate import simulate
@@ -43,25 +60,36 @@ __all__ = [
     "CriticalSpeed",
     "EigenSensitivity",
     "Equation",
+    "EquilibriumSensitivity",
     "Event",
     "Expr",
     "Flange",
+    "Flywheel",
     "FrequencyResponse",
+    "Front",
+    "Gradient",
     "HeatPort",
+    "Hessian",
+    "Identification",
     "Input",
     "LinearFlange",
     "Linearisation",
     "ModalEnergies",
     "Modes",
+    "Motion",
     "Node",
     "OperatingPoint",
+    "Optimum",
+    "OrbitSensitivity",
     "Order",
     "Output",
     "Param",
     "Participation",
     "Peak",
+    "PeriodicOrbit",
     "Pin",
     "Port",
+    "ResponseSensitivity",
     "RootLocus",
     "Saved",
     "Sensitivity",
@@ -82,22 +110,33 @@ __all__ = [
     "der",
     "eigen_sensitivity",
     "equilibrium",
+    "equilibrium_sensitivity",
     "expression",
+    "flywheel",
     "frequency_response",
+    "functionals",
+    "gradient",
+    "hessian",
     "hold",
+    "identify",
     "inverse",
     "linearise",
     "load",
     "lossless",
     "modal_energies",
     "modes",
+    "motion",
     "ops",
+    "optimise",
     "orders",
     "param",
+    "pareto",
     "participation",
+    "periodic",
     "profiles",
     "read_parameters",
     "report_html",
+    "response_sensitivity",
     "root_locus",
     "schematic",
     "sensitivity",
@@ -107,6 +146,7 @@ __all__ = [
     "sweep",
     "symbolic_frequencies",
     "time",
+    "transmissions",
     "var",
     "when",
     "write_parameters",

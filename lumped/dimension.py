@@ -17,6 +17,7 @@ from lumped.expression import (
     Equation,
     Expr,
     Partial,
+    Periodic,
     Ref,
     Time,
     Where,
@@ -123,7 +124,7 @@ def _dimension(root: Expr) -> Dimension | None:
 
 
 def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
-    if isinstance(node, Datum):
+    if isinstance(node, Datum | Periodic):
         return None
     if isinstance(node, Constant):
         return None if node.value == 0 else _NUMBER

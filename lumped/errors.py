@@ -14,6 +14,7 @@ __all__ = [
     "DeclarationError",
     "EquationError",
     "LumpedError",
+    "OptimisationError",
     "OptionError",
     "ParameterError",
     "SingularModelError",
@@ -80,6 +81,20 @@ class SolverError(LumpedError):
     def __init__(self, text: str, partial: Trajectory | None = None) -> None:
         super().__init__(text)
         self.partial = partial
+
+
+class OptimisationError(LumpedError):
+    """No optimum was found; the text names the constraint that is violated most.
+
+    Attributes
+    ----------
+    status : str
+        What the solver says.
+    """
+
+    def __init__(self, text: str, status: str) -> None:
+        super().__init__(text)
+        self.status = status
 
 
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:

@@ -15,13 +15,24 @@ from lumped.errors import EquationError
 if TYPE_CHECKING:
     from lumped.quantity import Quantity
 
-__all__ = ["Call", "Compare", "Constant", "Equation", "Expr", "Partial", "Ref", "der", "time"]
+__all__ = [
+    "Call",
+    "Compare",
+    "Constant",
+    "Equation",
+    "Expr",
+    "Partial",
+    "Periodic",
+    "Ref",
+    "der",
+    "time",
+]
 
 Number = Union["Expr", float, int]
 
 
 class Expr:
-    """A node of an expression; combine with + - * / **, functions of `lumped.ops`, and ==."""
+    """A node of an expression; combine with ``+ - * / **``, functions of `lumped.ops`, ``==``."""
 
     __slots__ = ()
 
@@ -252,6 +263,33 @@ class Where(Expr):
         return (self.condition.greater, self.condition.less, self.yes, self.no)
 
 
+class Periodic(Expr):
+    """Piecewise polynomial of an expression, repeated for ever.
+
+    Attributes
+    ----------
+    knots : tuple of float, shape (n,)
+        Begins of the pieces, increasing, within one period.
+    rows : tuple of tuple of float, shape (n, degree + 1)
+        Coefficients of each piece by falling powers of the distance from its begin.
+    """
+
+    __slots__ = ("knots", "of", "period", "rows")
+
+    def __init__(
+        self,
+        of: Expr,
+        period: float,
+        knots: tuple[float, ...],
+        rows: tuple[tuple[float, ...], ...],
+    ) -> None:
+        self.of, self.period, self.knots, self.rows = of, period, knots, rows
+
+    def children(self) -> tuple[Expr, ...]:
+        """The expression."""
+        return (self.of,)
+
+
 class Equation:
     """``left == right``, to be yielded by ``equations()``."""
 
@@ -364,6 +402,8 @@ def _text_of(
     inner = [p[0] for p in parts]
     if isinstance(node, Der):
         return f"der({inner[0]})", 5
+    if isinstance(node, Periodic):
+        return f"periodic_spline({inner[0]})", 5
     if isinstance(node, Partial):
         return f"d({inner[0]})/d({inner[1]})", 5
     if isinstance(node, Where):

@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import fields
 
 from lumped.component import Component
-from lumped.expression import Call, Compare, Constant, Equation, Expr, Ref, Where, walk
+from lumped.expression import Call, Compare, Constant, Equation, Expr, Periodic, Ref, Where, walk
 from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
 from lumped.template import Place, Template
@@ -58,6 +58,8 @@ def _tree(place: Place, root: Expr) -> Hashable:
             what = repr(node.value)
         elif isinstance(node, Call):
             what = node.op
+        elif isinstance(node, Periodic):
+            what = node.period, node.knots, node.rows
         elif isinstance(node, Where):
             what = node.condition.strict
         elif isinstance(node, Ref):

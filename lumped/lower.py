@@ -8,7 +8,18 @@ import casadi as ca
 
 from lumped.derive import partials
 from lumped.errors import EquationError
-from lumped.expression import Call, Compare, Constant, Der, Expr, Partial, Time, Where, walk
+from lumped.expression import (
+    Call,
+    Compare,
+    Constant,
+    Der,
+    Expr,
+    Partial,
+    Periodic,
+    Time,
+    Where,
+    walk,
+)
 
 __all__ = ["lower"]
 
@@ -83,6 +94,8 @@ def lower(
             if derivative is None:
                 raise refuse("a time derivative")
             value = derivative(args[0])
+        elif isinstance(node, Periodic):
+            value = _periodic(node, args[0])
         elif isinstance(node, Partial):
             value = partials(args[0], args[1])
         elif isinstance(node, Where):
@@ -93,3 +106,19 @@ def lower(
             value = leaf(node)
         done[id(node)] = value
     return done[id(root)]
+
+
+def _periodic(node: Periodic, x: ca.SX) -> ca.SX:
+    """Piece by piece: of the coefficients, those of the piece that holds are selected.
+
+    The selection is exact, has no derivative, and is shared by all derivatives.
+    """
+    knots, rows = ca.DM(node.knots), ca.DM(node.rows)
+    begin = node.knots[0]
+    place = x - node.period * ca.floor((x - begin) / node.period)
+    beyond = ca.vertcat(1, place >= knots[1:], 0)
+    selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, ca.horzcat(knots, rows))
+    run, value = place - selected[0], selected[1]
+    for i in range(2, selected.numel()):
+        value = value * run + selected[i]
+    return value

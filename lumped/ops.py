@@ -5,8 +5,21 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
+import numpy as np
+import scipy
+
 from lumped.errors import EquationError
-from lumped.expression import Call, Compare, Datum, Expr, Number, Where, as_expr, time
+from lumped.expression import (
+    Call,
+    Compare,
+    Datum,
+    Expr,
+    Number,
+    Periodic,
+    Where,
+    as_expr,
+    time,
+)
 
 __all__ = [
     "acos",
@@ -20,6 +33,7 @@ __all__ = [
     "log",
     "maximum",
     "minimum",
+    "periodic_spline",
     "pi",
     "sign",
     "sin",
@@ -166,6 +180,65 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
         total = total + Datum(slope - before) * (maximum(0.0, run) if i else run)
         before = slope
     return total
+
+
+def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree: int = 3) -> Expr:
+    """Smooth curve through points of one period, repeated for ever.
+
+    A cubic between each two points, with continuous slope and curvature everywhere; derivatives
+    are exact. Its error falls with the fourth power of the distance of the points, that of degree
+    5 with the sixth, for points of a smooth function. Unlike for `where`, a run does not stop where
+    one piece ends.
+
+    Source: de Boor, A Practical Guide to Splines, 1978, ch. IV.
+
+    Parameters
+    ----------
+    x : expression
+        Where.
+    xs, ys : sequence of float, shape (n,), n > degree
+        Points over one period; `xs` increasing, and the last value equal to the first.
+    degree : {3, 5}
+        Of the polynomials.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there are too few points, a number is not finite, `xs` does not
+        increase, the last value is not the first, or the degree is another.
+    """
+    if degree not in (3, 5):
+        raise EquationError(f"periodic_spline: degree = {degree}: 3 or 5 is needed.")
+    places, heights = np.array(xs, dtype=float), np.array(ys, dtype=float)
+    if places.shape != heights.shape or places.ndim != 1 or len(places) <= degree:
+        raise EquationError(
+            f"periodic_spline: {places.size} places and {heights.size} values; as many of each, at "
+            f"least {degree + 1}."
+        )
+    if not (np.isfinite(places).all() and np.isfinite(heights).all()):
+        raise EquationError("periodic_spline: the points must be finite numbers.")
+    steps = np.diff(places)
+    if not (steps > 0).all():
+        i = int(np.argmin(steps))
+        raise EquationError(
+            f"periodic_spline: the places must increase, but {places[i]:g} -> {places[i + 1]:g}."
+        )
+    if abs(heights[-1] - heights[0]) > 1e-9 * max(np.ptp(heights), 1e-300):
+        raise EquationError(
+            f"periodic_spline: the last value {heights[-1]:g} must be the first, {heights[0]:g}; "
+            "the points cover one whole period."
+        )
+    heights[-1] = heights[0]
+    spline = scipy.interpolate.make_interp_spline(places, heights, degree, bc_type="periodic")
+    curve = scipy.interpolate.PPoly.from_spline(spline)
+    inside = (curve.x[:-1] >= places[0]) & (curve.x[:-1] < places[-1]) & (np.diff(curve.x) > 0)
+    rows = tuple(map(tuple, curve.c.T[inside].tolist()))
+    return Periodic(
+        as_expr(x),
+        float(places[-1] - places[0]),
+        tuple(curve.x[:-1][inside].tolist()),
+        rows,
+    )
 
 
 def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
-from lumped.expression import Expr, Ref, walk
+from lumped.expression import Expr, Ref, as_expr, walk
 from lumped.lower import lower
 from lumped.quantity import Input, Param, Var, param
 from lumped.tree import Node, Tree
@@ -37,8 +37,9 @@ class Parameters:
         Their declarations.
     names : list of str
         Their dotted names.
-    ordered : list of (int, int)
-        A parameter, and the one of its component that is its lower limit.
+    ordered : list of (int, SX, str, str)
+        A parameter, its lower limit as an expression of `theta`, what that is called, and what
+        stands behind its value in a text.
     """
 
     free: list[int]
@@ -47,7 +48,7 @@ class Parameters:
     values: ca.SX
     declared: list[Param]
     names: list[str]
-    ordered: list[tuple[int, int]]
+    ordered: list[tuple[int, ca.SX, str, str]]
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -57,6 +58,11 @@ class Parameters:
     @cached_property
     def _function(self) -> ca.Function:
         return ca.Function("p", [self.theta], [self.values])
+
+    @cached_property
+    def _limits(self) -> ca.Function:
+        limits = ca.vertcat(ca.SX(0, 1), *(least for _, least, *_ in self.ordered))
+        return ca.Function("limits", [self.theta], [limits])
 
     def _all(self, theta: np.ndarray) -> np.ndarray:
         return np.asarray(self._function(theta)).ravel()
@@ -116,15 +122,14 @@ class Parameters:
         """
         values = self._all(theta)
         faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
-        for high, low in self.ordered:
-            strict = self.declared[high].strict
-            if values[high] < values[low] or (strict and values[high] == values[low]):
-                unit = self.declared[low].unit
-                relation = "greater than" if strict else "at least"
+        limits = np.asarray(self._limits(theta)).ravel()
+        for (high, _, name, rest), least in zip(self.ordered, limits, strict=True):
+            quantity = self.declared[high]
+            if values[high] < least or (quantity.strict and values[high] == least):
+                relation = "greater than" if quantity.strict else "at least"
                 faults.append(
-                    f"{self.names[high]} = {values[high]:g} {self.declared[high].unit} "
-                    f"({self.declared[high].text}) must be {relation} "
-                    f"{self.names[low]} = {values[low]:g} {unit} ({self.declared[low].text})"
+                    f"{self.names[high]} = {values[high]:g} {quantity.unit} ({quantity.text}) "
+                    f"must be {relation} {name} = {least:g} {rest}"
                 )
         _refuse(model, faults)
 
@@ -155,7 +160,7 @@ def collect(tree: Tree) -> Parameters:
     numbers: dict[int, float] = {}
     declared: list[Param] = []
     names: list[str] = []
-    ordered: list[tuple[int, int]] = []
+    limited: list[tuple[int, Node]] = []
     faults: dict[int, str] = {}
     for node in tree.nodes:
         given = node.component._values
@@ -164,8 +169,7 @@ def collect(tree: Tree) -> Parameters:
             declared.append(quantity)
             names.append(node.name(local))
             if quantity.exceeds is not None:
-                low = node.layout.parameters[quantity.exceeds.name]
-                ordered.append((number, node.first_parameter + low))
+                limited.append((number, node))
             value, scope = quantity.default, node
             if local in given:
                 value = given[local]
@@ -192,14 +196,18 @@ def collect(tree: Tree) -> Parameters:
     if free:
         values[free] = theta
     defaults = np.array([numbers[i] for i in free])
-    result = Parameters(free, theta, defaults, values, declared, names, ordered)
+    result = Parameters(free, theta, defaults, values, declared, names, [])
     for i, v in numbers.items():
-        text = result.fault(i, v)
-        if text:
-            faults[i] = text
+        fault = result.fault(i, v)
+        if fault:
+            faults[i] = fault
     _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
     _bind(tree, expressions, values, names)
-    if expressions or ordered:
+    for number, node in limited:
+        quantity = declared[number]
+        low = lower(as_expr(quantity.exceeds), lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
+        result.ordered.append((number, low, *_in_words(quantity, node)))
+    if expressions or limited:
         result.check(result.defaults, type(tree.model).__name__)
     return result
 
@@ -245,6 +253,14 @@ def _bind(
                     )
                 on_stack.add(n)
                 stack.append(n)
+
+
+def _in_words(quantity: Param, node: Node) -> tuple[str, str]:
+    """What a lower limit is called, and what stands behind its value."""
+    least = quantity.exceeds
+    if isinstance(least, Param):
+        return node.name(least.name), f"{least.unit} ({least.text})"
+    return repr(least), quantity.unit
 
 
 def _leaves(expression: Expr) -> list[Expr]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,6 @@ from lumped.system import Name
 
 if TYPE_CHECKING:
     from lumped.analysis.campbell import Campbell
-    from lumped.analysis.eigen_sensitivity import EigenSensitivity
     from lumped.analysis.locus import RootLocus
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
@@ -165,18 +164,17 @@ def frequency_response(
     return figure
 
 
-def tornado(sensitivity: EigenSensitivity, mode: int = 0) -> Figure:
-    """Change of a natural frequency by 1 % of each parameter, the most effective on top.
+def tornado(ranked: Sequence[tuple[str, float]], title: str, what: str) -> Figure:
+    """Change of a number by 1 % of each parameter, the most effective on top.
 
     Parameters
     ----------
-    sensitivity : EigenSensitivity
-        From `lumped.eigen_sensitivity`.
-    mode : int
-        Number of the mode, from 0.
+    ranked : sequence of (str, float)
+        Names and relative sensitivities, the largest first.
+    title, what : str
+        Title, and what changes.
     """
-    modes = sensitivity.modes
-    most = sensitivity.ranked(mode)[:_MOST_BARS]
+    most = ranked[:_MOST_BARS]
     figure = Figure((_WIDTH, 1.2 + 0.3 * len(most)), layout="constrained")
     axis = figure.subplots()
     place = np.arange(len(most))
@@ -186,8 +184,8 @@ def tornado(sensitivity: EigenSensitivity, mode: int = 0) -> Figure:
     axis.invert_yaxis()
     axis.axvline(0, color="black", linewidth=0.8)
     axis.grid(alpha=0.3, axis="x")
-    axis.set_xlabel("change of the frequency by 1 % of the parameter, %")
-    figure.suptitle(f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz")
+    axis.set_xlabel(f"change of {what} by 1 % of the parameter, %")
+    figure.suptitle(title)
     return figure
 
 

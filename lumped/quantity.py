@@ -50,19 +50,19 @@ class Param(Quantity, Expr):
         text: str,
         default: Number | None,
         *,
-        min: float | Param | None,
+        min: float | Expr | None,
         max: float | None,
-        above: float | Param | None,
+        above: float | Expr | None,
         below: float | None,
         nonzero: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
-        self.strict = isinstance(above, Param)
-        least = above if isinstance(above, Param) else min
-        self.exceeds = least if isinstance(least, Param) else None
-        self.above = None if isinstance(above, Param) else above
-        self.min = None if isinstance(min, Param) else min
+        self.strict = isinstance(above, Expr)
+        least = above if isinstance(above, Expr) else min
+        self.exceeds = least if isinstance(least, Expr) else None
+        self.above = None if isinstance(above, Expr) else above
+        self.min = None if isinstance(min, Expr) else min
         self.max, self.below = max, below
         self.nonzero = nonzero
 
@@ -151,9 +151,9 @@ def param(
     text: str,
     default: Number | None = None,
     *,
-    min: float | Param | None = None,
+    min: float | Expr | None = None,
     max: float | None = None,
-    above: float | Param | None = None,
+    above: float | Expr | None = None,
     below: float | None = None,
     nonzero: bool = False,
 ) -> Param:
@@ -168,8 +168,8 @@ def param(
     min, max : float, optional
         Range with its ends.
     above, below : float, optional
-        Range without its ends. One of `min` and `above` may also be another parameter of the
-        component.
+        Range without its ends. One of `min` and `above` may also be an expression of other
+        parameters of the component.
     nonzero : bool
         Refuse zero.
     """

@@ -62,19 +62,28 @@ class TensionControl(lp.Component):
     i: lp.Param = lp.param("1", "ratio of the gear", I_HIGH)
     eta: lp.Param = lp.param("1", "efficiency", ETA)
     h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS)
+    b: lp.Param = lp.param("m", "width of the strip", WIDTH)
+    rho: lp.Param = lp.param("kg/m3", "density of the strip", DENSITY)
+    sigma_s: lp.Param = lp.param("Pa", "yield stress of the strip", YIELD)
+    r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL)
+    m_0: lp.Param = lp.param("kg", "mass of the mandrel", M_MANDREL)
+    J_0: lp.Param = lp.param("kg.m2", "inertia of gears and mandrel", J_MANDREL)
+    J_m: lp.Param = lp.param("kg.m2", "inertia of the motor", J_MOTOR)
     mu: lp.Param = lp.param("1", "friction of the bearings", MU)
+    d: lp.Param = lp.param("m", "diameter of the bearings", BEARING)
+    g: lp.Param = lp.param("m/s2", "acceleration of free fall", 9.80665)
 
     def equations(self) -> Iterator[lp.Equation]:
         R, v, h = self.R, self.v, self.h
-        mass = pi * DENSITY * WIDTH * (R**2 - MANDREL**2)
-        J = J_MANDREL + mass * (R**2 + MANDREL**2) / 2
-        bending = YIELD * WIDTH * h**2 / 4
-        load = sqrt(self.T**2 + (9.80665 * (mass + M_MANDREL)) ** 2)
-        static = self.T * R + bending + self.mu * BEARING / 2 * load
+        mass = pi * self.rho * self.b * (R**2 - self.r**2)
+        J = self.J_0 + mass * (R**2 + self.r**2) / 2
+        bending = self.sigma_s * self.b * h**2 / 4
+        load = sqrt(self.T**2 + (self.g * (mass + self.m_0)) ** 2)
+        static = self.T * R + bending + self.mu * self.d / 2 * load
         dw = self.a / R - h * v**2 / (2 * pi * R**3)
         share = self.compensation * dw
         at_mandrel = static + share * J
-        yield self.tau == at_mandrel / (self.i * self.eta) + share * J_MOTOR * self.i
+        yield self.tau == at_mandrel / (self.i * self.eta) + share * self.J_m * self.i
 
 
 class ControlledDrive(WindingDrive):

@@ -13,7 +13,8 @@ cut, and raises the peak.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,9 +23,12 @@ from lumped.models.eccentric_shear_scenes import (
     SLOW,
     CrankTurned,
     FreeShear,
+    MotorTurned,
     free_run,
+    inertia,
     kept,
     landing,
+    motions,
     turn,
 )
 from lumped.models.eccentric_shear_stand import (
@@ -44,34 +48,68 @@ from lumped.models.eccentric_shear_stand import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ANGLES = "angles of the cycle"
-FIGURE = "figure 3 and its text"
-CLAIM = "2.5 to 3 for e = 0.4 to 0.5; idle torque fitted"
+ANGLES = "angles of the cycle [P]"
+FIGURE = "figure 3 and its text [P]"
+MEAN_TORQUE = "equation (17) [R]"
+RIGHT = "not published [R]"
+MOTOR = "not published, motor [A]"
+CLAIM = "2.5 to 3 for e = 0.4 to 0.5; idle torque fitted [I]"
+SHAPE = "(1 + e) / (1 - e) at the middle of the cut; idle torque fitted [I]"
 CUTS = "4 cuts/min, printed beside 1.05 rad/s, but without pauses 0.419 rad/s"
-LOAD = "1.6 to 1.7 for e = 0.4 to 0.5, ends in any order; idle torque fitted"
-NOT = "not published"
+LOAD = "1.6 to 1.7 for e = 0.4 to 0.5, ends in any order; idle torque fitted [I]"
+MOTORS = "J_mx is illegible; the claims fit 5.4 as well as 54 t.m2 [I]"
+EVEN = "1.6 to 1.7 for e = 0.4 to 0.5; the other reading, at constant motor speed [I]"
 READINGS = (PrintedShear, GuidedShear)
 TOO_WIDE = "impossible: at most 1.79 without inertia; a rectangle of 68 deg is too wide"
+INERTIAS = (5.4e3, 51e3, 56e3)  # kg.m2  other readings of J_mx [I]
+BEST = 0.564  # 1  eccentricity of the least peak
+ELLIPSES = (0.4, 0.5)
+
+
+def _pair(quantity: str, published: tuple[float, ...] | None, *place: str) -> list[tuple[Any, ...]]:
+    """Titles of a reduction for the eccentricities 0.4 and 0.5."""
+    values = published or (None, None)
+    return [
+        (f"{quantity}, e = {e:g}", "1", value, *place)
+        for e, value in zip(ELLIPSES, values, strict=True)
+    ]
+
+
+PEAKS, LOADS = (2.5, 3.0), (1.6, 1.7)
 TITLES = (  # quantity, unit, published, place, remark
     ("travel while cutting", "mm", 200.0, ANGLES, "slab of 200 mm; angles rounded to 5'"),
     ("approach of the upper support", "mm", None, ANGLES, "260.18 from the printed angles"),
+    ("lift before the cut", "mm", None, ANGLES, "14.87 from the printed angles"),
     ("overlap of the knives", "mm", None, ANGLES, "15.00 from the printed angles"),
-    ("equivalent rectangular torque", "MN.m", None, "equation (17)", "1.3673 from a half-sine"),
-    ("greatest torque, reduction, e = 0.4", "1", 2.5, FIGURE, CLAIM),
-    ("greatest torque, reduction, e = 0.5", "1", 3.0, FIGURE, CLAIM),
-    ("the same at 0.419 rad/s, e = 0.4", "1", 2.5, FIGURE, CUTS),
-    ("the same at 0.419 rad/s, e = 0.5", "1", 3.0, FIGURE, CUTS),
-    ("RMS torque, reduction, e = 0.4", "1", 1.6, FIGURE, LOAD),
-    ("RMS torque, reduction, e = 0.5", "1", 1.7, FIGURE, LOAD),
-    ("greatest torque, rectangle, reduction, e = 0.4", "1", 2.5, FIGURE, TOO_WIDE),
-    ("greatest torque, rectangle, reduction, e = 0.5", "1", 3.0, FIGURE, TOO_WIDE),
-    ("the same, e = 0.5, without inertia", "1", None, NOT, "1.78 from (20)"),
-    ("the same, phase by (22), increase", "1", None, NOT, "2.86 from (20)"),
-    ("free run, time of two turns", "s", None, NOT, "11.982149 by DOP853 on (19)"),
-    ("free run, greatest motor torque", "kN.m", None, NOT, "2739.2 by DOP853 on (19)"),
-    ("free run, speed kept where the pin lands", "1", None, NOT, "0.95265 from momentum"),
-    ("free run, e = 0.5, landing over cutting torque", "1", None, NOT, "above 1 by the impacts"),
-    ("the same, supports in the guides of the frame", "1", None, NOT, "the other reading"),
+    ("equivalent rectangular torque", "MN.m", None, MEAN_TORQUE, "1.3673 from a half-sine"),
+    ("reduced inertia, before the change", "t.m2", None, RIGHT, "2.8094 from (1)"),
+    ("reduced inertia, after it, as printed", "t.m2", None, RIGHT, "3.1170 from (4)"),
+    ("reduced inertia, after it, guided", "t.m2", None, RIGHT, "3.1388 from plane geometry"),
+    ("greatest torque, e = 0", "kN.m", None, RIGHT, "2711.7 from (20)"),
+    ("RMS torque, e = 0", "kN.m", None, RIGHT, "813.4 from (20)"),
+    *_pair("greatest torque, reduction", PEAKS, FIGURE, CLAIM),
+    *_pair("the same, constant inertia", PEAKS, FIGURE, SHAPE),
+    *_pair("the same at 0.419 rad/s", PEAKS, FIGURE, CUTS),
+    *(
+        title
+        for J in INERTIAS
+        for title in _pair(f"the same, J_mx = {J / 1e3:g} t.m2", PEAKS, FIGURE, MOTORS)
+    ),
+    *_pair("RMS torque, reduction", LOADS, FIGURE, LOAD),
+    *_pair("RMS torque, even motor, reduction", LOADS, FIGURE, EVEN),
+    *_pair("the same without idle torque", LOADS, FIGURE, EVEN),
+    *_pair("greatest torque, rectangle, reduction", PEAKS, FIGURE, TOO_WIDE),
+    ("rectangle without inertia, reduction, e = 0.5", "1", None, RIGHT, "1.78 from (20)"),
+    *_pair("rectangle, phase by (22), increase", None, RIGHT, "2.33 and 2.86 from (20)"),
+    (f"greatest torque, reduction, e = {BEST}", "1", None, RIGHT, "3.00 from (20), the best"),
+    (f"the same, constant inertia, e = {BEST}", "1", None, RIGHT, "3.56 from (20), the best"),
+    ("free run, time of two turns", "s", None, MOTOR, "11.982149 by DOP853 on (19)"),
+    ("free run, greatest motor torque", "kN.m", None, MOTOR, "2739.2 by DOP853 on (19)"),
+    ("free run, RMS motor torque", "kN.m", None, MOTOR, "880.1 by DOP853 on (19)"),
+    ("free run, speed kept where the pin lands", "1", None, MOTOR, "0.95265 from momentum"),
+    ("free run, energy lost there", "kJ", None, MOTOR, "2.7386 from momentum"),
+    ("free run, e = 0.5, landing over cutting torque", "1", None, MOTOR, "above 1 by the impacts"),
+    ("the same, supports in the guides of the frame", "1", None, MOTOR, "the other reading"),
 )
 
 
@@ -84,35 +122,82 @@ def printed_phase(eps: float) -> float:
 def rows() -> list[Row]:
     """Published and computed numbers; reductions are those against e = 0."""
     lift = -1e3 * ECCENTRICITY * np.diff(np.cos([0, MEETS, CUT_BEGINS, CUT_ENDS, PULSE_ENDS]))
-    sine, *sines = (turn(CrankTurned, e) for e in (0.0, 0.4, 0.5))
-    rectangle, *rectangles = (turn(CrankTurned, e, "rectangle") for e in (0.0, 0.4, 0.5))
-    even_sine, *slower = (turn(CrankTurned, e, speed=FOUR_CUTS) for e in (0.0, 0.4, 0.5))
-    slow = [turn(CrankTurned, e, "rectangle", speed=SLOW * SPEED) for e in (0.0, 0.5)]
-    mistaken = turn(CrankTurned, 0.5, "rectangle", slowest=printed_phase(0.5))
+    sine = turn(CrankTurned)
     even = free_run(rtol=1e-9, until=12.0, grid=20_000)
+    twice = np.interp(4 * np.pi, even["loaded.shear.crank.phi"], even.t)
+    tau = even["motor.tau"][even.t <= twice]
+    first = next(event.time for event in even.events if event.loss)
     elliptical = [free_run(0.5, shear=shear, rtol=1e-9, grid=4000) for shear in READINGS]
+    slow: dict[str, Any] = {"speed": SLOW * SPEED}
+    wide: dict[str, Any] = {"pulse": "rectangle"}
+    mistaken = [
+        turn(CrankTurned, e, slowest=printed_phase(e), **wide).peak / turn(CrankTurned, **wide).peak
+        for e in ELLIPSES
+    ]
     computed = [
-        *(lift[2], lift[0], lift[3]),
+        *lift[[2, 0, 1, 3]],
         MEAN / 1e6,
-        *(sine.peak / demand.peak for demand in sines),
-        *(even_sine.peak / demand.peak for demand in slower),
-        *(sine.rms / demand.rms for demand in sines),
-        *(rectangle.peak / demand.peak for demand in rectangles),
-        slow[0].peak / slow[1].peak,
-        mistaken.peak / rectangle.peak,
-        np.interp(4 * np.pi, even["loaded.shear.crank.phi"], even.t),
-        even["motor.tau"].max() / 1e3,
-        kept(even)[0],
+        *_at_the_change(),
+        *(sine.peak / 1e3, sine.rms / 1e3),
+        *reductions(),
+        *reductions(**slow),
+        *reductions(speed=FOUR_CUTS),
+        *(x for J in INERTIAS for x in reductions(parameters={"motor.J": J})),
+        *reductions("rms"),
+        *reductions("rms", motion=MotorTurned),
+        *reductions("rms", motion=MotorTurned, parameters={"loaded.idle.tau": 0.0}),
+        *reductions(**wide),
+        *reductions(ellipses=(0.5,), **wide, **slow),
+        *mistaken,
+        *reductions(ellipses=(BEST,)),
+        *reductions(ellipses=(BEST,), **slow),
+        *(twice, tau.max() / 1e3),
+        np.sqrt(np.trapezoid(tau**2, even.t[even.t <= twice]) / twice) / 1e3,
+        *(kept(even)[0], sum(e.loss for e in even.events if e.time == first) / 1e3),
         *map(landing, elliptical),
     ]
     return [
-        Row(*title[:3], float(x), *title[3:]) for title, x in zip(TITLES, computed, strict=True)
+        Row(quantity, unit, published, float(found), place, remark)
+        for (quantity, unit, published, place, remark), found in zip(TITLES, computed, strict=True)
     ]
 
 
 def model() -> FreeShear:
     """The machine to draw and to report on."""
     return FreeShear()
+
+
+def reductions(
+    size: str = "peak",
+    ellipses: Sequence[float] = ELLIPSES,
+    motion: type[CrankTurned] = CrankTurned,
+    **options: Any,
+) -> list[float]:
+    """Motor torque of circles over that of ellipses.
+
+    Parameters
+    ----------
+    size : {"peak", "rms"}
+        What is compared.
+    ellipses : sequence of float
+        Eccentricities.
+    motion : CrankTurned or MotorTurned
+        What turns at constant speed.
+    **options
+        Passed to `eccentric_shear_scenes.turn`.
+    """
+    sizes = [float(getattr(turn(motion, e, **options), size)) for e in (0.0, *ellipses)]
+    return [sizes[0] / x for x in sizes[1:]]
+
+
+def _at_the_change() -> Iterator[float]:
+    """Reduced inertia before the pin lands, and after it by both readings, t.m2."""
+    for shear, sides in ((PrintedShear, (0, -1)), (GuidedShear, (-1,))):
+        run = inertia(shear)
+        first = next(event.time for event in run.events if event.component.endswith("switch"))
+        at = np.flatnonzero(run.t == first)
+        for side in sides:
+            yield float((motions(run, shear)[at[side]] ** 2).sum() / 1e3)
 
 
 def plots() -> dict[str, Figure]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,14 @@ from lumped.models.eccentric_shear_stand import (
     CUT_BEGINS,
     CUT_ENDS,
     HALF_SINE,
+    J_LOWER,
     J_MOTOR,
+    J_SHAFT,
+    J_UPPER,
+    M_LOWER,
+    M_SHAFT,
+    M_UPPER,
+    MEETS,
     RECTANGLE,
     SPEED,
     GuidedShear,
@@ -105,23 +113,46 @@ def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
     return resting | moving | holds
 
 
-class Demand(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Demand:
     """Motor torque over a turn.
 
     Attributes
     ----------
+    run : Trajectory
+        The turn.
     phi : ndarray
         Crank angle, rad.
+    ratio : ndarray
+        Speed of the motor over that of the crank.
     tau : ndarray
         Motor torque, N.m; at a jump both sides.
     peak, rms : float
         Greatest, and root of the mean square over the time, N.m.
     """
 
-    phi: np.ndarray
-    tau: np.ndarray
-    peak: float
-    rms: float
+    run: lp.Trajectory
+
+    @property
+    def phi(self) -> np.ndarray:
+        return self.run["loaded.shear.crank.phi"]
+
+    @property
+    def ratio(self) -> np.ndarray:
+        return np.asarray(self.run["motor.w"] / self.run["loaded.shear.shaft.body.w"])
+
+    @property
+    def tau(self) -> np.ndarray:
+        return -self.run["drive.flange.tau"]
+
+    @property
+    def peak(self) -> float:
+        return float(self.tau.max())
+
+    @property
+    def rms(self) -> float:
+        t = self.run.t
+        return float(np.sqrt(np.trapezoid(self.tau**2, t) / t[-1]))
 
 
 @cache
@@ -136,7 +167,8 @@ def turn(
     slowest: float | None = None,
     speed: float = SPEED,
     shear: type[Shear] = PrintedShear,
-    grid: Any = 20_000,
+    grid: Any = 2000,
+    parameters: Mapping[str, float] | None = None,
 ) -> Demand:
     """Motor torque over one turn at constant speed.
 
@@ -156,19 +188,65 @@ def turn(
         Reading of the source.
     grid : int or sequence of float
         Output intervals or times, as for `lumped.simulate`.
+    parameters : mapping of name to float, optional
+        Parameters to change besides.
     """
     centre = PULSES[pulse][1] if slowest is None else slowest
-    run = lp.simulate(
-        _system(motion, pulse, shear),  # type: ignore[arg-type] # classes do have a hash
-        until=2 * np.pi / speed,
-        parameters={"eps": eps, "slowest": centre, "w": speed},
-        start=seated(shear),
-        grid=grid,
-        rtol=1e-10,
-    )
-    tau = -run["drive.flange.tau"]
-    rms = np.sqrt(np.trapezoid(tau**2, run.t) / run.t[-1])
-    return Demand(run["loaded.shear.crank.phi"], tau, tau.max(), float(rms))
+    changes = {"eps": eps, "slowest": centre, "w": speed} | dict(parameters or {})
+    run = _turned(_system(motion, pulse, shear), shear, changes, grid)  # type: ignore[arg-type] # classes do have a hash
+    return Demand(run)
+
+
+def _turned(
+    system: lp.System, shear: type[Shear], changes: dict[str, float], grid: Any
+) -> lp.Trajectory:
+    until = 2 * np.pi / changes.get("w", SPEED)
+    start = seated(shear)
+    return lp.simulate(system, until=until, parameters=changes, start=start, grid=grid, rtol=1e-10)
+
+
+def inertia(shear: type[Shear], grid: Any = 720, width: float = 2 * MEETS) -> lp.Trajectory:
+    """A turn of the crank at `SPEED` without loads and without the motor's inertia.
+
+    Parameters
+    ----------
+    shear : PrintedShear or GuidedShear
+        Reading of the source.
+    grid : int or sequence of float
+        Output intervals or times, as for `lumped.simulate`.
+    width : float
+        Crank angle over which the lower support is seated, about the upper position, rad.
+    """
+    bare = {"motor.J": 1e-9, "loaded.idle.tau": 0.0, "loaded.cut.tau_max": 0.0}
+    system = _system(CrankTurned, "half-sine", shear)  # type: ignore[arg-type] # as above
+    return _turned(system, shear, bare | {"loaded.shear.switch.width": width}, grid)
+
+
+def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
+    """Speeds of all bodies in a run of `inertia`, times the roots of their masses.
+
+    They are over the crank speed, so that the sum of their squares is the reduced inertia, kg.m2.
+
+    Returns
+    -------
+    ndarray, shape (n, 9)
+        sqrt(kg) m: shaft, upper and lower support, each along x, along y and turning.
+    """
+    path = "loaded.shear"
+    bodies = {
+        "shaft": (M_SHAFT, M_SHAFT, J_SHAFT),
+        "upper": (M_UPPER, M_UPPER, J_UPPER),
+        "lower": (M_LOWER, M_LOWER, J_LOWER),
+    }
+    columns = []
+    for body, masses in bodies.items():
+        names = [f"{path}.{body}.{part}" for part in ("mass_x.v", "mass_y.v", "body.w")]
+        if body == "lower" and shear is GuidedShear:  # upright
+            names = ["", f"{path}.lower.v", ""]
+        for name, mass in zip(names, masses, strict=True):
+            speed = run[name] if name else np.zeros_like(run.t)
+            columns.append(np.sqrt(mass) * speed / SPEED)
+    return np.column_stack(columns)
 
 
 def free_run(

@@ -11,38 +11,72 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+import lumped as lp
 from lumped.models import Row
 from lumped.models.pilger_mill_balance import Balance, balance
 from lumped.models.pilger_mill_drive import GEAR, Driven, running
-from lumped.models.pilger_mill_stand import DESIGNS, OFFSET, RADIUS, RATIO, ROD, SPEED, Mill
+from lumped.models.pilger_mill_stand import (
+    DESIGNS,
+    OFFSET,
+    RADIUS,
+    RATIO,
+    ROD,
+    SPEED,
+    AsPrinted,
+    Mill,
+    crank_torque,
+    mill,
+    revolution,
+    turned,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TABLE = "table 2"
+TABLE = "table 2 [P]"
 FORCE = {"before": 491228.9, "after": 320910.4}  # N  F1 [P]
 FLUCTUATION = {"before": 84439.48, "after": 84516.00}  # N.m  F2 [P]
 POWER = {"before": 510.0, "after": 501.0}  # kW  N [P]
-SLOW = "set P has a plausible speed; this force needs 127.2 1/min or more"
-UNFIT = "no set explains a drop of 9 kW"
-FREE = "fitted; the text defines it at the motor's shaft"
-PLAIN = {"P": "fitted; at the crank's shaft", "F": FREE}
-NOT = "not published"
+FITTED = "set fitted [I]"
+SLOW = "set P [I] has a plausible speed; this force needs 127.2 1/min or more"
+UNFIT = "no set [I] explains a drop of 9 kW"
+SMALL = "set fitted [I]; a difference of 0.1 % of two torques"
+PLAIN = {
+    "P": "set fitted [I]; at the crank's shaft",
+    "F": "set fitted [I]; at the motor's shaft, as the text has it",
+}
+FLAT = "set fitted [I]; the optimum is a kink of a flat function"
+RESTORED = "not published [R]"
+CHOSEN = "not published, set [I]"
+MOTOR = "not published, motor and gear [A]"
+TWO_CYCLES = 1.8771169117  # s
 FINE = 14400  # points of a revolution
 
 
 def rows() -> list[Row]:
     """Published and computed numbers of both sets of parameters."""
     stroke = np.sqrt((ROD + RADIUS) ** 2 - OFFSET**2) - np.sqrt((ROD - RADIUS) ** 2 - OFFSET**2)
-    found = [Row("stroke of the stand", "mm", None, 1e3 * stroke, NOT, "from R, L and e")]
+    dead = np.degrees(np.arcsin([OFFSET / (ROD + RADIUS), OFFSET / (ROD - RADIUS)]))
+    outward = 180 - dead[1] + dead[0]
+    found = [
+        Row("stroke of the stand", "mm", None, 1e3 * stroke, RESTORED, "1183.644 from R, L and e"),
+        Row(
+            "crank angle of the stroke inward", "deg", None, outward, RESTORED, "178.7365 likewise"
+        ),
+    ]
     for name in ("F", "P"):
         found += _compared(name)
-    run = running(grid=2000)
-    steady = run.t > 0.95
-    torque = run["motor.tau"][steady]
-    remark = "motor and gear are assumed"
-    found.append(Row("set P, motor torque, greatest", "N.m", None, torque.max(), NOT, remark))
-    found.append(Row("set P, motor torque, least", "N.m", None, torque.min(), NOT, remark))
+    run = running(until=TWO_CYCLES, grid=4000, rtol=1e-9)
+    torque = run["motor.tau"]
+    phi = float(run["mill.crank.phi"][-1] / (2 * np.pi))
+    for label, unit, value, reference in (
+        ("turns in 1.8771169117 s", "1", phi, "2 by DOP853"),
+        ("motor speed then", "rad/s", run["motor.w"][-1], "104.28781 by DOP853"),
+        ("motor torque then", "N.m", torque[-1], "2574.758 by DOP853"),
+        ("motor torque, greatest", "N.m", torque.max(), "4776.7 by DOP853"),
+        ("motor torque, least", "N.m", torque.min(), "-830.6 by DOP853"),
+    ):
+        found.append(Row(f"set P, {label}", unit, None, float(value), MOTOR, reference))
     return found
 
 
@@ -77,29 +111,52 @@ def _compared(name: str) -> Iterator[Row]:
         u = np.array(list(values.values()))
         force[design] = float(paper.forces(u).max())
         torque[design] = paper.fluctuation(u) / RATIO[name]
-        power[design] = powers(paper, design, w)["mean" if name == "F" else "peak"] / 1e3
+        power[design] = powers(paper, design, w)
         heavy[design] = exact.fluctuation(u) / RATIO[name]
     for design in DESIGNS:
-        remark = "fitted" if name == "F" else SLOW
+        remark = FITTED if name == "F" else SLOW
         yield Row(f"{head}F1 {design}", "N", FORCE[design], force[design], TABLE, remark)
     less = 100 * (1 - force["after"] / force["before"])
-    yield Row(f"{head}reduction of F1", "%", 34.672, less, TABLE, "fitted")
+    yield Row(f"{head}reduction of F1", "%", 34.672, less, TABLE, FITTED)
     for design in DESIGNS:
         label = f"{head}F2 {design}"
         yield Row(label, "N.m", FLUCTUATION[design], torque[design], TABLE, PLAIN[name])
+    more = FLUCTUATION["after"] - FLUCTUATION["before"]
+    change = torque["after"] - torque["before"]
+    yield Row(f"{head}change of F2", "N.m", more, change, TABLE, SMALL)
+    chosen = "mean" if name == "F" else "peak"
     for design in DESIGNS:
-        reading = "mean power; " if name == "F" else "greatest power; "
-        label = f"{head}motor power {design}"
-        yield Row(label, "kW", POWER[design], power[design], TABLE, reading + UNFIT)
+        label, reading = f"{head}motor power {design}", f"{chosen} power; {UNFIT}"
+        yield Row(label, "kW", POWER[design], power[design][chosen] / 1e3, TABLE, reading)
+    for reading, value in power["after"].items():
+        if reading != chosen:
+            label, remark = f"{head}{reading} power after", "another reading of the motor power"
+            yield Row(label, "kW", None, value / 1e3, CHOSEN, remark)
     paper = balance(name)
-    best = paper.optimum()
-    flat = "the optimum is a kink of a flat function"
+    best, published = paper.optimum(), np.array(list(DESIGNS["after"].values()))
     for i, (key, unit) in enumerate((("m2", "kg"), ("U", "kg.m"))):
         label = f"{head}best {'ms Rs' if i else 'm2'}"
-        yield Row(label, unit, DESIGNS["after"][key], float(best[i]), TABLE, flat)
-    published = np.array(list(DESIGNS["after"].values()))
-    for label, u in (("published design", published), ("best design", best)):
-        yield Row(f"{head}objective, {label}", "1", None, paper.objective(u), NOT, "2 is the bound")
+        yield Row(label, unit, DESIGNS["after"][key], float(best[i]), TABLE, FLAT)
+    sectors = paper.best_sectors(published[0])
+    yield Row(f"{head}ms Rs, best for 7228 kg", "kg.m", published[1], sectors, TABLE, FLAT)
+    goals, bound = paper.goals(), "2 is the bound"
+    for label, unit, value, remark in (
+        ("objective, published design", "1", paper.objective(published), bound),
+        ("objective, best design", "1", paper.objective(best), bound),
+        ("F10, least F1", "N", goals[0], f"at m2 = {paper.single[0][0]:.1f} kg"),
+        ("F20, least F2", "N.m", goals[1] / RATIO[name], f"at m2 = {paper.single[1][0]:.1f} kg"),
+        ("inertia torque as printed", "kN.m", _swing(name, AsPrinted), "crest to trough"),
+        ("inertia torque, exact", "kN.m", _swing(name, Mill), "crest to trough"),
+    ):
+        yield Row(head + label, unit, None, value, CHOSEN, remark)
     for design in DESIGNS:
         label = f"{head}F2 {design}, exact and with gravity"
-        yield Row(label, "N.m", None, heavy[design], NOT, "the source leaves gravity out")
+        yield Row(label, "N.m", None, heavy[design], CHOSEN, "the source leaves gravity out")
+
+
+def _swing(name: str, kind: type[Mill]) -> float:
+    """Inertia torque of the published design from crest to trough, kN.m."""
+    w = SPEED[name]
+    system = turned(mill(name, kind=kind, T_f=0.0, M0=0.0), w * lp.time)
+    torque = crank_torque(revolution(system, w, np.arange(0.0, 360.05, 0.1)))
+    return float(np.ptp(torque)) / 1e3

@@ -8,10 +8,12 @@ of the sectors, so three computed revolutions tell all designs, and F1 and F2 ar
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize_scalar
 
 import lumped as lp
 from lumped.errors import SolverError
@@ -32,7 +34,7 @@ POINTS = 1440
 STEPS = (1000.0, 500.0)  # kg, kg.m
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Balance:
     """Force and torque over a revolution of all designs ``u = (m2, ms Rs)``.
 
@@ -60,50 +62,76 @@ class Balance:
     def best(self, force: float, torque: float, limit: float = np.inf) -> np.ndarray:
         """Design that minimises ``force * F1 + torque * F2`` with F2 at most `limit`, N.m.
 
-        A linear programme for the torque; the force enters by its tangents at the designs visited,
-        which are added until its estimate is met.
+        Linear programmes by Kelley's cutting planes: the force enters by its tangents and the
+        torque by its values, both at the angles that come near an extreme for a design visited.
         """
-        n = self.torque.shape[1]
-        scale = np.array([1e3, 1e3, 1e5, 1e5, 1e5])
-        ones, none = np.ones((n, 1)), np.zeros((n, 1))
-        slope = self.torque[1:].T
-        rows = [np.hstack([slope, none, -ones, none]), np.hstack([-slope, none, none, ones])]
-        limits = [-self.torque[0], self.torque[0]]
+        scale = np.array([1e3, 1e3, 1e5, 1e5, 1e5])  # m2, U, F1, greatest and least torque
+        rows, limits = [np.zeros((0, 5))], [np.zeros(0)]
         if np.isfinite(limit):
             rows.append(np.array([[0.0, 0.0, 0.0, 1.0, -1.0]]))
             limits.append(np.array([limit]))
+        counts = torque > 0 or np.isfinite(limit)
+        none = np.zeros(2)
+        allowed = 1e-7 * self.forces(none).max(), 1e-8 * self.fluctuation(none)
         u = np.array(list(DESIGNS["before"].values()))
-        for _ in range(50):
-            amount = self.forces(u)
-            pull = np.tensordot([1.0, *u], self.force, 1)
-            tangent = np.einsum("knx,nx->nk", self.force[1:], pull / amount[:, None])
-            rows.append(np.hstack([tangent, -ones, none, none]))
-            limits.append(tangent @ u - amount)
+        for _ in range(100):
+            for row, bound in self._cuts(u, counts):
+                rows.append(row)
+                limits.append(bound)
             found = linprog(
                 np.array([0.0, 0.0, force, torque, -torque]) * scale,
                 A_ub=np.vstack(rows) * scale / 1e5,
                 b_ub=np.concatenate(limits) / 1e5,
-                bounds=[(0, None)] * 3 + [(None, None)] * 2,
+                bounds=[(0, 100)] * 2 + [(0, None)] + [(None, None)] * 2,
             )
             if found.x is None:
                 raise SolverError(f"No best design of the balance: {found.message}")
-            u, estimate = np.asarray(found.x[:2] * scale[:2]), found.x[2] * scale[2]
-            if self.forces(u).max() <= (1 + 1e-6) * estimate:
+            *_, least_force, high, low = found.x * scale
+            u = np.asarray(found.x[:2] * scale[:2])
+            met = self.forces(u).max() - least_force <= allowed[0]
+            if met and (not counts or self.fluctuation(u) - (high - low) <= allowed[1]):
                 return u
-        raise SolverError("No best design of the balance: its force is not met in 50 steps.")
+        raise SolverError("No best design of the balance: its force is not met in 100 steps.")
 
+    def _cuts(self, u: np.ndarray, torque: bool) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Rows of inequalities at a design, and their right-hand sides."""
+        pull = np.tensordot([1.0, *u], self.force, 1)
+        amount = np.hypot(*pull.T)
+        near = amount > 0.95 * amount.max()
+        tangent = np.einsum("knx,nx->nk", self.force[1:, near], (pull / amount[:, None])[near])
+        below = np.tile([-1.0, 0.0, 0.0], (len(tangent), 1))
+        yield np.hstack([tangent, below]), tangent @ u - amount[near]
+        if torque:
+            values = np.array([1.0, *u]) @ self.torque
+            for sign, column in ((1.0, 1), (-1.0, 2)):
+                top = sign * values > (sign * values).max() - 0.05 * np.ptp(values)
+                slope = sign * self.torque[1:, top].T
+                below = np.zeros((len(slope), 3))
+                below[:, column] = -sign
+                yield np.hstack([slope, below]), -sign * self.torque[0, top]
+
+    @cached_property
     def single(self) -> tuple[np.ndarray, np.ndarray]:
         """Designs of least force and of least fluctuation.
 
         The fluctuation alone may leave the sectors open; a thousandth of the force settles them.
         """
-        least = self.best(1e-5, 0.0)
-        return least, self.best(1e-8, 1e-5)
+        return self.best(1e-5, 0.0), self.best(1e-8, 1e-5)
 
     def goals(self) -> tuple[float, float]:
         """F10, N, and F20, N.m."""
-        force, torque = self.single()
+        force, torque = self.single
         return float(self.forces(force).max()), self.fluctuation(torque)
+
+    def best_sectors(self, m2: float) -> float:
+        """Mass moment of the sectors of least F1 for a given counterweight, kg.m."""
+        found = minimize_scalar(
+            lambda U: float(self.forces(np.array([m2, U])).max()),
+            bounds=(0.0, 1e4),
+            method="bounded",
+            options={"xatol": 1e-6},
+        )
+        return float(found.x)
 
     def objective(self, u: np.ndarray) -> float:
         """``F1 / F10 + F2 / F20``."""
@@ -120,7 +148,7 @@ class Balance:
 
         The least F1 for each bound on F2.
         """
-        force, torque = self.single()
+        force, torque = self.single
         ends = (self.fluctuation(force), self.fluctuation(torque))
         bounds = np.linspace(*ends, count)[1:-1]
         between = [self.best(1e-5, 0.0, limit) for limit in bounds]

@@ -13,6 +13,7 @@ from lumped.models.pilger_mill_drive import running, start_up
 from lumped.models.pilger_mill_stand import (
     DESIGNS,
     IDLE,
+    RATIO,
     SPEED,
     AsPrinted,
     Mill,
@@ -34,16 +35,24 @@ def figures() -> dict[str, Figure]:
     return {
         "kinematics": _draw_kinematics(),
         "inertia_force": _draw_force(),
-        "crank_torque": _draw_torque(),
+        "inertia_torque": _draw_inertia_torque(),
+        "motor_torque": _draw_motor(),
         "optimum": _draw_front(),
         "running": _draw_run(running(until=3.75, grid=2000), "Steady running, set P"),
         "start_up": _draw_run(start_up(grid=2000), "Start from rest, set P"),
     }
 
 
-def _turn(name: str, design: str, kind: type[Mill] = Mill, g: float = 0.0) -> lp.Trajectory:
+def _turn(
+    name: str,
+    design: str,
+    kind: type[Mill] = Mill,
+    g: float = 0.0,
+    changes: Mapping[str, float] | None = None,
+) -> lp.Trajectory:
     w = SPEED[name]
-    return revolution(turned(mill(name, design, kind, g=g), w * lp.time), w, DEGREES)
+    part = mill(name, design, kind, g=g, **(changes or {}))
+    return revolution(turned(part, w * lp.time), w, DEGREES)
 
 
 def _label_angle(axis: object) -> None:
@@ -88,23 +97,51 @@ def _draw_force() -> Figure:
     return figure
 
 
-def _draw_torque() -> Figure:
-    figure = Figure((8, 8), layout="constrained")
-    axes = figure.subplots(2, sharex=True)
-    cases = (
-        ("as printed", AsPrinted, 0.0, ":"),
-        ("exact", Mill, 0.0, "-"),
-        ("exact, with gravity", Mill, 9.80665, "--"),
-    )
-    for axis, name in zip(axes, "PF", strict=True):
-        for label, kind, g, line in cases:
-            torque = crank_torque(_turn(name, "after", kind, g), IDLE)
-            axis.plot(DEGREES, torque / 1e3, line, label=label)
-        axis.axhline(0, color="black", linewidth=0.8)
-        axis.set(title=f"Torque at the crank, set {name}, after", ylabel="torque, kN.m")
-        axis.grid(alpha=0.3)
-        axis.legend()
-    _label_angle(axes[1])
+CASES = (
+    ("as printed", AsPrinted, 0.0, ":"),
+    ("exact", Mill, 0.0, "-"),
+    ("exact, with gravity", Mill, 9.80665, "--"),
+)
+
+
+def _draw_inertia_torque() -> Figure:
+    figure = Figure((10, 7), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True, sharey="row")
+    for row, name in enumerate("PF"):
+        for axis, design in zip(axes[row], LINES, strict=True):
+            for label, kind, g, line in CASES:
+                run = _turn(name, design, kind, g, {"T_f": 0.0, "M0": 0.0})
+                axis.plot(DEGREES, crank_torque(run) / 1e3, line, label=label)
+            axis.axhline(0, color="black", linewidth=0.8)
+            axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
+            axis.grid(alpha=0.3)
+        axes[row, 0].set_ylabel("torque, kN.m")
+    for axis in axes[1]:
+        _label_angle(axis)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_motor() -> Figure:
+    figure = Figure((10, 7), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True)
+    for column, name in enumerate("PF"):
+        torque, power = axes[:, column]
+        for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
+            for kind, width, label in ((AsPrinted, 1.6, "as printed"), (Mill, 0.7, "exact")):
+                found = crank_torque(_turn(name, design, kind), IDLE) / 1e3
+                style = {"linewidth": width, "label": f"{design}, {label}", "color": color}
+                torque.plot(DEGREES, found / RATIO[name], line, **style)
+                power.plot(DEGREES, found * SPEED[name], line, **style)
+        shaft = "crank" if name == "P" else "motor"
+        torque.set(title=f"Set {name}", ylabel=f"torque at the {shaft} shaft, kN.m")
+        power.axhline(510, color="C3", linewidth=0.8, linestyle="-.", label="published, before")
+        power.set(ylabel="motor power, kW")
+        _label_angle(power)
+        for axis in (torque, power):
+            axis.axhline(0, color="black", linewidth=0.8)
+            axis.grid(alpha=0.3)
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
 
@@ -114,16 +151,22 @@ def _draw_front() -> Figure:
     for axis, name in zip(axes, "PF", strict=True):
         found = balance(name)
         front, goals = found.front(), found.goals()
-        axis.plot(front[:, 2] / goals[0], front[:, 3] / goals[1], label="Pareto front")
+        axis.plot(front[:, 2] / goals[0], front[:, 3] / goals[1], ".-", label="Pareto front")
         points = {design: np.array(list(u.values())) for design, u in DESIGNS.items()}
         points |= {"best by the weights of the source": found.optimum()}
         for (label, u), mark in zip(points.items(), "so*", strict=True):
             goal = found.forces(u).max() / goals[0], found.fluctuation(u) / goals[1]
             text = f"{label}: $m_2$ = {u[0]:.0f} kg, $m_sR_s$ = {u[1]:.0f} kg m"
-            axis.plot(*goal, mark, markersize=9, label=text)
+            if label == "before":
+                text += f", beyond the right edge at {goal[0]:.3f}, {goal[1]:.4f}"
+                axis.plot([], [], mark, markersize=9, label=text)
+            else:
+                axis.plot(*goal, mark, markersize=9, label=text)
         axis.set(title=f"Set {name}", xlabel="$F_1 / F_{10}$", ylabel="$F_2 / F_{20}$")
+        axis.xaxis.set_major_formatter("{x:.3f}")
+        axis.yaxis.set_major_formatter("{x:.4f}")
         axis.grid(alpha=0.3)
-        axis.legend()
+        axis.legend(loc="upper left", bbox_to_anchor=(0, -0.2))
     return figure
 
 

@@ -1,15 +1,19 @@
 """Reversing cold rolling mill 400: published numbers beside computed ones.
 
 The stand and its source are described in `lumped.models.reversing_mill_stand`, what happens where
-the roll gap sticks, skids and opens in `lumped.models.reversing_mill_scenes`.
+the roll gap sticks, skids and opens in `lumped.models.reversing_mill_scenes`, its motors in
+`lumped.models.reversing_mill_drives`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 import lumped as lp
 from lumped.models import Row
+from lumped.models.reversing_mill_drives import sharing
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
@@ -19,13 +23,25 @@ from lumped.models.reversing_mill_scenes import (
     with_droop,
 )
 from lumped.models.reversing_mill_stand import (
+    C_INSIDE,
+    INSIDE,
+    J_BACKUP,
+    J_GEARBOX,
+    J_MOTOR,
+    J_SPINDLE,
+    J_WORK,
     KGF,
+    MOTOR_ONLY,
     RATED,
     SHAFTS,
     ClosedGap,
     CreepingGap,
+    LowerBranch,
     OpenGap,
+    PrintedGap,
+    UpperBranch,
     eccentricity_hertz,
+    lower_with_spindle,
     strip_entry,
 )
 
@@ -33,34 +49,82 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROUNDING = "within the rounding of the printed J and C"
+INFERRED = "J and C that round to the printed ones [I]"
+ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
 PUBLISHED = (  # quantity, unit, value, place, remark
-    ("upper branch, gap open, f1", "Hz", 39.8, "equations (48) to (51)", ROUNDING),
-    ("upper branch, gap open, f2", "Hz", 21.7, "equations (48) to (51)", ROUNDING),
-    ("lower branch, gap open", "Hz", 38.9, "equation (46)", ROUNDING),
-    ("eccentricity at 15 m/s", "Hz", 9.55, "equation (47)", "used to find the lost roll diameter"),
-    ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47)", "print cut off, not rounded"),
+    ("upper branch, gap open, f1", "Hz", 39.8, "equations (48) to (51) [P]", ROUNDING),
+    ("upper branch, gap open, f2", "Hz", 21.7, "equations (48) to (51) [P]", ROUNDING),
+    ("lower branch, gap open", "Hz", 38.9, "equation (46) [P]", ROUNDING),
+    ("upper f1, J and C inside their rounding", "Hz", 39.8, "equations (48) to (51) [P]", INFERRED),
+    ("upper f2, J and C inside their rounding", "Hz", 21.7, "equations (48) to (51) [P]", INFERRED),
+    ("lower f, J and C inside their rounding", "Hz", 38.9, "equation (46) [P]", INFERRED),
+    ("lower branch, motor alone", "Hz", 38.9, "equation (46) [P]", ALONE),
+    (
+        "influence of the mass of a spindle",
+        "Hz",
+        0.1,
+        "equation (45) [P]",
+        "printed: below 0.1; inertia of 0.0026 kgf m s2 [I]",
+    ),
+    ("eccentricity at 15 m/s", "Hz", 9.55, "equation (47) [P]", "fixes the lost diameter [I]"),
+    ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47) [P]", "print cut off, not rounded"),
 )
-NOT = "not published"
+NOT = "not published [R]"
+LIMITS = "not published, limits [A]"
+MOTORS = "not published, motors [A]"
 CHANGES = ("first skid", "first stick", "second skid", "second stick")
+SYMMETRIC = "by eigenvalues; two of them are those of the open branch"
+ILL = "by eigenvalues; not those of the open gap"
 UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
-    ("closed gap, mode 1", "Hz", None, NOT, "6.34431 from the roots of equation (56)"),
-    ("closed gap, mode 2", "Hz", None, NOT, "22.50599 from the roots of equation (56)"),
-    ("closed gap, mode 3", "Hz", None, NOT, "39.17282 from the roots of equation (56)"),
+    *(
+        (f"closed gap, mode {i}", "Hz", None, NOT, f"{f} from the roots of equation (56)")
+        for i, f in enumerate(("6.34431", "22.50599", "39.17282"), 1)
+    ),
+    *(
+        (f"closed gap, motor alone, mode {i}", "Hz", None, NOT, f"{f} from equation (56)")
+        for i, f in enumerate(("7.500", "22.556", "39.382"), 1)
+    ),
+    *(
+        (
+            f"closed gap, equal branches, mode {i}",
+            "Hz",
+            None,
+            NOT,
+            f"{f} {SYMMETRIC}",
+        )
+        for i, f in enumerate(("6.179", "21.623", "23.411", "39.638"), 1)
+    ),
+    *(
+        (
+            f"equation (55), K_s near 0, mode {i}",
+            "Hz",
+            None,
+            NOT,
+            f"{f} {ILL}",
+        )
+        for i, f in enumerate(("21.887", "39.160"), 1)
+    ),
     ("speed that excites closed mode 1", "m/s", None, NOT, "9.97 from equations (47) and (56)"),
     ("damping ratio of closed mode 1", "1", None, NOT, "0.27 at K_s = 400 kgf m s, eigenvalues"),
     ("strip entry, peak / mean, shaft B1", "1", None, NOT, "2.491 from modal sums over 2 s"),
     ("strip entry, peak / mean, spindle B2", "1", None, NOT, "2.124 from modal sums over 2 s"),
     ("strip entry, peak / mean, spindle B3", "1", None, NOT, "2.192 from modal sums over 2 s"),
+    ("motors unchanged, peak / mean, shaft B1", "1", None, NOT, "2.914 from modal sums over 2 s"),
+    ("motors unchanged, peak / mean, spindle B2", "1", None, NOT, "2.082 from modal sums over 2 s"),
+    ("motors unchanged, peak / mean, spindle B3", "1", None, NOT, "2.107 from modal sums over 2 s"),
+    ("strip entry, equalizing torque / Mr", "1", None, NOT, "0.250 from modal sums"),
     ("strip break, lowest torque / Mr, shaft B1", "1", None, NOT, "-0.51 from modal sums over 2 s"),
     ("strip break, lowest torque / Mr, spindle B2", "1", None, NOT, "-0.941 from modal sums"),
     ("strip break, lowest torque / Mr, spindle B3", "1", None, NOT, "-0.943 from modal sums"),
     *(
-        (f"skidding, {what}", "ms", None, NOT, f"{1e3 * t:.3f} from modal sums between events")
+        (f"skidding, {what}", "ms", None, LIMITS, f"{1e3 * t:.3f} from modal sums between events")
         for what, t in zip(CHANGES, SKIDS, strict=True)
     ),
-    ("skidding, largest slip at 500 points", "rad/s", None, NOT, "7.764 from modal sums"),
-    ("M_u / Mr, eps = 0.2 %, droop 3 %", "1", None, NOT, "0.0333 from eps / (2 s)"),
-    ("M_u / Mr, eps = 0.2 %, droop 1 %", "1", None, NOT, "0.1000 from eps / (2 s)"),
+    ("skidding, largest slip at 500 points", "rad/s", None, LIMITS, "7.764 from modal sums"),
+    ("M_u / Mr, eps = 0.2 %, droop 3 %", "1", None, MOTORS, "0.0333 from eps / (2 s)"),
+    ("M_u / Mr, eps = 0.2 %, droop 1 %", "1", None, MOTORS, "0.1000 from eps / (2 s)"),
+    ("the same on converters, droop 3 %", "1", None, MOTORS, "0.0333 from eps / (2 s)"),
+    ("the same on converters, droop 1 %", "1", None, MOTORS, "0.1000 from eps / (2 s)"),
 )
 
 
@@ -70,20 +134,37 @@ def rows() -> list[Row]:
     skids = skidding(grid=499, rtol=1e-9)
     unequal = {"eps": DIFFERENCE}
     rolling = [lp.equilibrium(lp.assemble(with_droop(s)), parameters=unequal) for s in (0.03, 0.01)]
-    opened, closed = (lp.modes(lp.assemble(gap)).hertz for gap in (OpenGap(), ClosedGap()))
+    opened, closed = _hertz(OpenGap()), _hertz(ClosedGap())
+    alone = LowerBranch().with_(MOTOR_ONLY)
     creeping = lp.modes(lp.assemble(CreepingGap()), parameters={"K_s": 400 * KGF})
-    entry = strip_entry(ClosedGap(), RATED, until=2.0, grid=20_000, rtol=1e-8)
+    entry, passive = (
+        strip_entry(ClosedGap(), torque, until=2.0, grid=20_000, rtol=1e-8)
+        for torque in (RATED, 0.0)
+    )
+    inside = {f"{side}.{part}": x for side in ("upper", "lower") for part, x in INSIDE.items()}
+    rounded = _hertz(OpenGap(), inside | {"upper.shaft.c": C_INSIDE})
+    mean = J_MOTOR, J_MOTOR + J_GEARBOX, J_MOTOR + J_GEARBOX
+    share = RATED * np.array(mean) / (J_MOTOR + J_GEARBOX + J_BACKUP + J_WORK)
     computed = [
         *(opened[2], opened[0], opened[1]),
+        *(rounded[2], rounded[0], rounded[1]),
+        *_hertz(alone),
+        opened[1] - _hertz(lower_with_spindle(J_SPINDLE))[0],
         *(eccentricity_hertz(15), eccentricity_hertz(10)),
         *closed,
+        *_hertz(ClosedGap(lower=alone)),
+        *_hertz(ClosedGap(lower=UpperBranch())),
+        *_hertz(PrintedGap(), {"K_s": 0.01 * KGF}),
         closed[0] / eccentricity_hertz(1),
         creeping.damping[0],
         *(entry.table(SHAFTS).max(axis=0) / RATED),
+        *(passive.table(SHAFTS).max(axis=0) / share),
+        np.abs(entry["upper.barrel.tau"]).max() / RATED,
         *(after_break.table(SHAFTS).min(axis=0) / RATED),
         *(1e3 * event.time for event in skids.events if event.component == "gap"),
         skids["gap.w_rel"].max(),
         *(point["gap.tau"] / RATED for point in rolling),
+        *(sharing(s) for s in (0.03, 0.01)),
     ]
     return [
         Row(quantity, unit, value, float(found), place, remark)
@@ -96,6 +177,10 @@ def rows() -> list[Row]:
 def model() -> StripGap:
     """The machine to draw and to report on."""
     return StripGap()
+
+
+def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.ndarray:
+    return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 
 def plots() -> dict[str, Figure]:

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.models import reversing_mill_drives as drives
 from lumped.models import reversing_mill_scenes as scenes
 from lumped.models.reversing_mill_stand import (
     KGF,
@@ -17,6 +18,7 @@ from lumped.models.reversing_mill_stand import (
     LowerBranch,
     OpenGap,
     UpperBranch,
+    critical_strip_speeds,
     eccentricity_gains,
     eccentricity_hertz,
     strip_entry,
@@ -39,6 +41,7 @@ def figures() -> dict[str, Figure]:
         "strip_break": _draw_break(),
         "strip_entry_unequal_speeds": _draw_unequal_speeds(),
         "unequal_rolls": _draw_unequal(),
+        "motors": _draw_motors(),
     }
 
 
@@ -69,8 +72,10 @@ def _draw_eccentricity() -> Figure:
         hertz = lp.modes(lp.assemble(gap)).hertz
         orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
         if label == "closed gap":
-            critical = [(f / n / eccentricity_hertz(1), f) for f in hertz for n in range(1, 5)]
-            orders.plot(*np.transpose(critical), "oC3", zorder=3, label="critical, closed gap")
+            critical = critical_strip_speeds(gap)
+            heights = np.broadcast_to(hertz[:, None], critical.shape)
+            dots = orders.plot(critical, heights, "oC3", zorder=3)
+            dots[0].set_label("critical, closed gap")
     for n in range(1, 5):
         orders.plot(speeds, n * eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
         speed = min(21.5, 43 / n / eccentricity_hertz(1))
@@ -90,7 +95,7 @@ def _draw_creep() -> Figure:
     system = lp.assemble(CreepingGap())
     points = [
         (K_s, damping, hertz)
-        for K_s in np.geomspace(1, 1e4, 600)
+        for K_s in np.geomspace(1, 1e4, 400)
         for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
         for damping, hertz in zip(found.damping, found.hertz, strict=True)
     ]
@@ -200,4 +205,29 @@ def _draw_unequal() -> Figure:
     torque.legend(fontsize="small")
     for axis in (torque, slip):
         axis.grid(alpha=0.3)
+    return figure
+
+
+def _draw_motors() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    gap, torque, speed = figure.subplots(3, sharex=True)
+    cases: tuple[tuple[str, drives.MotorStand | drives.SharingStand, float], ...] = (
+        ("droop 3 %", drives.MotorStand(s=0.03), 1.03 * scenes.SPEED),
+        ("without droop", drives.MotorStand(), scenes.SPEED),
+        ("load-share trim", drives.SharingStand(), scenes.SPEED),
+    )
+    for i, (name, stand, idle) in enumerate(cases):
+        run = drives.motors_at_entry(stand, idle, grid=4000)
+        gap.plot(run.t, run["gap.tau"] / RATED, color=f"C{i}", linewidth=0.8, label=name)
+        for side, line in (("upper", "-"), ("lower", ":")):
+            style = {"color": f"C{i}", "linestyle": line, "linewidth": 1.2}
+            torque.plot(run.t, run[f"{side}.motor.tau"] / RATED, **style)
+        speed.plot(run.t, run["upper.motor.w"], color=f"C{i}", linewidth=1.2)
+    gap.set(title="Motors on converters: strip enters at 0.5 s between unequal rolls")
+    gap.set_ylabel("equalizing torque\n/ rated torque")
+    torque.set_ylabel("motor torque / rated torque\nsolid upper, dotted lower")
+    speed.set(xlabel="time, s", ylabel="speed of the upper motor, rad/s", xlim=(0, 4))
+    for axis in (gap, torque, speed):
+        axis.grid(alpha=0.3)
+    figure.legend(*gap.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 import lumped as lp
-from lumped.components import Damper, Inertia, Spring, Torque
+from lumped.components import Damper, IdealGear, Inertia, Planetary, Spring, Torque
 
 KGF = 9.80665  # N
 RATED = 365 * KGF  # N.m       rated torque of one motor [P]
@@ -40,23 +40,38 @@ J_BACKUP = 0.16 * KGF  # kg.m2      backup roll, referred [P]
 J_WORK = 0.0001 * KGF  # kg.m2      work roll, referred [P]; implausibly small, but used in print
 C_SHAFT = 2.62e4 * KGF  # N.m/rad    C1', shaft B1 [P]
 C_SPINDLE = 0.918e4 * KGF  # N.m/rad    C2', spindles B2 and B3, referred [P]
+J_SPINDLE = 0.0026 * KGF  # kg.m2  a spindle that explains the printed influence of 0.1 Hz [I]
 CREEP = 300 * KGF  # N.m.s/rad  K_s, the middle of a plausible 210 to 420 kgf m s [A]
 BACKUP_DIAMETER = 0.5  # m          from (47) and the printed 9.55 Hz at 15 m/s [I]
+
+MOTOR_ONLY = {"motor.J": J_MOTOR / 2, "gearbox.J": J_MOTOR / 2}  # the other reading of J2 [I]
+INSIDE = {  # parameters that round to the printed ones [I]
+    "motor.J": 3.0102 * KGF,
+    "gearbox.J": 2.4467 * KGF,
+    "rolls.J": (0.15842 + 0.0001) * KGF,
+    "spindle.c": 9180 * KGF,
+}
+C_INSIDE = 26233 * KGF  # N.m/rad  of the shaft B1, likewise [I]
 
 SHAFTS = ("upper.shaft.tau", "upper.spindle.tau", "lower.spindle.tau")
 SHAFT_LABELS = ("shaft B1", "upper spindle B2", "lower spindle B3")
 
 
-class UpperBranch(lp.Component):
-    """Motor, long shaft B1, gearbox, spindle B2, backup and work roll."""
+class Branch(lp.Component):
+    """Drive of one pair of rolls, whose `barrel` meets the other one in the gap."""
 
     barrel = lp.Flange(free=True)
+
+
+class UpperBranch(Branch):
+    """Motor, long shaft B1, gearbox, spindle B2, backup and work roll."""
+
     drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
     shaft: Spring = Spring(c=C_SHAFT)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
     spindle: Spring = Spring(c=C_SPINDLE)
-    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+    rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
     load: Torque = Torque(tau=0.0)
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -67,15 +82,14 @@ class UpperBranch(lp.Component):
         yield lp.connect(self.barrel, self.rolls.flange_a, self.load.flange)
 
 
-class LowerBranch(lp.Component):
+class LowerBranch(Branch):
     """Motor and gearbox on a rigid shaft (B4 [R]), spindle B3, backup and work roll."""
 
-    barrel = lp.Flange(free=True)
     drive: lp.Component = Torque(tau=0.0)
     motor: Inertia = Inertia(J=J_MOTOR)
     gearbox: Inertia = Inertia(J=J_GEARBOX)
     spindle: Spring = Spring(c=C_SPINDLE)
-    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+    rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
     load: Torque = Torque(tau=0.0)
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -86,8 +100,8 @@ class LowerBranch(lp.Component):
 class OpenGap(lp.Component):
     """No strip: the two branches turn without each other."""
 
-    upper: UpperBranch = UpperBranch()
-    lower: LowerBranch = LowerBranch()
+    upper: Branch = UpperBranch()
+    lower: Branch = LowerBranch()
 
 
 class ClosedGap(OpenGap):
@@ -105,6 +119,47 @@ class CreepingGap(OpenGap):
 
     def connections(self) -> Iterator[lp.Connection]:
         yield from lp.chain(self.upper.barrel, self.creep, self.lower.barrel)
+
+
+class PrintedGap(OpenGap):
+    """Creep by (54) and (55) as printed, without the rolls' difference of inertia torques.
+
+    That is a differential whose carrier is the body of both rolls. Only for large K_s does it come
+    close to `CreepingGap`; for K_s = 0 it is a singular model.
+    """
+
+    K_s: lp.Param = lp.param("N.m.s/rad", "creep coefficient", CREEP, min=0)
+    upper: UpperBranch = UpperBranch(rolls=IdealGear(ratio=1.0))
+    lower: LowerBranch = LowerBranch(rolls=IdealGear(ratio=1.0))
+    creep: Damper = Damper(d=K_s / 2)
+    mean: Planetary = Planetary(ratio=1.0)
+    rolls: Inertia = Inertia(J=2 * (J_BACKUP + J_WORK))
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.upper.barrel, self.creep.flange_a, self.mean.sun)
+        yield lp.connect(self.lower.barrel, self.creep.flange_b, self.mean.ring)
+        yield lp.connect(self.mean.carrier, self.rolls.flange_a)
+
+
+def lower_with_spindle(J: float) -> LowerBranch:
+    """Lower branch whose spindle has a moment of inertia, kg.m2, by (45).
+
+    The node divides it inversely to the inertias at its ends; each takes a third of its piece.
+    """
+    rolls, drive = J_BACKUP + J_WORK, J_MOTOR + J_GEARBOX
+    piece = J * drive / (rolls + drive)
+    return LowerBranch().with_(
+        {"rolls.J": rolls + piece / 3, "gearbox.J": J_GEARBOX + (J - piece) / 3}
+    )
+
+
+def critical_strip_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
+    """Strip speeds at which an order of the eccentricity meets a mode, m/s: modes by orders."""
+    modes = lp.modes(lp.assemble(gap))
+    found = np.zeros((len(modes.hertz), orders))
+    for met in lp.critical_speeds(modes, range(1, orders + 1)):
+        found[met.mode, int(met.order) - 1] = met.speed * BACKUP_DIAMETER / 2
+    return found
 
 
 def strip_entry(

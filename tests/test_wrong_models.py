@@ -17,6 +17,7 @@ from lumped.components import (
     AngleSensor,
     Backlash,
     BearingFriction,
+    Belt,
     CamSwitch,
     CascadeControl,
     Clutch,
@@ -81,6 +82,7 @@ from lumped.errors import (
     UnitError,
     UnknownNameError,
 )
+from lumped.transmissions import from_ratio, through
 
 CATALOGUE = Path(__file__).parent.parent / "docs" / "errors.md"
 
@@ -801,6 +803,60 @@ def ellipse_that_is_a_line():
 def transmission_without_a_function():
     """A non-circular gear is given a ratio for its transmission function."""
     shear(NonCircularGear(transmission=2.0))
+
+
+@wrong(MECHANISMS, OptionError, "by 1.02062073 turns", "turns = 1", "by 0.979795897")
+def ratio_that_does_not_close():
+    """The wanted ratio of a non-circular gear makes more than a turn of one."""
+    shear(NonCircularGear(transmission=from_ratio(lambda x: 1 / (1 + 0.2 * lp.ops.cos(x)))))
+
+
+@wrong(MECHANISMS, OptionError, "w_b / w_a is -0.00", "at 2.09", "makes 1 turns", "keeps the sign")
+def ratio_that_turns_back():
+    """The wanted ratio of a non-circular gear changes its sign."""
+    shear(NonCircularGear(transmission=from_ratio(lambda x: 1 + 2 * lp.ops.cos(x))))
+
+
+@wrong(MECHANISMS, OptionError, "from 0 to 3.14159 rad", "0.5 turns", "exactly one")
+def points_of_half_a_turn():
+    """The points of a non-circular gear cover half a turn."""
+    angles = np.linspace(0, np.pi, 13)
+    shear(NonCircularGear(transmission=through(np.column_stack([angles, -angles]))))
+
+
+@wrong(MECHANISMS, EquationError, "periodic_spline", "must increase, but 3 -> 2")
+def points_out_of_order():
+    """The points of a non-circular gear are out of order."""
+    rows = [(0, 0), (3, 3), (2, 2), (5, 5), (2 * np.pi, 2 * np.pi)]
+    shear(NonCircularGear(transmission=through(rows)))
+
+
+@wrong(MECHANISMS, ParameterError, "part.distance = 0.3 m", "greater than r_a + r_b = 0.35 m")
+def pulleys_that_overlap():
+    """The pulleys of a belt are larger than the distance of their axes allows."""
+    shear(Belt(r_a=0.1, r_b=0.25, distance=0.3, EA=1e5, F_0=100.0))
+
+
+@wrong(MECHANISMS, ParameterError, "part.F_0 = -100 N", "pretension", "at least 0")
+def belt_that_pushes():
+    """A belt has a negative pretension."""
+    shear(Belt(r_a=0.1, r_b=0.1, distance=0.5, EA=1e5, F_0=-100.0))
+
+
+@wrong(
+    MECHANISMS, ParameterError, "set.ratio = -2.5 1", "ring teeth over sun teeth", "greater than 0"
+)
+def planetary_of_negative_ratio():
+    """A planetary gear is given its ratio with held carrier, which is negative."""
+    build(
+        lambda m: [
+            lp.connect(m.motor.flange_a, m.set.sun),
+            lp.connect(m.load.flange_a, m.set.carrier),
+        ],
+        motor=Inertia(J=0.1),
+        set=Planetary(ratio=-2.5),
+        load=Inertia(J=1.0),
+    )
 
 
 @wrong(MECHANISMS, EquationError, "part (PulseTorque)", "'triangle'", "'half-sine' or 'rectangle'")
@@ -2395,6 +2451,12 @@ def turned_crank(**given):
 def unknown_assembly():
     """The assembly of a crank-slider is given a number that means none."""
     turned_crank(L=2.0, assembly=2)
+
+
+@wrong(CRANKS, ParameterError, "crank.L = 0.2 m (length of the rod)", "abs(e) - r) = 0.4 m")
+def rod_that_never_reaches_the_slide():
+    """The slide of a crank passes further away than crank and rod reach."""
+    turned_crank(L=0.2, e=1.0)
 
 
 @wrong(CRANKS, SolverError, "crank.s is not a number", "t = 0.986", "prescribed motion")

@@ -38,8 +38,16 @@ def turned(gear):
 def draw_noncircular():
     """Angle and ratio over two turns."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 2.9))
-    gears = {f"ellipses, e = {e:g}": EllipticalGear(e=e) for e in (0.2, 0.5, 0.8)}
+    gears = {f"ellipses, e = {e:g}": EllipticalGear(e=e) for e in (0.5, 0.8)}
     gears["x + sin(2 x) / 4"] = NonCircularGear(transmission=lambda x: -(x + lp.ops.sin(2 * x) / 4))
+    # half a turn at half, half a turn at one and a half times the speed, with ramps between
+    places, ratios = (0, 0.6, 2.5, 3.8, 5.7, 2 * np.pi), (-1, -0.5, -0.5, -1.5, -1.5, -1)
+    closing = (2 * np.pi) / -np.trapezoid(ratios, places)
+    gears["ratio of straight lines"] = NonCircularGear(
+        transmission=lp.transmissions.from_ratio(
+            lambda x: closing * lp.ops.interpolate(x, places, ratios), turns=-1
+        )
+    )
     for name, gear in gears.items():
         phi, angle, w = turned(gear)
         left.plot(phi, -np.degrees(angle), label=name)

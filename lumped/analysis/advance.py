@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from typing import NamedTuple
 
@@ -92,6 +93,8 @@ class Advance:
         Wall time of the stepping.
     atol : ndarray, shape (n,)
         Absolute tolerance of each state.
+    implicit_from : float
+        When the implicit method took over, s; infinite if it did not.
     """
 
     def __init__(
@@ -107,6 +110,7 @@ class Advance:
         self._auto, self._max_steps, self._output = method == "auto", max_steps, output
         self._method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods = [self._method]
+        self.implicit_from = 0.0 if method == "implicit" else math.inf
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
 
@@ -157,7 +161,7 @@ class Advance:
                 head[5] = 0.0
             self._give_up(head, x, f, modes, end)
             if self._auto and self._method == "explicit" and head[3] >= STIFF_AFTER:
-                self._method = "implicit"
+                self._method, self.implicit_from = "implicit", float(head[0])
                 self.methods.append(self._method)
         return Reached(end, x, head[HEAD:], None)
 

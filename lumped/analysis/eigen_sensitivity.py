@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.left import left_vectors, parts
-from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
-from lumped.analysis.steady import unsteady_part
+from lumped.analysis.ranking import ranked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
 from lumped.table import number, table
@@ -30,8 +29,6 @@ Complex = NDArray[np.complex128]
 _REPEATED = 1e-6
 """Relative distance below which eigenvalues count as repeated."""
 _ROUNDING = 1e-12
-_STILL = 1e-9
-"""Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,15 +101,16 @@ class EigenSensitivity:
                 f"({self.modes.hertz[mode]:.6g} Hz) repeats, so it has no derivative of its own. "
                 "Change a parameter a little to part the modes."
             )
-        relative = self.relative[mode]
-        order = np.argsort(-np.abs(relative), kind="stable")
-        return [(self.parameters[i], float(relative[i])) for i in order]
+        what = f"frequency of mode {mode}"
+        return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
 
     def plot(self, mode: int = 0) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
 
-        return tornado(self, mode)
+        modes = self.modes
+        title = f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz"
+        return tornado(self.ranked(mode), title, "the frequency")
 
     def __repr__(self) -> str:
         rows = []
@@ -186,10 +184,9 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     found = by_parameters[:, places]
     moving = False
     if (np.abs(by_states) > _ROUNDING * np.abs(modes.eigenvalues)[:, None]).any():
-        change = unsteady_part(point)
-        if _is_equilibrium(modes, change):
-            found = found + by_states @ _followed(modes, change, places)
-            moving = True
+        moved = moved_states(point, places)
+        if moved is not None:
+            found, moving = found + by_states @ moved, True
     repeated = _repeated(modes)
     found[list(repeated)] = np.nan
     alone = np.setdiff1d(np.arange(len(found)), repeated)
@@ -211,35 +208,3 @@ def _repeated(modes: Modes) -> tuple[int, ...]:
     close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
     critical = 2 * np.abs(values.imag) <= _REPEATED * np.abs(values)
     return tuple(np.flatnonzero(close.any(axis=1) | critical).tolist())
-
-
-def _is_equilibrium(modes: Modes, change: scipy.sparse.csc_array) -> bool:
-    """Whether the derivatives vanish at the point, steady motion apart."""
-    system, point = modes.system, modes.point
-    inputs = (point.x, point.theta, point.time, point.modes)
-    rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
-    terms = abs(change @ sparse_state_matrix(system, point)) @ (np.abs(point.x) + 1e-3)
-    return bool((rates <= _STILL * (terms + 1e-9)).all())
-
-
-def _followed(modes: Modes, change: scipy.sparse.csc_array, places: list[int]) -> Real:
-    """How an equilibrium moves with parameters: least change of states, shape (n, p)."""
-    system, point = modes.system, modes.point
-    by_parameters = ca.jacobian(system.rates, system._inputs[1][places])
-    function = ca.Function("f", system._inputs, [by_parameters])
-    inputs = (point.x, point.theta, point.time, point.modes)
-    right = (change @ scipy.sparse.csc_array(function(*inputs).sparse())).toarray()
-    matrix = (change @ sparse_state_matrix(system, point)).toarray()
-    scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
-    step = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
-    left_over = np.abs(matrix @ step + right).max(axis=0, initial=0.0)
-    size = np.abs(right).max(axis=0, initial=0.0)
-    lost = np.flatnonzero(left_over > 1e-6 * size)
-    if len(lost):
-        names = system._flat.parameters
-        name = names.names[names.free[places[lost[0]]]]
-        raise SolverError(
-            f"{system.name}: there is no equilibrium near the operating point when {name} "
-            "changes. Leave it out of `to`, or let a load depend on the speed."
-        )
-    return np.asarray(step)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -60,6 +61,8 @@ class Statistics:
         Wall time of the stepping.
     small : tuple of str
         States that moved, but stayed so small that the absolute tolerance governs them.
+    implicit_from : float
+        When the implicit method took over, s; infinite if it did not.
     """
 
     method: str
@@ -69,6 +72,7 @@ class Statistics:
     segments: int
     seconds: float
     small: tuple[str, ...]
+    implicit_from: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -200,6 +200,7 @@ class Run:
                 len(pieces),
                 cost.seconds,
                 self._small(pieces),
+                cost.implicit_from,
             ),
         )
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import casadi as ca
 import numpy as np
+import scipy
 
 from lumped.analysis.result import Trajectory
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Saltation"]
+__all__ = ["Jump", "Saltation", "coincide"]
 
 Side = tuple[np.ndarray, np.ndarray]
 """States and settings on one side of an instant."""
@@ -18,44 +22,131 @@ _TOUCHED = 10
 """Margins count as used up within so many of their tolerances."""
 
 
-class Saltation:
-    """Jumps of the sensitivities of one system.
+class Jump(NamedTuple):
+    """Derivatives at an instant ``t(x, p)`` at which the run stops; its own are ``t_x``, ``t_p``.
 
-    Parameters
+    Sensitivities S become ``states S + parameters + drift (t_x S + t_p)``. Leine and Nijmeijer,
+    Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
+
+    Attributes
     ----------
-    system : System
-        From `assemble`.
-    S : SX, shape (n, k)
-        Symbols of the sensitivities.
-    seed : ndarray, shape (parameters, k)
-        Derivatives of the parameters by what is varied.
+    states, parameters : scipy.sparse.csc_array, shapes (n, n) and (n, p)
+        Of the states after it by those before it and by the parameters.
+    drift : ndarray, shape (n,)
+        What a later instant adds to the states: ``g_x f_before + g_t - f_after``.
+    instants : ndarray, shape (r, n + p)
+        Derivatives of the instant by states and parameters, one row for each that stops the run
+        there; no row if it is fixed.
+    shared : bool
+        Statically indeterminate constraints let go; the derivatives hold their shares fixed.
     """
 
-    def __init__(self, system: System, S: ca.SX, seed: np.ndarray) -> None:
-        self.system, self.S, self.seed = system, S, seed
+    states: scipy.sparse.csc_array
+    parameters: scipy.sparse.csc_array
+    drift: np.ndarray
+    instants: np.ndarray
+    shared: bool
+
+    def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Sensitivities after it, shape (n, k), and of the instant, (k,); None if ambiguous.
+
+        Parameters
+        ----------
+        S, seed : ndarray, shapes (n, k) and (p, k)
+            Derivatives of states and parameters by what is varied.
+        """
+        found = self.instants @ np.vstack([S, seed])
+        if _differ(found):
+            return None
+        t_p = found[0] if len(found) else np.zeros(S.shape[1])
+        return self.states @ S + self.parameters @ seed + np.outer(self.drift, t_p), t_p
+
+    def backward(
+        self, adjoint: np.ndarray, late: np.ndarray, size: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """The transposed: adjoints before it and what it adds by parameters; None if ambiguous.
+
+        Parameters
+        ----------
+        adjoint : ndarray, shape (n, k)
+            Derivatives of k results by the states after it.
+        late : ndarray, shape (k,)
+            Derivatives of the results by the instant itself.
+        size : ndarray, shape (n + p,)
+            Sizes of states and parameters.
+        """
+        if _differ(self.instants * size):
+            return None
+        n = len(self.drift)
+        before, by_parameters = self.states.T @ adjoint, self.parameters.T @ adjoint
+        if len(self.instants):
+            weight = self.drift @ adjoint + late
+            before = before + np.outer(self.instants[0, :n], weight)
+            by_parameters = by_parameters + np.outer(self.instants[0, n:], weight)
+        return before, by_parameters
+
+
+def _differ(rows: np.ndarray) -> bool:
+    """Whether derivatives of one instant contradict each other."""
+    if len(rows) < 2:
+        return False
+    return bool(np.ptp(rows, axis=0).max() > 1e-6 * (1e-6 + np.abs(rows).max()))
+
+
+def coincide(run: Trajectory, t: float) -> SolverError:
+    """What is raised where derivatives of an instant contradict each other."""
+    return SolverError(
+        f"{run.system.name}: at t = {t:.9g} s different changes coincide (see run.events); "
+        "which comes first depends on the parameters, so the run has no derivative there.",
+        run,
+    )
+
+
+class _Impact(NamedTuple):
+    """Constraints that close, those that take impulses, whether any bounces, modes after it."""
+
+    hits: tuple[int, ...]
+    members: tuple[int, ...]
+    bounce: bool
+    modes: np.ndarray
+
+
+class Saltation:
+    """Jumps of the derivatives of one system."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
         self.inputs = system._inputs
-        x, p, t, m = self.inputs
+        x, p, _, _ = self.inputs
         thresholds, _ = system._flat.thresholds
         at = thresholds(p)
-        self.thresholds = ca.Function("at", [p], [at, ca.densify(ca.jtimes(at, p, ca.DM(seed)))])
+        self.thresholds = ca.Function("at", [p], [at, ca.jacobian(at, p)])
         margins = system._in_states(system.switching.margins[0])
-        self.margins = ca.Function("along", [x, S, p, t, m], [self._along(margins)])
+        by_both = ca.jacobian(margins, ca.vertcat(x, p))
+        self.margins = ca.Function("margins", self.inputs, [by_both])
         self._made: dict[object, ca.Function] = {}
 
-    def _along(self, expression: ca.SX) -> ca.SX:
-        x, p, _, _ = self.inputs
-        both = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
-        return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), both))
+    @classmethod
+    def of(cls, system: System) -> Saltation:
+        """That of a system, made once."""
+        if "saltation" not in system.made:
+            system.made["saltation"] = cls(system)
+        made: Saltation = system.made["saltation"]
+        return made
 
-    def across(
-        self, run: Trajectory, t: float, old: Side, new: Side, S: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sensitivities after an instant, shape (n, k), and derivatives of the instant, (k,)."""
-        theta = run.theta
-        t_p, used = self._instant(run, t, old, new, S)
+    def at(self, run: Trajectory, t: float, old: Side, new: Side) -> Jump:
+        """Derivatives at an instant between two sides.
+
+        Raises
+        ------
+        SolverError
+            If there are none.
+        """
+        theta, point = run.theta, (old[0], run.theta, t, old[1])
+        instants, used = self._instant(run, t, old, new)
         for function in self._changes(used, old, new):
-            x, moved, drift = (np.asarray(v) for v in function(old[0], S, theta, t, old[1]))
-            gap = np.abs(x.ravel() - new[0]) / (1.0 + np.abs(new[0]))
+            x, by_states, by_parameters, drift = function(*point)
+            gap = np.abs(np.asarray(x).ravel() - new[0]) / (1.0 + np.abs(new[0]))
             if gap.max(initial=0.0) < 1e-7:
                 break
         else:
@@ -65,58 +156,65 @@ class Saltation:
                 run,
             )
         after = np.asarray(self.system.rhs(new[0], theta, t, new[1])).ravel()
-        return moved + np.outer(drift.ravel() - after, t_p), t_p
+        late = np.asarray(drift).ravel() - after
+        s = self.system.switching
+        lets_go = {h for kind, h in (s.rows[i] for i in used) if kind in ("upper", "lower")}
+        shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
+        return Jump(_sparse(by_states), _sparse(by_parameters), late, instants, shared)
 
     def _instant(
-        self, run: Trajectory, t: float, old: Side, new: Side, S: np.ndarray
+        self, run: Trajectory, t: float, old: Side, new: Side
     ) -> tuple[np.ndarray, list[int]]:
         """Derivatives of an instant, and which margins are used up there."""
         system, point = self.system, (old[0], run.theta, t, old[1])
-        at, along = (np.asarray(v) for v in self.thresholds(run.theta))
+        at, by_parameters = self.thresholds(run.theta)
+        at, n = np.asarray(at).ravel(), len(old[0])
         changed = old[1][: len(at)] != new[1][: len(at)]
-        found = along[changed & (np.abs(at.ravel() - t) <= 1e-12 * (1.0 + t))]
         left, tolerance = (np.asarray(v).ravel() for v in system.margins(*point))
         rates = np.asarray(system.margin_rates(*point)).ravel()
         used = np.flatnonzero((left <= _TOUCHED * tolerance) & (rates < 0)).tolist()
-        if not len(found) and used:
-            by = np.asarray(self.margins(old[0], S, run.theta, t, old[1]))
-            found = -by[used] / rates[used, None]
-        if not len(found):
-            if changed.any():
-                raise SolverError(
-                    f"{system.name}: at t = {t:.9g} s modes change, but what changes them is "
-                    "touched without being crossed; the run has no derivative there.",
-                    run,
-                )
-            return np.zeros(S.shape[1]), used
-        if np.ptp(found, axis=0).max() > 1e-6 * (1e-6 + np.abs(found).max()):
+        timed = np.flatnonzero(changed & (np.abs(at - t) <= 1e-12 * (1.0 + t)))
+        if len(timed):
+            rows = _sparse(by_parameters)[timed].toarray()
+            return np.hstack([np.zeros((len(timed), n)), rows]), used
+        if used:
+            rows = _sparse(self.margins(*point))[used].toarray()
+            return -rows / rates[used, None], used
+        if changed.any():
             raise SolverError(
-                f"{system.name}: at t = {t:.9g} s different changes coincide (see run.events); "
-                "which comes first depends on the parameters, so the run has no derivative there.",
+                f"{system.name}: at t = {t:.9g} s modes change, but what changes them is "
+                "touched without being crossed; the run has no derivative there.",
                 run,
             )
-        return found[0], used
+        return np.zeros((0, n + len(run.theta))), used
 
-    def _changes(self, used: list[int], old: Side, new: Side) -> list[ca.Function]:
-        """What may become of the states: (x, S, p, t, m) -> states, their S, their drift."""
-        switching = self.system.switching
-        rows = [switching.rows[i] for i in used]
-        risen = {int(switching.relation_modes[k]) for kind, k in rows if kind == "relation"}
+    def _changes(self, used: list[int], old: Side, new: Side) -> Iterator[ca.Function]:
+        """What may become of the states: (x, p, t, m) -> states, derivatives by x and p, drift."""
+        s = self.system.switching
+        rows = [s.rows[i] for i in used]
+        risen = {int(s.relation_modes[k]) for kind, k in rows if kind == "relation"}
         risen |= set(np.flatnonzero(new[1] > old[1]).tolist())
-        jumps = [j for j, w in enumerate(switching.jumps) if w.mode in risen and not old[1][w.mode]]
-        hits = [h for kind, h in rows if kind == "slide" and switching.has_gap[h]]
-        if not hits:
-            return [self._change(tuple(jumps), (), True, old)]
-        return [self._change(tuple(jumps), tuple(hits), bounce, old) for bounce in (True, False)]
+        jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[1][w.mode])
+        impulsive = ~(s.has_upper & s.has_lower)
+        was, now = (side[1][s.first_modes] > 0.5 for side in (old, new))
+        bodies = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
+        hits = bodies | set(np.flatnonzero(now & ~was & impulsive).tolist())
+        for stay in (was & impulsive, was & now & impulsive) if hits else ():
+            for bounce in (True, False):
+                members = np.flatnonzero(stay).tolist()
+                impact = _Impact(
+                    tuple(sorted(hits)), tuple(sorted({*hits, *members})), bounce, new[1]
+                )
+                yield self._change(jumps, impact)
+        if not bodies:
+            yield self._change(jumps, None)
 
-    def _change(
-        self, jumps: tuple[int, ...], hits: tuple[int, ...], bounce: bool, old: Side
-    ) -> ca.Function:
+    def _change(self, jumps: tuple[int, ...], impact: _Impact | None) -> ca.Function:
         """One possible change: of `when` statements, and of bodies that hit each other."""
-        modes = old[1][: self.system._flat.mode_count]
-        key = (jumps, hits, bounce, modes.tobytes() if hits else b"")
+        count = self.system._flat.mode_count
+        key = jumps, impact and (*impact[:3], impact.modes[:count].tobytes())
         if key not in self._made:
-            x, p, t, m = self.inputs
+            x, p, t, _ = self.inputs
             rates = self.system.rates
             x_new = ca.SX(x)
             place = {node: i for i, node in enumerate(self.system.states)}
@@ -126,28 +224,29 @@ class Saltation:
                 for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
                     if node in place:
                         x_new[place[node]] = sign * values[jump.first + i]
-            if hits:
-                x_new = x_new + self._impulse(hits, bounce, modes)
+            if impact is not None:
+                x_new = x_new + self._impulse(x_new, impact)
             drift = ca.jtimes(x_new, ca.vertcat(x, t), ca.vertcat(rates, 1))
-            outputs = [ca.densify(v) for v in (x_new, self._along(x_new), drift)]
-            self._made[key] = ca.Function("change", [x, self.S, p, t, m], outputs)
+            outputs = [x_new, ca.jacobian(x_new, x), ca.jacobian(x_new, p), ca.densify(drift)]
+            self._made[key] = ca.Function("change", self.inputs, outputs)
         return self._made[key]
 
-    def _impulse(self, hits: tuple[int, ...], bounce: bool, modes: np.ndarray) -> ca.SX:
-        """Jump of the states where constraints close (see `Settler` for the law)."""
-        switching = self.system.switching
-        speed = self.system._in_states(switching.speed)
-        restitution = self.system._in_states(switching.restitution)
-        x, p, t, m = self.inputs
-        rest = ca.SX(m)
-        for h, first in enumerate(switching.first_modes.tolist()):
-            limited = switching.has_upper[h] and switching.has_lower[h]
-            holds = h in hits or (modes[first] > 0.5 and not limited)
-            rest[first : first + 3] = ca.DM([holds, 0, 0])
+    def _impulse(self, x: ca.SX, impact: _Impact) -> ca.SX:
+        """Jump of the states where constraints close (see `Impacts` for the law)."""
+        s, count = self.system.switching, self.system._flat.mode_count
+        _, p, t, m = self.inputs
+        rest = ca.vertcat(ca.SX(ca.DM(impact.modes[:count])), m[count:])
+        both = self.system._in_states(ca.horzcat(s.speed, s.restitution))
+        closing = ca.Function("closing", self.inputs, [both])(x, p, t, m)
+        for h, first in enumerate(s.first_modes.tolist()):
+            rest[first : first + 5] = ca.DM([h in impact.members, 0, 0, 0, 0])
         push = ca.SX(rest)
-        for h in hits:
-            again = 1 + restitution[h] if bounce else 1
-            push[int(switching.first_modes[h]) + 4] = -again * speed[h]
-        rhs = self.system.rhs
-        jump: ca.SX = rhs(x, p, t, push) - rhs(x, p, t, rest)
+        for h in impact.hits:
+            again = 1 + closing[h, 1] if impact.bounce else 1
+            push[int(s.first_modes[h]) + 4] = -again * closing[h, 0]
+        jump: ca.SX = self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
         return jump
+
+
+def _sparse(matrix: ca.DM) -> scipy.sparse.csc_array:
+    return scipy.sparse.csc_array(ca.DM(matrix).sparse())

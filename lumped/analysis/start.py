@@ -183,9 +183,11 @@ class _Start:
         """Derivatives of the states found (see `start_slopes`)."""
         flat, signs = self.system._flat, self.reduced.aliases.signs
         values, p = {**flat.starts, **flat.given}, flat.parameters.theta
-        column = ca.vertcat(ca.SX(0, 1), *values.values())
-        along = ca.densify(ca.jtimes(column, p, ca.DM(seed)))
-        found = np.asarray(ca.Function("along", [p], [along])(self.theta))
+        made = self.system.made
+        if "start slopes" not in made:
+            column = ca.vertcat(ca.SX(0, 1), *values.values())
+            made["start slopes"] = ca.Function("slopes", [p], [ca.jacobian(column, p)])
+        found = made["start slopes"](self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
         rows.update(varied)

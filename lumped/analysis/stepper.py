@@ -1,10 +1,4 @@
-"""Adaptive one-step methods as CasADi functions: many steps per call, no Python in between.
-
-Explicit: DOP853 of Hairer, Norsett and Wanner (Solving Ordinary Differential Equations I, II.5),
-with the coefficients that SciPy publishes. Implicit: Rodas5P of Steinebach (BIT Numerical
-Mathematics 63 (2023) 27), a stiffly accurate L-stable Rosenbrock method, with the exact sparse
-Jacobian. Both have dense output.
-"""
+"""Adaptive steps as CasADi functions: many per call, no Python in between."""
 
 from __future__ import annotations
 
@@ -15,9 +9,15 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.analysis import rodas5p
 from lumped.analysis.calls import Call, called, expanded
 from lumped.analysis.dense import INSIDE, Method, below, doubtful, interpolated
+from lumped.analysis.onestep import (
+    combined,
+    explicit_dense,
+    explicit_step,
+    implicit_dense,
+    implicit_step,
+)
 from lumped.system import System
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "CROSSED",
     "GIVEN_UP",
     "HEAD",
+    "IDLE",
     "REJECTED",
     "STIFF_AFTER",
     "Stepper",
@@ -265,64 +266,29 @@ class _Frame:
 def _explicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of DOP853."""
     s = _Frame(system)
-    stages = [s.f]
-    argument = s.x
-    table = scipy.integrate.DOP853
-    for a, c in zip(table.A[1:], table.C[1:], strict=True):
-        argument = s.x + s.h * _combined(stages, a)
-        stages.append(s.rate(argument, s.t + c * s.h))
-    new = s.x + s.h * _combined(stages, table.B)
+    stages, argument, new = explicit_step(s.rate, s.x, s.f, s.t, s.h)
     f_new = s.rate(new, s.t + s.h)
     scale = s.scale(new)
     limit = s.h * ca.norm_2((f_new - stages[-1]) / scale)
     limit = limit / ca.fmax(ca.norm_2((new - argument) / scale), 1e-300)
     stages.append(f_new)
-    e5 = ca.sumsqr(_combined(stages, table.E5) / scale)
-    e3 = ca.sumsqr(_combined(stages, table.E3) / scale)
+    e5 = ca.sumsqr(combined(stages, scipy.integrate.DOP853.E5) / scale)
+    e3 = ca.sumsqr(combined(stages, scipy.integrate.DOP853.E3) / scale)
     # the ratio is 0/0 only where both estimates vanish
     error = s.h * e5 / ca.sqrt(ca.fmax((e5 + 0.01 * e3) * s.n, 1e-300))
     interpolation = ca.MX(s.n, 0)
     if dense:
-        for a, c in zip(table.A_EXTRA, table.C_EXTRA, strict=True):
-            stages.append(s.rate(s.x + s.h * _combined(stages, a), s.t + c * s.h))
-        delta = new - s.x
-        columns = [delta, s.h * s.f - delta, 2 * delta - s.h * (f_new + s.f)]
-        columns += [s.h * _combined(stages, row) for row in table.D]
-        interpolation = ca.horzcat(*columns)
+        interpolation = explicit_dense(s.rate, s.x, new, stages, s.t, s.h)
     evaluations = 12 + 3 * dense
     return s.finish("explicit", new, f_new, error, 1 / 8, limit, interpolation), evaluations
-
-
-def _combined(stages: list[ca.MX], weights: np.ndarray) -> ca.MX:
-    terms = [float(w) * k for k, w in zip(stages, weights, strict=False) if w]
-    total = terms[0]
-    for term in terms[1:]:
-        total = total + term
-    return total
 
 
 def _implicit(system: System, dense: bool) -> tuple[ca.Function, int]:
     """One attempt of Rodas5P."""
     s = _Frame(system)
     jacobian, drift = system.jacobian(s.x, s.p, s.t, s.settings)
-    matrix = ca.MX.eye(s.n) - s.h * rodas5p.GAMMA * jacobian
-    increments: list[ca.MX] = []
-    new = s.x
-    for i in range(8):
-        if i < 6:
-            new = s.x + _combined(increments, np.array(rodas5p.A[i])) if i else s.x
-        else:
-            new = new + increments[-1]
-        rate = s.f if i == 0 else s.rate(new, s.t + (rodas5p.NODES[i] if i < 5 else 1.0) * s.h)
-        if i < 5:
-            rate = rate + s.h * rodas5p.D[i] * drift
-        if i:
-            rate = rate + _combined(increments, np.array(rodas5p.C[i])) / s.h
-        increments.append(ca.solve(matrix, s.h * rodas5p.GAMMA * rate, "qr"))
-    new = new + increments[-1]
+    increments, new = implicit_step(s.rate, (jacobian, drift), s.x, s.f, s.t, s.h)
     f_new = s.rate(new, s.t + s.h)
     error = ca.norm_2(increments[-1] / s.scale(new)) / np.sqrt(s.n)
-    interpolation = ca.MX(s.n, 0)
-    if dense:
-        interpolation = ca.horzcat(*(_combined(increments, np.array(row)) for row in rodas5p.H))
+    interpolation = implicit_dense(increments) if dense else ca.MX(s.n, 0)
     return s.finish("implicit", new, f_new, error, 1 / 5, None, interpolation), 8

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -107,12 +108,10 @@ class Targets:
         """
         _, matrix = self._at(x)
         columns, rows = self._columns(matrix)
-        inputs = self._evaluate.inputs
-        along = ca.densify(ca.jtimes(self._evaluate.expression, inputs[1], ca.DM(seed)))
-        by_parameters = ca.Function("along", inputs, [along])(x, self.theta, 0.0, self.settings)
+        by_parameters = self._evaluate.by_parameters(x, self.theta, 0.0, self.settings).sparse()
         found = S.copy()
         found[columns] = 0.0
-        miss = -np.asarray(by_parameters) - matrix @ found
+        miss = -(by_parameters @ seed) - matrix @ found
         miss[: len(wanted)] += wanted
         part = scipy.sparse.csc_array(matrix)[rows][:, columns].toarray()
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
@@ -309,24 +308,26 @@ class _Function:
         Where each initial equation stands.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
-    inputs : list of SX
-        States, parameters, time and settings.
-    expression : SX
-        The targets.
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
         values, inputs = system._values, system._inputs[1:]
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
-        self.expression, self.inputs = expression, [values.states, *inputs]
+        self._inputs, self._expression = [values.states, *inputs], expression
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]
-        self._call = Call(ca.Function("targets", [values.states, *inputs], results))
+        self._call = Call(ca.Function("targets", self._inputs, results))
         rows, columns = jacobian.sparsity().get_triplet()
         self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
         self._shape = jacobian.shape
+
+    @cached_property
+    def by_parameters(self) -> ca.Function:
+        """Derivatives by all parameters: (all states, p, t, m)."""
+        found = ca.jacobian(self._expression, self._inputs[1])
+        return ca.Function("by_parameters", self._inputs, [found])
 
     def __call__(
         self, x: np.ndarray, theta: np.ndarray, settings: np.ndarray

@@ -405,3 +405,38 @@ def test_states_that_change_places_are_refused():
         SolverError, lambda: lp.sensitivity(system, of=["x"], to=["g"], until=3.0, start={"u": 6.0})
     )
     assert "states change places" in text
+
+
+def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
+    class Pair(lp.Component):
+        """Two bodies that are joined where the first passes an angle."""
+
+        phi: lp.Var = lp.var("rad", "angle of the first")
+        w: lp.Var = lp.var("rad/s", "its speed", start=3.0)
+        v: lp.Var = lp.var("rad/s", "speed of the second", start=-1.5)
+        slip: lp.Var = lp.var("rad/s", "difference of the speeds", state="prefer")
+        tau: lp.Var = lp.var("N.m", "torque between them")
+        J: lp.Param = lp.param("kg.m2", "inertia of the first", 2.0)
+        K: lp.Param = lp.param("kg.m2", "inertia of the second", 1.0)
+        at: lp.Param = lp.param("rad", "angle where they are joined", 1.0)
+
+        def equations(self):
+            yield lp.der(self.phi) == self.w
+            yield self.slip == self.w - self.v
+            yield self.J * lp.der(self.w) == -self.tau
+            yield self.K * lp.der(self.v) == self.tau
+            yield lp.hold(self.tau, self.slip, engaged=self.phi > self.at)
+
+    system = lp.assemble(Pair(), keep=["phi"])
+    to = ["w", "v", "J", "at"]
+    run = {"until": 1.0, "start": {"w": 3.0, "v": -1.5}, "rtol": 1e-9}
+    found = lp.sensitivity(system, of=["phi", "v"], to=to, **run)
+    J, K, w, v, at = 2.0, 1.0, 3.0, -1.5, 1.0
+    closed, joint = at / w, (J * w + K * v) / (J + K)
+    t = found.run.t
+    by_w = np.where(t <= closed, t, J / (J + K) * (t - closed) + joint * at / w**2)
+    late = t > closed + 1e-9
+    close(found["phi", "w"][late], by_w[late], 1e-8)
+    close(found["phi", "v"][late], (K / (J + K) * (t - closed))[late], 1e-8)
+    close(found["v", "J"][late], np.full(late.sum(), K * (w - v) / (J + K) ** 2), 1e-8)
+    close(found["phi", "at"][late], np.full(late.sum(), 1 - joint / w), 1e-8)

@@ -18,6 +18,7 @@ import lumped.components
 from lumped.components import (
     Inertia,
     Torque,
+    belts,
     cams,
     contact,
     crank,
@@ -75,6 +76,7 @@ FIELDS = {
 """Structural fields without a usable default."""
 
 SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    belts.Belt: {"distance": 6.0},
     crank.CrankSlider: {"L": 6.0},
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     electrical.VariableResistor: {"R": 1.5},
@@ -139,7 +141,7 @@ def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float
     """Random values of the parameters and inputs."""
     found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
     for name, item in declared(cls, lp.Param).items():
-        if item.exceeds is not None:
+        if isinstance(item.exceeds, lp.Param):
             found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
     found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
     found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
@@ -374,6 +376,29 @@ def strip_heat(at: Motion) -> float:
     return np.clip(at.p["d"] * at.rel(at.v), -tension, tension) * at.rel(at.v)
 
 
+def strands(at: Motion) -> Iterator[tuple[complex, complex]]:
+    """Elastic tension of each strand of a belt if it pulls, and its rate of stretch."""
+    p = at.p
+    c = p["EA"] / np.sqrt(p["distance"] ** 2 - (p["r_a"] - p["r_b"]) ** 2)
+    by_load, rate = (
+        p["r_a"] * (y["flange_a"] - y["support"]) - p["r_b"] * (y["flange_b"] - y["support"])
+        for y in (at.q, at.v)
+    )
+    for side in (1, -1):
+        pull = p["F_0"] + side * c * by_load
+        yield (pull if pull.real > 0 else 0.0), side * rate
+
+
+def belt_energy(at: Motion) -> complex:
+    p = at.p
+    c = p["EA"] / np.sqrt(p["distance"] ** 2 - (p["r_a"] - p["r_b"]) ** 2)
+    return sum(pull**2 for pull, _ in strands(at)) / (2 * c)
+
+
+def belt_heat(at: Motion) -> float:
+    return sum(np.clip(at.p["d"] * rate, -pull, pull) * rate for pull, rate in strands(at))
+
+
 def coil_radius(at: Motion) -> complex:
     turns = (at.q["flange"] - at.q["tangent"]) / (2 * np.pi)
     return at.p["r"] + at.p["h"] / at.p["fill"] * turns
@@ -540,6 +565,7 @@ def cage_supply(at: Motion) -> float:
 
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
+    belts.Belt: belt_energy,
     contact.ElastoBacklash: play_energy,
     gravity.SwingingMass: swinging,
     crank.CrankSlider: crank_slider,
@@ -577,6 +603,7 @@ STORED: dict[type[lp.Component], Energy] = {
     winding.Strip: strip_energy,
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
+    belts.Belt: belt_heat,
     contact.ElastoBacklash: play_heat,
     crank.StrokeLoad: working,
     rotation.Damper: viscous,

@@ -154,6 +154,8 @@ class TestFreeRun:
         }
         for name, values in received.items():
             assert np.abs(values[rows] - table[name]).max() < 1e-8 * np.ptp(table[name]), name
+        ratio = (run["motor.w"] / run["loaded.shear.shaft.body.w"])[rows]
+        assert np.abs(ratio - table["u"]).max() < 1e-14
 
     def test_impacts_are_those_of_the_reference(self):
         run = free_run(rtol=1e-10)

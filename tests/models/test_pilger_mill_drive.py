@@ -1,119 +1,21 @@
-"""Cold pilger mill LG90: its balance as an optimum, and its motor."""
+"""Cold pilger mill LG90 on its motor."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 import lumped as lp
 from lumped.components import SpeedSensor
 from lumped.models import pilger_mill_drive as drive
-from lumped.models import pilger_mill_stand as stand
-from lumped.models.pilger_mill_balance import Balance, balance
-from lumped.models.pilger_mill_stand import DESIGNS, SETS, SPEED, Mill
+from lumped.models.pilger_mill_stand import DESIGNS, SETS, SPEED
 
 DATA = Path(__file__).parents[1] / "data" / "pilger_mill"
 FORWARD = np.genfromtxt(DATA / "forward.csv", delimiter=",", names=True)
-PUBLISHED = np.array(list(DESIGNS["after"].values()))
 
 
 def error(received, expected):
     return np.abs(received - expected).max() / np.ptp(expected)
-
-
-@pytest.fixture(scope="module", params=["F", "P"])
-def found(request):
-    return request.param, balance(request.param)
-
-
-class TestBalance:
-    def test_optimum_is_that_of_the_reference(self, found):
-        name, of = found
-        expected = {"F": (7237.6, 3138.15), "P": (7143.7, 3146.31)}[name]
-        u = of.optimum()
-        assert abs(u[0] - expected[0]) < 0.3  # two methods of the reference differ by so much
-        assert abs(u[1] - expected[1]) < 0.1
-        objective = {"F": (2.02840, 2.00219), "P": (2.06547, 2.01675)}[name]
-        received = of.objective(PUBLISHED), of.objective(u)
-        assert np.abs(np.subtract(received, objective)).max() < 2e-5
-
-    def test_single_optima_are_those_of_the_reference(self, found):
-        name, of = found
-        least, calm = of.single()
-        mass, force, other, torque = {
-            "F": (7237.7, 312592, 7156.6, 84352.8),
-            "P": (6683.1, 58727.7, 7143.7, 84441.4),
-        }[name]
-        assert abs(least[0] - mass) < 0.3
-        assert abs(calm[0] - other) < 0.3
-        goals = of.goals()
-        assert abs(goals[0] / force - 1) < 1e-5
-        assert abs(goals[1] / stand.RATIO[name] / torque - 1) < 2e-5
-        if name == "P":
-            assert abs(least[1] - 3084.42) < 0.1
-
-    def test_best_sectors_for_the_published_counterweight(self, found):
-        name, of = found
-        choices = np.linspace(3050.0, 3250.0, 20001)
-        forces = np.array([of.forces(np.array([7228.0, U])).max() for U in choices[::20]])
-        near = choices[::20][np.argmin(forces)] + np.arange(-20, 21) * 0.01
-        forces = [of.forces(np.array([7228.0, U])).max() for U in near]
-        assert abs(near[np.argmin(forces)] - {"F": 3137.40, "P": 3157.93}[name]) < 0.1
-
-    def test_no_search_finds_a_better_design(self, found):
-        """The objective by simplex search from several designs."""
-        _, of = found
-        force, torque = of.goals()
-
-        def objective(u):
-            return of.forces(u).max() / force + of.fluctuation(u) / torque
-
-        best = of.optimum()
-        for begin in (PUBLISHED, best, best * [0.9, 1.1]):
-            search = minimize(objective, begin, method="Nelder-Mead", options={"fatol": 1e-12})
-            assert search.fun > objective(best) - 1e-6
-
-    def test_front_falls_and_is_convex(self, found):
-        _, of = found
-        front = of.front(9)
-        force, torque = front[:, 2], front[:, 3]
-        assert (np.diff(force) > 0).all()
-        assert (np.diff(torque) < 0).all()
-        assert (np.diff(np.diff(force)) > -1e-6 * force[0]).all()
-        for w in (0.2, 0.5, 0.8):  # no weighted optimum lies below the front
-            u = of.best((1 - w) / force[0], w / torque[-1])
-            F1, F2 = of.forces(u).max(), of.fluctuation(u)
-            on_front = np.interp(F2, torque[::-1], force[::-1])
-            assert F1 - on_front > -2e-4 * force[0]
-
-    def test_torque_without_gravity_does_not_know_the_sectors(self, found):
-        _, of = found
-        assert np.abs(of.torque[2]).max() < 1e-9
-        heavy = balance("P", kind=Mill, g=9.80665).torque[2]
-        assert abs(np.ptp(heavy) - 2 * 4 * 9.80665 / 0.96) < 1e-4
-
-    def test_curves_of_a_design_are_those_of_its_own_run(self, found):
-        name, of = found
-        w, degrees = SPEED[name], np.arange(1441) / 4
-        own = stand.revolution(stand.turned(stand.mill(name), w * lp.time), w, degrees)
-        force = np.hypot(*stand.shaking_force(own).T)[:-1]
-        assert error(of.forces(PUBLISHED), force) < 1e-11
-
-    def test_ideal_cranks_have_the_optimum_of_the_closed_form(self):
-        """Without slope of the rods the force is zero at My = Mx, S = (Mx + mq) R."""
-        angle, Mx, My0, mq, r = np.radians(np.arange(1440) / 4), 9.4e3, 1.6e3, 11e3, 0.59
-        cosine, sine, none = np.cos(angle), np.sin(angle), np.zeros(1440)
-        force = [
-            np.column_stack([-(Mx + mq) * r * cosine, -(My0 + mq) * r * sine]),
-            np.column_stack([none, -r * sine]),
-            np.column_stack([4 * cosine, 4 * sine]),
-        ]
-        both = r**2 * np.sin(2 * angle) / 2
-        torque = np.array([(My0 - Mx) * both, both, none])
-        ideal = Balance(np.array(force) * 45 + 1e-3, torque * 45)
-        received = ideal.best(1e-5, 1e-5)
-        assert np.abs(received / [Mx - My0, (Mx + mq) * r / 4] - 1).max() < 1e-6
 
 
 class TestRunning:
@@ -135,7 +37,7 @@ class TestRunning:
         ends = [run[name][-1] for name in ("motor.w", "motor.tau")]
         assert np.abs(np.subtract(ends, [104.28780861, 2574.75775])).max() < 1e-5
         speed, torque = run["motor.w"], run["motor.tau"]
-        assert abs(speed.max() - 104.8949) < 1e-4
+        assert np.abs(np.subtract((speed.min(), speed.max()), (103.8291, 104.8949))).max() < 1e-4
         assert abs(torque.min() + 830.6) < 0.06
         assert abs(torque.max() - 4776.7) < 0.06
 
@@ -181,7 +83,7 @@ class TestRunning:
             {"motor.T": 1e-5, "motor.tau_k": 13.5e6, "control.k": 50.0, "control.T_i": 1e3}
         )
         until = 2 * np.pi / w
-        run = drive.running(part, until=until, grid=361, rtol=1e-8)
+        run = drive.running(part, until=until, grid=361, rtol=1e-6)
         late = run.t > 0.1 * until
         curves = np.genfromtxt(DATA / "curves_P.csv", delimiter=",", names=True)
         expected = curves["Mg_exact_Nm_after"] + curves["Mroll_Nm"] + SETS["P"]["M0"]

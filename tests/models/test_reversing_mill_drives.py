@@ -6,6 +6,7 @@ from mill_by_hand import changes, relative
 
 import lumped as lp
 from lumped.components import Damper
+from lumped.models import reversing_mill_drives as drives
 from lumped.models import reversing_mill_scenes as scenes
 from lumped.models.reversing_mill_scenes import DIFFERENCE, GAIN, INTEGRAL_TIME, SPEED
 from lumped.models.reversing_mill_stand import C_SHAFT, C_SPINDLE, KGF, RATED, SHAFTS
@@ -96,3 +97,41 @@ class TestPIControllers:
         assert changes(run) == []
         assert abs(run["gap.tau"][-1]) < 1e-4 * RATED
         assert np.abs(run["gap.tau"]).max() > 0.05 * RATED
+
+
+class TestConverters:
+    """The same drives with the motors of the library: torque loop, limits, PI control."""
+
+    @pytest.mark.parametrize("s", [0.03, 0.01])
+    def test_droop_bounds_the_equalizing_torque(self, s):
+        r, beta, top = 1 + DIFFERENCE, RATED / (s * SPEED), (1 + s) * SPEED
+        w_v = (beta * top * (1 + r) - RATED * (1 + r)) / (beta * (1 + r**2))
+        received = drives.sharing(s)
+        assert relative(received, (beta * (top - w_v) - RATED) / RATED) < 1e-8
+        assert abs(received - DIFFERENCE / (2 * s)) < 1e-3 * received
+
+    def test_equal_rolls_share_the_load_evenly(self):
+        assert abs(drives.sharing(0.02, eps=0.0)) < 1e-12
+
+    def test_entry_of_the_strip_ends_at_the_steady_shares(self):
+        """Means over the last second; the closed gap swings on, as nothing damps it."""
+        cases = (
+            (drives.MotorStand(s=0.03), 1.03 * SPEED, drives.sharing(0.03)),
+            (drives.SharingStand(), SPEED, 0.0),
+        )
+        for stand, idle, expected in cases:
+            run = drives.motors_at_entry(stand, idle, until=12.0, grid=12_000, rtol=1e-8)
+            late = run.t > 11
+            torques = [run[f"{side}.motor.tau"][late].mean() / RATED for side in ("upper", "lower")]
+            assert np.abs(np.subtract(torques, [1 + expected, 1 - expected])).max() < 2e-3
+            assert abs(run["gap.tau"][late].mean() / RATED - expected) < 2e-3
+            assert max(run[f"{side}.motor.tau"].max() for side in ("upper", "lower")) < 2.5 * RATED
+
+    def test_without_droop_the_gap_skids_at_last(self):
+        run = drives.motors_at_entry(drives.MotorStand(), rtol=1e-8)
+        skids = [t for t, mode in changes(run) if mode == "forward"]
+        t = (run.t > 1.2) & (run.t < 2.2)
+        slope = np.polyfit(run.t[t], run["gap.tau"][t], 1)[0]
+        assert relative(slope, TestPIControllers.k_i * DIFFERENCE * SPEED / 2) < 0.1
+        assert len(skids) > 3
+        assert 2 < skids[1] < 3  # the first slide is the entry

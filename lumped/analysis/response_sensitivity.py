@@ -1,0 +1,134 @@
+"""How a frequency response changes with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.analysis.equilibrium_sensitivity import moved_states
+from lumped.analysis.response import FrequencyResponse
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.system import Name
+
+__all__ = ["ResponseSensitivity", "response_sensitivity"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseSensitivity:
+    """Derivatives of complex amplitudes; ``found[output, input, parameter]`` is a curve.
+
+    Attributes
+    ----------
+    response : FrequencyResponse
+        What was derived.
+    parameters : tuple of str
+        Names.
+    values : ndarray of complex, shape (k, outputs, inputs, p)
+        Derivatives, for each unit of the parameter.
+    moving : bool
+        The operating point is an equilibrium that moves with the parameters. If False, it is held.
+    """
+
+    response: FrequencyResponse
+    parameters: tuple[str, ...]
+    values: Complex
+    moving: bool
+
+    def __getitem__(self, names: tuple[Name, Name, Name]) -> Complex:
+        output, given, parameter = names
+        row, column = self.response._places(output, given)
+        key = self.response.system.key(parameter)
+        if key not in self.parameters:
+            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.parameters)}")
+        found: Complex = self.values[:, row, column, self.parameters.index(key)]
+        return found
+
+    def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:
+        """Derivative of the magnitude, shape (k,)."""
+        amplitude = self.response[output, input]
+        along: Real = (amplitude.conj() * self[output, input, parameter]).real / np.abs(amplitude)
+        return along
+
+
+def response_sensitivity(
+    response: FrequencyResponse, *, to: Iterable[Name] | None = None
+) -> ResponseSensitivity:
+    """Exact derivatives of a frequency response by parameters.
+
+    With ``v = (j w - A)^-1 B`` and ``y^T = C (j w - A)^-1``, the derivative of
+    ``C (j w - A)^-1 B + D`` is ``y^T (dA v + dB) + dC v + dD``: one reverse sweep for each
+    frequency, output and input gives it for all parameters. If the operating point is an
+    equilibrium, it moves with the parameters; else the states are held.
+
+    Parameters
+    ----------
+    response : FrequencyResponse
+        From `frequency_response`.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Raises
+    ------
+    OptionError
+        If `to` is empty.
+    UnknownNameError
+        If a parameter does not exist.
+    """
+    system, point = response.system, response.point
+    p = system._flat.parameters
+    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
+    if not names:
+        raise OptionError("response_sensitivity: nothing to vary; name parameters in `to`.")
+    places = system.places(names)
+    A, B, C, _ = response._matrices
+    n, m, q = len(system.states), B.shape[1], C.shape[0]
+    left, right = _vectors(A, B, C, response.hertz)
+    x, theta, _, _ = system._inputs
+    u = theta[system.places(response.inputs)]
+    observed = ca.vertcat(system.rates, system.expressions(response.outputs))
+    y, v, e = ca.SX.sym("y", n + q), ca.SX.sym("v", n), ca.SX.sym("e", m)
+    along = ca.jtimes(observed, x, v) + ca.jtimes(observed, u, e)
+    slope = ca.densify(ca.gradient(ca.dot(y, along), ca.vertcat(x, theta)))
+    function = ca.Function("contraction", [*system._inputs, y, ca.vertcat(v, e)], [slope])
+    count = left.shape[1]
+    at = [np.repeat(np.c_[part], count, axis=1) for part in (point.x, point.theta)]
+    modes = np.repeat(np.c_[point.modes], count, axis=1)
+    call = function.map(count)
+
+    def contracted(a: Real, b: Real) -> Real:
+        return np.asarray(call(*at, np.full((1, count), point.time), modes, a, b)).T
+
+    real = contracted(left.real, right.real) - contracted(left.imag, right.imag)
+    imaginary = contracted(left.real, right.imag) + contracted(left.imag, right.real)
+    by_states, by_parameters = np.split(real + 1j * imaginary, [n], axis=1)
+    found = by_parameters[:, places]
+    moved = moved_states(point, places) if np.abs(by_states).max(initial=0.0) > 0 else None
+    if moved is not None:
+        found = found + by_states @ moved
+    values = found.reshape(len(response.hertz), q, m, len(places))
+    return ResponseSensitivity(response, tuple(names), values, moved is not None)
+
+
+def _vectors(
+    A: scipy.sparse.csc_array, B: scipy.sparse.csc_array, C: scipy.sparse.csc_array, hertz: Real
+) -> tuple[Complex, Complex]:
+    """Vectors ``(y, output)`` and ``(v, input)`` for each frequency, output and input."""
+    n, m, q = A.shape[0], B.shape[1], C.shape[0]
+    left = np.zeros((len(hertz), q, m, n + q), dtype=complex)
+    right = np.zeros((len(hertz), q, m, n + m), dtype=complex)
+    left[..., n:], right[..., n:] = np.eye(q)[:, None, :], np.eye(m)[None, :, :]
+    for k, f in enumerate(hertz if n else ()):
+        factors = scipy.sparse.linalg.splu(
+            scipy.sparse.csc_array(2j * np.pi * f * scipy.sparse.eye_array(n, format="csc") - A)
+        )
+        left[k, :, :, :n] = factors.solve(C.toarray().T.astype(complex), trans="T").T[:, None, :]
+        right[k, :, :, :n] = factors.solve(B.toarray().astype(complex)).T[None, :, :]
+    return left.reshape(-1, n + q).T, right.reshape(-1, n + m).T

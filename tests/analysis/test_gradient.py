@@ -1,0 +1,493 @@
+"""Gradients of functionals against closed forms, forward sensitivities and differences."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import (
+    BearingFriction,
+    Brake,
+    Coupling,
+    Damper,
+    Fixed,
+    Inertia,
+    Speed,
+    SpringDamper,
+    Torque,
+    translation,
+)
+from lumped.components.translation_contact import Stop
+from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.models import carrousel_coiler_scenes as coiler
+from lumped.models import eccentric_shear_scenes as shear
+from lumped.models import pilger_mill_drive as pilger
+from lumped.models import reversing_mill_scenes as mill
+from lumped.models import rotary_arm_control as arm
+from lumped.ops import where
+
+EPS = 1e-30
+
+
+def one(equations, **quantities):
+    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
+    return type("One", (lp.Component,), body)()
+
+
+def by_complex_step(function, point):
+    """Gradients of all numbers that a function gives, shape (numbers, len(point))."""
+    point = np.asarray(point, dtype=complex)
+    columns = []
+    for i in range(len(point)):
+        moved = point.copy()
+        moved[i] += 1j * EPS
+        columns.append(np.imag(function(*moved)) / EPS)
+    return np.array(columns).T
+
+
+def by_differences(function, point, step):
+    """The same by central differences of sixth order."""
+    columns = []
+    for i, value in enumerate(point):
+        h = step * abs(value)
+        total = 0.0
+        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+            up, down = np.array(point), np.array(point)
+            up[i], down[i] = value + k * h, value - k * h
+            total = total + weight * (function(up) - function(down)) / h
+        columns.append(total)
+    return np.array(columns).T
+
+
+# -- closed forms ------------------------------------------------------------------------------
+
+UNTIL = 3.0
+
+
+def damped(t, k, d, x_0, v_0):
+    """Position and speed of x'' + d x' + k x == 0."""
+    w = np.sqrt(k - d**2 / 4)
+    b = (v_0 + d / 2 * x_0) / w
+    decay = np.exp(-d / 2 * t)
+    x = decay * (x_0 * np.cos(w * t) + b * np.sin(w * t))
+    v = -d / 2 * x + w * decay * (b * np.cos(w * t) - x_0 * np.sin(w * t))
+    return x, v
+
+
+@pytest.fixture
+def oscillator():
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == -self.k * self.x - self.d * self.v
+
+    return lp.assemble(
+        one(
+            equations,
+            k=lp.param("1/s2", "stiffness over mass", 4.0),
+            d=lp.param("1/s", "damping over mass", 0.3),
+            x=lp.var("m", "position", start=1.5),
+            v=lp.var("m/s", "velocity", start=2.0),
+        )
+    )
+
+
+POINT = np.array([4.0, 0.3, 1.5, 2.0])
+
+
+def sums(k, d, x_0, v_0):
+    """Final position, mean and root mean square of x, work of v on x, by Gauss-Legendre."""
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    t, w = UNTIL / 2 * (nodes + 1), UNTIL / 2 * weights
+    x, v = damped(t, k, d, x_0, v_0)
+    last = damped(np.array([UNTIL]), k, d, x_0, v_0)[0][0]
+    return np.array([last, w @ x / UNTIL, np.sqrt(w @ x**2 / UNTIL), w @ (x * v)])
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_a_damped_oscillation_has_the_gradients_of_its_closed_form(oscillator, method):
+    of = [fun.final("x"), fun.mean("x"), fun.rms("x"), fun.integral("x", "v")]
+    to = ["k", "d", "x", "v"]
+    found = lp.gradient(oscillator, of=of, to=to, until=UNTIL, rtol=1e-11, method=method)
+    assert method in found.run.statistics.method
+    assert found.values == pytest.approx(sums(*POINT), rel=1e-9)
+    assert found.derivatives == pytest.approx(by_complex_step(sums, POINT), rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-11])
+def test_an_extreme_inside_a_step_moves_as_it_does_at_a_fixed_instant(oscillator, rtol):
+    of = [fun.peak("v"), fun.highest("x"), fun.lowest("x"), fun.peak("x")]
+    found = lp.gradient(oscillator, of=of, to=["k", "d", "x", "v"], until=UNTIL, rtol=rtol)
+    k, d = POINT[:2]
+
+    def force(t):
+        x, v = damped(t, *POINT)
+        return -k * x - d * v
+
+    instants = [
+        brentq(force, 0.4, 1.4),
+        brentq(lambda t: damped(t, *POINT)[1], 0.2, 1.0),
+        brentq(lambda t: damped(t, *POINT)[1], 1.6, 2.6),
+    ]
+    parts = ((instants[0], 1, -1.0), (instants[1], 0, 1.0), (instants[2], 0, 1.0))
+    parts += ((instants[1], 0, 1.0),)
+    expected = [sign * damped(t, *POINT)[which] for t, which, sign in parts]
+    slopes = [
+        sign * by_complex_step(lambda *p, t=t, which=which: damped(t, *p)[which], POINT)
+        for t, which, sign in parts
+    ]
+    assert found.values == pytest.approx(expected, rel=100 * rtol)
+    assert found.derivatives == pytest.approx(np.array(slopes), rel=1e3 * rtol, abs=100 * rtol)
+
+
+def ball(jump=False):
+    def equations(self):
+        yield lp.der(self.s) == self.v
+        if jump:
+            yield lp.der(self.v) == -self.g
+            yield lp.when(self.s <= 0, {self.v: -self.e * self.v})
+        else:
+            yield lp.der(self.v) == -self.g - self.f
+            yield lp.hold(reaction=self.f, speed=self.v, gap=self.s, restitution=self.e)
+
+    quantities = {
+        "g": lp.param("m/s2", "gravity", 10.0),
+        "e": lp.param("1", "restitution", 0.8),
+        "s": lp.var("m", "height", start=1.0),
+        "v": lp.var("m/s", "velocity", state="prefer"),
+    }
+    if not jump:
+        quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
+    return lp.assemble(one(equations, **quantities))
+
+
+def test_what_happens_at_an_impact_moves_with_its_instant():
+    of = [
+        fun.peak("v"),
+        fun.highest("v"),
+        fun.instant("One", number=1),
+        fun.instant("One", number=-2),
+        fun.integral("v", "v"),
+    ]
+    found = lp.gradient(ball(), of=of, to=["s", "e", "g"], until=1.5, rtol=1e-10)
+
+    def closed(h, e, g):
+        """Fall from h, flight of 2 e t_1, begin of the next."""
+        fall, v = np.sqrt(2 * h / g), np.sqrt(2 * g * h)
+        second = fall * (1 + 2 * e)
+        rest = 1.5 - second
+        first = g**2 * fall**3 / 3
+        flight = 2 * g**2 * (e * fall) ** 3 / 3
+        start = e**2 * v
+        last = start**2 * rest - start * g * rest**2 + g**2 * rest**3 / 3
+        return np.array([v, e * v, second, fall, first + flight + last])
+
+    point = np.array([1.0, 0.8, 10.0])
+    assert found.values == pytest.approx(closed(*point), rel=1e-9)
+    assert found.derivatives == pytest.approx(by_complex_step(closed, point), rel=1e-8, abs=1e-12)
+
+
+def test_a_coupling_that_closes_at_a_speed_shares_the_momentum():
+    # closes at t_0; before, the torque drives a alone
+    model = lp.compose(
+        push=Torque(tau=3.0),
+        a=Inertia(J=2.0, w=1.0),
+        dogs=Coupling(u=where(lp.time >= 0.4, 1.0, 0.0)),
+        b=Inertia(J=5.0, w=-2.0),
+        connections=lambda m: lp.chain(m.push, m.a, m.dogs, m.b),
+    )
+    to = ["a.J", "b.J", "push.tau", "a.w", "b.w"]
+    system = lp.assemble(model)
+    found = lp.gradient(system, of=[fun.final("b.w")], to=to, until=1.0, rtol=1e-10)
+
+    def closed(J_a, J_b, tau, w_a, w_b):
+        before = w_a + tau * 0.4 / J_a
+        return (J_a * before + J_b * w_b + tau * 0.6) / (J_a + J_b)
+
+    expected = by_complex_step(closed, [2.0, 5.0, 3.0, 1.0, -2.0])
+    assert found.values[0] == pytest.approx(closed(2.0, 5.0, 3.0, 1.0, -2.0), rel=1e-10)
+    assert found.derivatives[0] == pytest.approx(expected, rel=1e-10)
+    forward = lp.sensitivity(system, of=["b.w"], to=to, until=1.0, rtol=1e-10)
+    assert forward.values[-1, 0] == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_stiff_run_that_changes_its_method_agrees_with_a_matrix_exponential():
+    J_a, J_b, c, d, w = 0.5, 2.0, 800.0, 3e4, 3.0
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=J_a, w=w),
+            shaft=SpringDamper(c=c, d=d),
+            b=Inertia(J=J_b),
+            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+        )
+    )
+    to = ["a.J", "shaft.c", "shaft.d", "a.w"]
+    found = lp.gradient(system, of=[fun.final("a.w")], to=to, until=0.5, rtol=1e-9)
+    statistics = found.run.statistics
+    assert statistics.method == "explicit then implicit"
+    assert 0 < statistics.implicit_from < 0.5
+
+    def last(J_a, c, d, w):
+        A = np.array(
+            [[-d / J_a, d / J_a, c / J_a], [d / J_b, -d / J_b, -c / J_b], [-1.0, 1.0, 0.0]]
+        )
+        return (expm(A * 0.5) @ np.array([w, 0.0, 0.0]))[0]
+
+    expected = by_complex_step(last, [J_a, c, d, w])
+    # by stiffness and damping the end hardly changes: as parts of the whole
+    point = np.array([J_a, c, d, w])
+    error = np.abs((found.derivatives[0] - expected) * point).max() / found.values[0]
+    assert error < 1e-8
+    assert found.derivatives[0, [0, 3]] == pytest.approx(expected[[0, 3]], rel=1e-7)
+
+
+def test_a_run_without_states_has_gradients_too():
+    system = lp.assemble(
+        lp.compose(
+            motor=Torque(tau=0.0),
+            a=Inertia(J=2.0),
+            oil=Damper(d=0.7),
+            wall=Fixed(),
+            connections=lambda m: lp.chain(m.motor, m.a, m.oil, m.wall),
+        )
+    )
+    run = lp.inverse(system, motion={"a.w": lp.ops.sin(lp.time)}, drive="motor.tau", until=1.0)
+    of = [fun.integral("motor.tau", "motor.tau"), fun.highest("motor.tau")]
+    found = lp.gradient(run.system, of=of, to=["a.J", "oil.d"], until=1.0)
+    # tau = J cos t + d sin t, greatest where tan t = d / J
+    J, d, s, c = 2.0, 0.7, np.sin(1.0), np.cos(1.0)
+    integral = [J * (1 + s * c) + d * s**2, d * (1 - s * c) + J * s**2]
+    top = [J / np.hypot(J, d), d / np.hypot(J, d)]
+    assert found.derivatives == pytest.approx(np.array([integral, top]), rel=1e-10)
+
+
+# -- the forward sensitivities -------------------------------------------------------------------
+
+
+def stick_slip():
+    model = lp.compose(
+        feed=Speed(w=0.3),
+        shaft=SpringDamper(c=20.0, d=0.3),
+        body=Inertia(J=1.0),
+        bearing=BearingFriction(characteristic=((0.0, 3.0), (2.0, 1.0)), peak=1.5),
+        connections=lambda m: lp.chain(m.feed, m.shaft, m.body, m.bearing),
+    )
+    system = lp.assemble(model, keep=["body.phi"])
+    return system, ["body.phi", "shaft.tau"], ["feed.w", "shaft.c", "shaft.d", "body.J"], 2.5, 3
+
+
+def break_away():
+    model = lp.compose(
+        push=Torque(tau=8.0 * lp.time),
+        body=Inertia(J=2.0),
+        brake=Brake(f_max=5.0, u=1.0, characteristic=((0.0, 1.0),)),
+        connections=lambda m: lp.chain(m.push, m.body, m.brake),
+    )
+    system = lp.assemble(model, keep=["body.phi"])
+    return system, ["body.w", "body.phi"], ["brake.f_max", "body.J"], 2.0, 1
+
+
+def stopped():
+    model = lp.compose(
+        a=translation.Mass(m=1.0, s=0.0, v=2.0),
+        stop=Stop(restitution=0.25),
+        b=translation.Mass(m=3.0, s=0.5, v=0.0),
+        connections=lambda m: lp.chain(m.a, m.stop, m.b),
+    )
+    system = lp.assemble(model, keep=["b.s"])
+    return system, ["b.v", "b.s"], ["a.v", "a.m", "stop.restitution", "b.s"], 1.0, 1
+
+
+CASES = {
+    "bounces by a hold": lambda: (ball(), ["s", "v"], ["s", "e", "g"], 1.5, 2),
+    "bounces by when": lambda: (ball(jump=True), ["s", "v"], ["s", "e", "g"], 1.5, 2),
+    "stick-slip": stick_slip,
+    "break-away": break_away,
+    "impact": stopped,
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_sweep_back_agrees_with_the_sensitivities_forward(case):
+    system, of, to, until, events = CASES[case]()
+    forward = lp.sensitivity(system, of=of, to=to, until=until, rtol=1e-12, grid=None)
+    back = lp.gradient(system, of=[fun.final(n) for n in of], to=to, until=until, rtol=1e-12)
+    assert len({t for t, _ in forward.instants}) >= events
+    for received, expected in zip(back.derivatives, forward.values[-1], strict=True):
+        assert np.abs(received - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+# -- the machines --------------------------------------------------------------------------------
+
+
+def rolling():
+    system = mill.skidding(until=1e-3).system
+    of = [fun.peak("upper.spindle.tau"), fun.rms("upper.shaft.tau"), fun.final("lower.motor.w")]
+    to = ["M_s", "M_k", "upper.spindle.c", "lower.gearbox.J"]
+    start = dict.fromkeys(mill.SHAFTS, mill.RATED)
+    return system, [*of, fun.instant("gap", "forward")], to, 0.2, start, {}, 2
+
+
+def winding():
+    system = coiler.elastic_winding(until=1e-3).system
+    stretch = coiler.TENSION * coiler.FREE / (coiler.MODULUS * coiler.WIDTH * coiler.THICKNESS)
+    of = [fun.peak("drive.motor.flange.tau"), fun.rms("strip.T"), fun.final("drive.mandrel.w")]
+    to = ["drive.rotor.J", "eta", "free"]
+    return system, of, to, 2.0, {"strip.s_rel": stretch}, {}, 0
+
+
+def piercing():
+    system = pilger.running(until=1e-3).system
+    of = [fun.peak("motor.tau"), fun.rms("motor.tau"), fun.final("motor.w")]
+    to = ["motor.J", "gear.ratio", "mill.T_f", "mill.L"]
+    return system, of, to, 0.6, {"motor.w": pilger.GEAR * pilger.SPEED["P"]}, {}, 0
+
+
+def cutting():
+    # over the instants at which the carriage is taken along and let go
+    system = shear.free_run(until=1e-3).system
+    start = {"motor.w": shear.SPEED, "motor.phi": 0.0, "motor.i": 0.0}
+    start |= shear.seated(shear.PrintedShear)
+    of = [fun.peak("motor.tau"), fun.rms("motor.tau"), fun.final("motor.w")]
+    to = ["loaded.cut.tau_max", "motor.k"]
+    return system, of, to, 2.0, start, {"eps": 0.1}, 3
+
+
+def taking():
+    # already moving, over the instant at which the mandrel is taken
+    system = arm.controlled(until=1e-3).system
+    start = {"arm.phi": arm.BEGIN, "motor.tau": 0.0, "motor.x": 0.0, "motor.w": 2.0}
+    start |= {"arm.mandrel.phi": arm.ADOPTED.pick_up, "arm.table.gap": 0.0}
+    of = [fun.lowest("arm.trays.w"), fun.rms("motor.tau"), fun.final("arm.trays.w")]
+    to = ["motor.J", "arm.m_x", "reducer.eta", "arm.arms.m"]
+    return system, of, to, 1.0, start, {}, 2
+
+
+@pytest.mark.parametrize("scene", [rolling, winding, piercing, cutting, taking])
+def test_the_machines_agree_with_differences_of_sixth_order(scene):
+    system, of, to, until, start, changed, events = scene()
+    options = {"of": of, "to": to, "until": until, "start": start, "rtol": 1e-12}
+    found = lp.gradient(system, parameters=changed, **options)
+    assert len(found.run.events) >= events
+    assert not found.shared
+    point = np.array([(system.parameters | changed)[name] for name in to])
+
+    def values(point):
+        parameters = changed | dict(zip(to, point, strict=True))
+        return lp.gradient(system, parameters=parameters, **options).values
+
+    error = (found.derivatives - by_differences(values, point, 1e-3)) * point
+    error = np.abs(error / found.values[:, None])
+    print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
+    print(np.abs(found.relative).max(axis=1))
+    assert error.max() < 1e-8
+
+
+def test_shares_of_indeterminate_constraints_that_let_go_are_told():
+    # at rest reducer and bearings both hold the arm
+    held, gain = arm.static_torque(arm.BEGIN, arm.ETA), arm.BANDWIDTH * arm.J_M
+    start = {"arm.phi": arm.BEGIN, "motor.tau": held, "motor.x": held / gain}
+    start |= {"arm.mandrel.phi": arm.ADOPTED.pick_up, "arm.table.gap": 0.0}
+    system = arm.controlled(until=1e-3).system
+    of, to = [fun.final("motor.tau")], ["motor.J"]
+    found = lp.gradient(system, of=of, to=to, until=0.05, start=start)
+    assert found.shared == (found.run.events[0].time,)
+    assert "shares of indeterminate constraints" in repr(found)
+
+
+# -- results and faults --------------------------------------------------------------------------
+
+
+def test_rankings_are_relative_and_the_tornado_shows_them(oscillator):
+    found = lp.gradient(oscillator, of=[fun.rms("x")], until=UNTIL)
+    assert found.to == ("k", "d")
+    ranked = found.ranked("rms(x)")
+    expected = by_complex_step(sums, POINT)[2, :2] * POINT[:2] / sums(*POINT)[2]
+    assert dict(ranked) == pytest.approx(dict(zip(["k", "d"], expected, strict=True)), rel=1e-6)
+    assert abs(ranked[0][1]) >= abs(ranked[1][1])
+    axis = found.plot().axes[0]
+    bars = [bar.get_width() for bar in axis.patches]
+    assert bars == pytest.approx([value for _, value in ranked])
+    assert "change of rms(x) by 1 % of the parameter, %" in axis.get_xlabel()
+    forward = lp.sensitivity(oscillator, of=["x"], to=["k", "d", "x", "v"], until=UNTIL, rtol=1e-9)
+    slopes = by_complex_step(sums, POINT)[0] * POINT / sums(*POINT)[0]
+    assert dict(forward.ranked("x")) == pytest.approx(
+        dict(zip(["k", "d", "x", "v"], slopes, strict=True)), rel=1e-6
+    )
+    at = dict(forward.ranked("x", at=0.0))
+    assert at == pytest.approx({"k": 0.0, "d": 0.0, "x": 1.0, "v": 0.0}, abs=1e-12)
+    assert len(forward.plot("x").axes[0].patches) == 4
+
+
+def message(kind, action):
+    with pytest.raises(kind) as caught:
+        action()
+    print(f"\n{kind.__name__}: {caught.value}")
+    return str(caught.value)
+
+
+def test_what_cannot_be_differentiated_is_named(oscillator):
+    def call(of=None, to=("k",), **options):
+        chosen = [fun.rms("x")] if of is None else of
+        return lambda: lp.gradient(oscillator, of=chosen, to=to, until=1.0, **options)
+
+    assert "at least one functional" in message(OptionError, call(of=()))
+    assert "nothing to vary" in message(OptionError, call(to=()))
+    assert "'y'" in message(UnknownNameError, call(of=[fun.peak("y")]))
+    assert "is no functional" in message(OptionError, call(of=["x"]))
+    assert "'y'" in message(UnknownNameError, call(to=["y"]))
+    text = message(OptionError, call(of=[fun.instant("clutch", "stuck")]))
+    assert "instant(clutch, stuck, 0)" in text
+    assert "Events are: none" in text
+    text = message(OptionError, call(of=[fun.rms("x")], start={"x": 0.0, "v": 0.0}))
+    assert "rms(x)" in text
+    assert "zero throughout" in text
+    found = lp.gradient(oscillator, of=[fun.rms("x")], to=["k"], until=1.0)
+    assert "'rms(v)' was not differentiated" in message(
+        UnknownNameError, lambda: found.ranked("rms(v)")
+    )
+    assert "at least one quantity" in message(OptionError, fun.integral)
+
+
+def test_a_functional_that_nothing_changes_is_named():
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0, w=2.0),
+            load=Torque(tau=1.0),
+            b=Inertia(J=3.0, w=1.0),
+            brake=Torque(tau=-1.0),
+            connections=lambda m: (*lp.chain(m.load, m.a), *lp.chain(m.brake, m.b)),
+        )
+    )
+    text = message(
+        OptionError,
+        lambda: lp.gradient(
+            system, of=[fun.final("a.w"), fun.final("b.w")], to=["a.J", "load.tau"], until=1.0
+        ),
+    )
+    assert "final(b.w) does not depend on a.J, load.tau" in text
+
+
+def test_events_that_coincide_have_no_gradient():
+    def equations(self):
+        yield lp.der(self.x) == self.a
+        first = where(self.x >= self.first, 1, 0)
+        yield lp.der(self.y) == first + where(self.x <= self.second, 1, 0)
+
+    system = lp.assemble(
+        one(
+            equations,
+            a=lp.param("1/s", "rate", 1.0),
+            first=lp.param("1", "border", 0.5),
+            second=lp.param("1", "border", 0.5),
+            x=lp.var("1", "position"),
+            y=lp.var("1", "what switches"),
+        )
+    )
+    text = message(
+        SolverError,
+        lambda: lp.gradient(system, of=[fun.final("y")], to=["first", "second"], until=1.0),
+    )
+    assert "different changes coincide" in text
+    assert "t = 0.5 s" in text

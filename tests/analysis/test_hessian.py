@@ -1,0 +1,220 @@
+"""Second derivatives of runs, and derivatives of equilibria and responses, by closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
+from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.ops import where
+
+
+def one(equations, **quantities):
+    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
+    return type("One", (lp.Component,), body)()
+
+
+def decay(**changes):
+    def equations(self):
+        yield lp.der(self.x) == self.u - self.k * self.x
+
+    quantities = {
+        "k": lp.param("1/s", "rate", 0.8),
+        "u": lp.param("m/s", "inflow", 0.5),
+        "x": lp.var("m", "position", start=1.5),
+    }
+    return lp.assemble(one(equations, **(quantities | changes)))
+
+
+UNTIL, POINT = 2.0, np.array([0.8, 0.5, 1.5])
+
+
+def closed(k, u, x_0):
+    """Final value, and integral of the square of x = u/k + (x_0 - u/k) exp(-k t)."""
+    a, T = u / k, UNTIL
+    b = x_0 - a
+    e = np.exp(-k * T)
+    square = a**2 * T + 2 * a * b * (1 - e) / k + b**2 * (1 - e**2) / (2 * k)
+    return np.array([a + b * e, square, np.sqrt(square / T)])
+
+
+def second(which):
+    """Hessian of one of these: complex step over central differences of sixth order."""
+    h, found = 1e-3, np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+                for sign in (1, -1):
+                    point = POINT.astype(complex)
+                    point[j] += sign * k * h
+                    point[i] += 1e-30j
+                    found[i, j] += sign * weight / h * closed(*point)[which].imag / 1e-30
+    return found
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+@pytest.mark.parametrize(
+    ("of", "which"),
+    [(fun.final("x"), 0), (fun.integral("x", "x"), 1), (fun.rms("x"), 2)],
+    ids=["final", "integral", "rms"],
+)
+def test_second_derivatives_are_those_of_the_closed_form(of, which, method):
+    found = lp.hessian(decay(), of=of, to=["k", "u", "x"], until=UNTIL, rtol=1e-11, method=method)
+    assert found.run.statistics.method == method
+    assert found.value == pytest.approx(closed(*POINT)[which], rel=1e-9)
+    assert found.matrix == pytest.approx(second(which), rel=1e-8, abs=1e-9)
+    assert f"{of} = " in repr(found)
+
+
+def message(kind, action):
+    with pytest.raises(kind) as caught:
+        action()
+    print(f"\n{kind.__name__}: {caught.value}")
+    return str(caught.value)
+
+
+def test_where_there_are_no_second_derivatives_this_is_said():
+    def call(of=None, to=("k",), system=None):
+        chosen, model = of or fun.final("x"), system or decay()
+        return lambda: lp.hessian(model, of=chosen, to=to, until=UNTIL)
+
+    assert "peak(x) has no second derivatives" in message(OptionError, call(fun.peak("x")))
+    assert "nothing to vary" in message(OptionError, call(to=()))
+
+    def equations(self):
+        yield lp.der(self.x) == where(self.x >= 1.0, -self.k, -self.u)
+
+    switched = lp.assemble(
+        one(
+            equations,
+            k=lp.param("m/s", "rate", 0.8),
+            u=lp.param("m/s", "rate below", 0.5),
+            x=lp.var("m", "position", start=1.5),
+        )
+    )
+    text = message(SolverError, call(system=switched))
+    assert "the run stops at t = 0.625 s" in text
+    assert "runs without events" in text
+
+
+# -- equilibrium ---------------------------------------------------------------------------------
+
+
+def test_an_equilibrium_moves_as_its_closed_form():
+    # tau_0 (1 - w/w_0) == d w behind a spring that carries this torque
+    tau, w_0, d, c = 40.0, 100.0, 0.3, 900.0
+    system = lp.assemble(
+        lp.compose(
+            motor=Torque(tau=tau),
+            drag=Damper(d=tau / w_0),
+            rotor=Inertia(J=0.2),
+            shaft=SpringDamper(c=c, d=0.5),
+            load=Inertia(J=1.0),
+            oil=Damper(d=d),
+            wall=Fixed(),
+            connections=lambda m: (
+                *lp.chain(m.motor, m.rotor, m.shaft, m.load, m.oil, m.wall),
+                *lp.chain(m.rotor, m.drag, m.wall),
+            ),
+        )
+    )
+    point = lp.equilibrium(system)
+    of, to = ["load.w", "shaft.phi_rel"], ["motor.tau", "drag.d", "oil.d", "shaft.c", "load.J"]
+    found = lp.equilibrium_sensitivity(point, of=of, to=to)
+
+    def closed(tau, drag, d, c, J):
+        w = tau / (drag + d)
+        return np.array([w, -d * w / c])
+
+    point = np.array([tau, tau / w_0, d, c, 1.0], dtype=complex)
+    expected = [closed(*(point + 1e-30j * np.eye(5)[i])).imag / 1e-30 for i in range(5)]
+    sign = np.sign(found.values[1] / closed(*point)[1].real)  # as the spring counts its twist
+    assert found.values == pytest.approx(closed(*point).real * [1, sign], rel=1e-9)
+    rows = np.array(expected).T * np.array([[1], [sign]])
+    assert found.derivatives == pytest.approx(rows, rel=1e-9, abs=1e-14)
+    assert found["load.w", "motor.tau"] == found.derivatives[0, 0]
+    assert found.ranked("load.w")[0] == ("motor.tau", pytest.approx(1.0))
+    assert len(found.plot("load.w").axes[0].patches) == 5
+    assert "motor.tau +1.0000" in repr(found)
+
+
+def test_a_point_that_is_no_equilibrium_is_refused():
+    system = decay()
+    point = lp.start_point(system)
+    text = message(OptionError, lambda: lp.equilibrium_sensitivity(point, of=["x"]))
+    assert "no equilibrium" in text
+    still = lp.equilibrium(system)
+    assert lp.equilibrium_sensitivity(still, of=["x"])["x", "k"] == pytest.approx(-0.5 / 0.64)
+    message(OptionError, lambda: lp.equilibrium_sensitivity(still, of=[]))
+
+
+# -- frequency response --------------------------------------------------------------------------
+
+
+def two_masses():
+    return lp.assemble(
+        lp.compose(
+            load=Torque(tau=0.0),
+            a=Inertia(J=0.5),
+            shaft=SpringDamper(c=800.0, d=3.0),
+            b=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.load, m.a, m.shaft, m.b),
+        )
+    )
+
+
+def test_a_response_has_the_derivatives_of_its_closed_form():
+    system, hertz = two_masses(), np.array([0.5, 3.0, 6.9, 20.0])
+    response = lp.frequency_response(
+        system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
+    )
+    to = ["a.J", "b.J", "shaft.c", "shaft.d"]
+    found = lp.response_sensitivity(response, to=to)
+    s = 2j * np.pi * hertz
+
+    def closed(J_a, J_b, c, d):
+        """Speeds of b and a for each N.m on a."""
+        k = d + c / s
+        under = (J_a * s + k) * (J_b * s + k) - k**2
+        return np.array([k / under, (J_b * s + k) / under])
+
+    # complex amplitudes leave no room for a complex step: differences of sixth order
+    point = np.array([0.5, 2.0, 800.0, 3.0])
+    for i, name in enumerate(to):
+        h, expected = 3e-3 * point[i], 0.0
+        for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+            e = np.eye(4)[i] * k * h
+            expected = expected + weight / h * (closed(*(point + e)) - closed(*(point - e)))
+        assert found["b.w", "load.tau", name] == pytest.approx(expected[0], rel=1e-8)
+        assert found["a.w", "load.tau", name] == pytest.approx(expected[1], rel=1e-8)
+        size = np.abs(closed(*point)[0])
+        along = (closed(*point)[0].conj() * expected[0]).real / size
+        assert found.magnitude("b.w", "load.tau", name) == pytest.approx(along, rel=1e-7)
+    message(UnknownNameError, lambda: found["b.w", "load.tau", "load.tau"])
+    message(OptionError, lambda: lp.response_sensitivity(response, to=[]))
+
+
+def test_the_operating_point_of_a_response_moves():
+    # x' = u - k x^2 answers to u with 1/(s + 2 k x), x = sqrt(u/k)
+    def equations(self):
+        yield lp.der(self.x) == self.u - self.k * self.x**2
+
+    system = lp.assemble(
+        one(
+            equations,
+            k=lp.param("1/(m.s)", "rate", 0.8),
+            u=lp.param("m/s", "inflow", 0.5),
+            x=lp.var("m", "position", start=0.8),
+        )
+    )
+    hertz = np.array([0.1, 0.5])
+    response = lp.frequency_response(
+        system, inputs=["u"], outputs=["x"], hertz=hertz, at=lp.equilibrium(system)
+    )
+    found = lp.response_sensitivity(response, to=["k", "u"])
+    pole = 2 * np.sqrt(0.5 * 0.8)
+    slope = -1 / (2j * np.pi * hertz + pole) ** 2
+    assert found.moving
+    assert found["x", "u", "k"] == pytest.approx(slope * np.sqrt(0.5 / 0.8), rel=1e-8)
+    assert found["x", "u", "u"] == pytest.approx(slope * np.sqrt(0.8 / 0.5), rel=1e-8)

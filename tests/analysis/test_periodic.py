@@ -1,0 +1,477 @@
+"""Periodic motions against closed forms, other methods and published numbers."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
+
+import lumped as lp
+from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.models.pilger_mill_drive import GEAR, Driven, ElasticallyDriven
+from lumped.models.pilger_mill_stand import SPEED
+from lumped.ops import cos, sin, where
+
+VAN_DER_POL = 6.6632868593231301896996820305  # period for mu = 1 (Amore, arXiv:1611.09411)
+
+
+def close(received, expected, tolerance):
+    error = np.abs(np.asarray(received) - expected).max() / max(np.abs(expected).max(), 1e-300)
+    print(f"error over size {error:.2e}")
+    assert error < tolerance
+
+
+def one(equations, **quantities):
+    body = {"equations": equations, "__doc__": "One component: see equations.", **quantities}
+    return lp.assemble(type("One", (lp.Component,), body)(), keep=[*quantities.get("kept", ())])
+
+
+X = {"x": lp.var("m", "position"), "v": lp.var("m/s", "velocity")}
+
+
+def driven(d=0.3, c=2.0, cubic=0.0, pumped=0.0, F=1.5, Omega=1.1):
+    """``x'' + d x' + (c + pumped cos(Omega t)) x + cubic x^3 = F cos(Omega t)``, and its loss."""
+
+    def equations(self):
+        wave = cos(self.Omega * lp.time)
+        yield lp.der(self.x) == self.v
+        stiffness = self.c + self.pumped * wave
+        force = self.F * wave - self.d * self.v - self.cubic * self.x**3
+        yield lp.der(self.v) == force - stiffness * self.x
+        yield lp.der(self.E) == self.d * self.v**2
+
+    values = {"d": d, "c": c, "cubic": cubic, "pumped": pumped, "F": F, "Omega": Omega}
+    parameters = {name: lp.param("1", name, value) for name, value in values.items()}
+    return one(equations, **parameters, **X, E=lp.var("J", "loss"))
+
+
+def van_der_pol(mu=1.0):
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == self.mu * (1 - self.x**2) * self.v - self.x
+
+    x = lp.var("m", "position", start=1.0)
+    return one(equations, mu=lp.param("1", "mu", mu), x=x, v=X["v"])
+
+
+METHODS = ("shooting", "harmonic")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_driven_linear_oscillator_answers_as_its_frequency_response(method):
+    d, c, F, Omega = 0.3, 2.0, 1.5, 1.1
+    T = 2 * np.pi / Omega
+    orbit = lp.periodic(driven(d, c, F=F, Omega=Omega), period=T, method=method, rtol=1e-11)
+    H = F / (c - Omega**2 + 1j * Omega * d)
+    t, size = orbit.run.t, abs(H)
+    close(orbit["x"], np.real(H * np.exp(1j * Omega * t)), 1e-9)
+    close(orbit["v"], np.real(1j * Omega * H * np.exp(1j * Omega * t)), 1e-9)
+    close(orbit.harmonics("x", 3), np.array([0, H, 0, 0]), 1e-9)
+    assert orbit.greatest("x").value == pytest.approx(size, rel=1e-9)
+    assert orbit.greatest("x").time == pytest.approx((-np.angle(H) / Omega) % T, rel=1e-7)
+    assert orbit.least("x").value == pytest.approx(-size, rel=1e-9)
+    loss = np.pi * d * Omega * size**2
+    assert orbit.drift["E"] == pytest.approx(loss, rel=1e-9)
+    assert orbit.work("v", "v") == pytest.approx(loss / d, rel=1e-9)
+    exact = np.exp(T * np.roots([1, d, c]))
+    close(sorted(orbit.multipliers, key=np.imag), sorted(exact, key=np.imag), 1e-8)
+    assert orbit.shift is None
+    assert orbit.stable
+    assert orbit.residual < 1e-10
+    with pytest.raises(OptionError, match="mean of x is zero"):
+        orbit.fluctuation("x")
+
+
+@pytest.mark.parametrize("Omega", [0.9, 1.6])
+def test_shooting_and_harmonic_balance_agree_on_a_duffing_oscillator(Omega):
+    system = driven(d=0.2, c=1.0, cubic=1.0, F=0.8, Omega=Omega)
+    a, b = (lp.periodic(system, period=2 * np.pi / Omega, method=m, settle=80) for m in METHODS)
+    close(a["x"], b["x"], 1e-8)
+    close(a["v"], b["v"], 1e-8)
+    assert abs(a.harmonics("x", 3)[3]) > 1e-3  # it is not linear
+    # multipliers multiply to exp(integral of the trace), here of a constant (Liouville)
+    for orbit in (a, b):
+        assert np.prod(orbit.multipliers) == pytest.approx(np.exp(-0.2 * orbit.period), rel=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_van_der_pol_oscillator_has_its_published_period(method):
+    orbit = lp.periodic(van_der_pol(), near=6.5, method=method)
+    assert orbit.period == pytest.approx(VAN_DER_POL, rel=5e-11)
+    assert abs(orbit.shift - 1) < 1e-9
+    t, x = orbit.run.t, orbit["x"]
+    trace = 1 - x**2
+    area = np.trapezoid(trace, t)  # of a periodic function, so it converges at once
+    assert orbit.multipliers == pytest.approx([np.exp(area)], rel=1e-6)
+    by = orbit.sensitivity(["x", "v"], ["mu"])
+    step = 1e-3
+    beside = [lp.periodic(van_der_pol(1 + sign * step), near=6.5).period for sign in (1, -1)]
+    assert by.period["mu"] == pytest.approx((beside[0] - beside[1]) / (2 * step), rel=1e-5)
+
+
+@pytest.mark.parametrize("mu", [0.5, 1.0])
+def test_an_unstable_orbit_is_found_and_called_so(mu):
+    """Back in time the oscillator has the same orbit with inverse multipliers."""
+
+    def equations(self):
+        yield lp.der(self.x) == -self.v
+        yield lp.der(self.v) == self.x - self.mu * (1 - self.x**2) * self.v
+
+    forth = lp.periodic(van_der_pol(mu), near=7.0)
+    back = one(equations, mu=lp.param("1", "mu", mu), x=lp.var("m", "position"), v=X["v"])
+    on = dict(zip(("x", "v"), forth.run.x[0], strict=True))
+    for method in METHODS:
+        orbit = lp.periodic(back, near=forth.period, settle=1e-3, start=on, method=method)
+        assert orbit.period == pytest.approx(forth.period, rel=1e-9)
+        assert not orbit.stable
+        assert "unstable orbit: largest multiplier" in repr(orbit)
+        assert orbit.largest == pytest.approx(1 / forth.largest, rel=1e-5)
+
+
+@pytest.mark.parametrize(("c", "pumped"), [(1.3, 0.4), (0.25, 0.1), (0.3, 0.6)])
+def test_multipliers_of_a_mathieu_equation(c, pumped):
+    d, T = 0.02, 2 * np.pi
+    system = driven(d=d, c=c, pumped=pumped, F=1.0, Omega=1.0)
+
+    def rate(t, y):
+        S = y.reshape(2, 2)
+        return (np.array([[0, 1], [-c - pumped * np.cos(t), -d]]) @ S).ravel()
+
+    end = solve_ivp(rate, (0, T), np.eye(2).ravel(), method="DOP853", rtol=1e-12, atol=1e-13)
+    exact = np.linalg.eigvals(end.y[:, -1].reshape(2, 2))
+    orbit = lp.periodic(system, period=T, settle=0)
+    close(np.sort_complex(orbit.multipliers), np.sort_complex(exact), 1e-8)
+    assert orbit.stable == (np.abs(exact).max() < 1)
+
+
+def test_derivatives_of_a_driven_orbit_by_its_parameters():
+    system = driven()
+    T = 2 * np.pi / 1.1
+    by = lp.periodic(system, period=T).sensitivity(["x"], ["c", "d", "F"])
+    t, wave = by.run.t, np.exp(1.1j * by.run.t)
+    H = 1 / (2.0 - 1.1**2 + 1.1j * 0.3)
+    close(by["x", "F"], np.real(H * wave), 1e-8)
+    close(by["x", "c"], np.real(-1.5 * H**2 * wave), 1e-8)
+    close(by["x", "d"], np.real(-1.5 * 1.1j * H**2 * wave), 1e-8)
+    close(by.start[1], np.real(1.1j * np.array([-1.5 * H**2, -1.65j * H**2, H])), 1e-8)
+    assert by.period == {"c": 0.0, "d": 0.0, "F": 0.0}
+    assert len(t) == len(by["x", "c"])
+    with pytest.raises(UnknownNameError, match="pumped"):
+        by["x", "pumped"]
+
+
+class Slider(lp.Component):
+    """Mass on a spring and a belt of speed u: dry friction, greater while it sticks."""
+
+    s: lp.Var = lp.var("m", "position")
+    v: lp.Var = lp.var("m/s", "velocity")
+    slip: lp.Var = lp.var("m/s", "velocity less that of the belt", state="always")
+    f: lp.Var = lp.var("N", "friction")
+    c: lp.Param = lp.param("N/m", "stiffness", 9.0)
+    m: lp.Param = lp.param("kg", "mass", 2.0)
+    u: lp.Param = lp.param("m/s", "speed of the belt", 0.4)
+    kinetic: lp.Param = lp.param("N", "friction while it slides", 3.0)
+    static: lp.Param = lp.param("N", "greatest friction while it sticks", 5.0)
+    fading: lp.Param = lp.param("N.s/m", "loss of friction with speed", 0.0)
+
+    def equations(self):
+        yield self.v == lp.der(self.s)
+        yield self.slip == self.v - self.u
+        yield self.m * lp.der(self.v) == -self.c * self.s - self.f
+        yield lp.hold(
+            self.f,
+            self.slip,
+            forward=self.kinetic - self.fading * self.slip,
+            backward=-self.kinetic - self.fading * self.slip,
+            upper=self.static,
+            lower=-self.static,
+        )
+
+
+@pytest.mark.parametrize("u", [0.2, 0.4, 1.0])
+def test_a_slider_on_a_belt_sticks_and_slips_for_as_long_as_calculated_by_hand(u):
+    c, m, kinetic, static = 9.0, 2.0, 3.0, 5.0
+    w, step = np.sqrt(c / m), (static - kinetic) / c
+    phi = np.arctan2(step, u / w)
+    T = (2 * np.pi - 2 * phi) / w + 2 * step / u
+    orbit = lp.periodic(lp.assemble(Slider(u=u)), near=1.1 * T)
+    assert orbit.period == pytest.approx(T, rel=1e-9)
+    assert orbit.greatest("s").value == pytest.approx(kinetic / c + np.hypot(step, u / w), rel=1e-9)
+    # while it sticks only the phase is free
+    assert np.abs(orbit.multipliers).max() < 1e-9
+    by = orbit.sensitivity(["s"], ["static", "u", "c"])
+    slope = -2 / (c * w) * (u / w) / (step**2 + (u / w) ** 2) + 2 / (c * u)
+    assert by.period["static"] == pytest.approx(slope, rel=1e-7)
+    slope = 2 / w * step / w / (step**2 + (u / w) ** 2) - 2 * step / u**2
+    assert by.period["u"] == pytest.approx(slope, rel=1e-7)
+
+
+def test_friction_that_fades_with_speed_agrees_with_pieces_put_together():
+    c, m, u, kinetic, static, fading = 9.0, 2.0, 0.4, 3.0, 3.6, 0.5
+    orbit = lp.periodic(lp.assemble(Slider(static=static, fading=fading)), near=3.0)
+
+    def rate(t, y):
+        return [y[1], (-c * y[0] + kinetic + fading * (y[1] - u)) / m]
+
+    def caught(t, y):
+        return y[1] - u + 1e-300 * (t < 1e-3)
+
+    caught.terminal, caught.direction = True, 1
+    begin = [static / c, u]
+    moved = solve_ivp(rate, (0, 1e-2), begin, rtol=1e-12, atol=1e-13)
+    rest = solve_ivp(
+        rate, (1e-2, 9), moved.y[:, -1], events=caught, method="DOP853", rtol=1e-12, atol=1e-13
+    )
+    T = rest.t[-1] + (static / c - rest.y[0, -1]) / u
+    assert orbit.period == pytest.approx(T, rel=1e-9)
+
+
+class Rotor(lp.Component):
+    """Rotor with eccentric mass that a motor turns: ``J w' = k (w_0 - w) - G sin(phi) - tau``."""
+
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "speed", start=5.0)
+    back: lp.Var = lp.var("rad", "angle behind a gear that turns it round")
+    J: lp.Param = lp.param("kg.m2", "inertia", 0.3)
+    k: lp.Param = lp.param("N.m.s/rad", "slope of the motor", 0.5)
+    w_0: lp.Param = lp.param("rad/s", "idle speed", 8.0)
+    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
+    tau: lp.Param = lp.param("N.m", "load", 1.0)
+    ratio: lp.Param = lp.param("1", "of the gear", -2.0)
+
+    def equations(self):
+        yield lp.der(self.phi) == self.w
+        drive = self.k * (self.w_0 - self.w)
+        yield self.J * lp.der(self.w) == drive - self.G * sin(self.phi) - self.tau
+        yield self.back == self.ratio * self.phi
+
+
+ROTOR = lp.assemble(Rotor())
+
+
+def rotor_over_angle(J):
+    """Speed over the angle and period, from an equation that does not know the time."""
+
+    def rate(phi, y):
+        return [(0.5 * (8 - y[0]) - 2 * np.sin(phi) - 1) / (J * y[0]), 1 / y[0]]
+
+    def end(w, dense=False):
+        start = (0, 2 * np.pi), [w, 0.0]
+        return solve_ivp(rate, *start, method="DOP853", rtol=1e-12, atol=1e-13, dense_output=dense)
+
+    w = float(fsolve(lambda w: end(w.item()).y[0, -1] - w, 6.0, xtol=1e-13)[0])
+    return end(w, True)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("turn", [{"phi": 2 * np.pi}, {"back": -4 * np.pi}])
+def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
+    exact = rotor_over_angle(0.3)
+    orbit = lp.periodic(ROTOR, turn=turn, settle=5.0, method=method)
+    assert orbit.period == pytest.approx(exact.y[1, -1], rel=1e-10)
+    assert orbit.advance["phi"] == pytest.approx(2 * np.pi)
+    assert orbit.mean("w") == pytest.approx(2 * np.pi / orbit.period, rel=1e-9)
+    w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
+    assert orbit.fluctuation("w") == pytest.approx(np.ptp(w) * orbit.period / (2 * np.pi), rel=1e-7)
+    # multipliers: one of a shift in time, the other exp(integral of the trace)
+    assert abs(orbit.shift - 1) < 1e-8
+    assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
+    by = orbit.sensitivity(["w"], ["tau", "J"])
+    beside = [
+        lp.periodic(ROTOR, turn=turn, settle=5.0, parameters={"tau": tau}) for tau in (1.001, 0.999)
+    ]
+    slope = (beside[0].period - beside[1].period) / 0.002
+    assert by.period["tau"] == pytest.approx(slope, rel=1e-5)
+    assert by.mean[0, 0] == pytest.approx(-2 * np.pi * slope / orbit.period**2, rel=1e-5)
+    slope = (beside[0].greatest("w").value - beside[1].greatest("w").value) / 0.002
+    assert by.greatest[0, 0] == pytest.approx(slope, rel=1e-5)
+    assert "greatest" in repr(by)
+
+
+@pytest.mark.parametrize(
+    ("drive", "method"),
+    [
+        (Driven(), "shooting"),
+        (ElasticallyDriven(c=2e6, d=2e3), "shooting"),
+        (ElasticallyDriven(c=2e6, d=2e3), "harmonic"),
+    ],
+)
+def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(drive, method):
+    w = GEAR * SPEED["P"]
+    system = lp.assemble(drive.with_({"wanted": w}), keep=["mill.crank.phi"])
+    start = {"motor.w": w}
+    if isinstance(drive, ElasticallyDriven):
+        start["shaft.w"] = SPEED["P"]
+    turn = {"mill.crank.phi": 2 * np.pi}
+    orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, method=method)
+    assert orbit.advance == pytest.approx({"motor.phi": 2 * np.pi * GEAR})
+    assert orbit.period == pytest.approx(2 * np.pi / SPEED["P"], rel=1e-12)
+    assert orbit.mean("motor.w") == pytest.approx(w, rel=1e-10)
+    # a run that settled passes the same extremes
+    T = orbit.period
+    times = np.linspace(59, 60, 4001) * T
+    run = lp.simulate(system, until=60 * T, start=start, grid=times, rtol=1e-9)
+    assert run["motor.tau"].max() == pytest.approx(orbit.greatest("motor.tau").value, rel=1e-5)
+    assert np.ptp(run["motor.w"]) / w == pytest.approx(orbit.fluctuation("motor.w"), rel=1e-5)
+    assert orbit.stable
+    assert abs(orbit.shift - 1) < 1e-9
+
+
+@pytest.mark.parametrize("wanted", [0.1, 0.02])
+def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
+    orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, settle=5.0)
+    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
+    exact = rotor_over_angle(found.after)
+    w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
+    assert np.ptp(w) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
+    assert found.irregularity == pytest.approx(wanted, rel=1e-8)
+    # excess work of sin(phi) is 2 G; torques do not depend on the angle alone, so it is no more
+    assert found.after == pytest.approx(4 / (wanted * orbit.mean("w") ** 2), rel=0.1)
+    assert found.before + found.classical == pytest.approx(found.after, rel=0.15)
+    with pytest.raises(OptionError, match="already"):
+        lp.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
+    with pytest.raises(OptionError, match="rigidly joined"):
+        lp.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
+
+
+def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone():
+    """With a weak motor the torque is constant over a turn, and the excess work 2 G."""
+    weak = {"k": 1e-3, "tau": 0.0, "w_0": 8.0, "J": 3.0}
+    orbit = lp.periodic(
+        ROTOR, turn={"phi": 2 * np.pi}, settle=5.0, parameters=weak, start={"w": 8.0}
+    )
+    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
+    assert found.classical == pytest.approx(found.added, rel=2e-3)
+    # w^2 is a mean plus W / J, the mean speed that of idling
+    assert found.after == pytest.approx(4 / (0.005 * 8.0**2), rel=2e-3)
+
+
+def test_a_system_that_must_repeat_is_named_if_it_does_not():
+    def equations(self):
+        yield lp.der(self.x) == self.v
+        yield lp.der(self.v) == cos(lp.time) - self.x * 0.0 - self.v + self.c * sin(self.x)
+
+    free = one(equations, c=lp.param("1", "hold", 0.0), **X)
+    with pytest.raises(SolverError, match=r"other x are periodic too.*give its turn") as caught:
+        lp.periodic(free, period=2 * np.pi, start={"x": 0.3, "v": 1.0}, settle=0)
+    assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)
+
+
+def test_what_does_not_converge_tells_the_worst_state_and_keeps_the_last_run():
+    def equations(self):
+        yield lp.der(self.x) == 1.0 + self.x**2 * 1e-3 + 0.1 * sin(lp.time)
+
+    growing = one(equations, x=X["x"])
+    with pytest.raises(SolverError, match=r"iterations.*x misses its value by .* m,") as caught:
+        lp.periodic(growing, period=2 * np.pi, settle=0)
+    assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)
+
+
+def test_an_equilibrium_is_no_oscillation():
+    with pytest.raises(SolverError, match=r"equilibrium, not a periodic|periodic too"):
+        lp.periodic(van_der_pol(-1.0), near=6.5, settle=100)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({}, "give period="),
+        ({"period": -1.0}, "period = -1.0 s"),
+        ({"period": np.nan}, "period = nan s"),
+        ({"period": 1.0, "near": 1.0}, "not both"),
+        ({"turn": {"phi": 6.0}}, "give settle="),
+        ({"turn": {"phi": 0.0}, "settle": 5}, "other than zero"),
+        ({"turn": {"phi": 6.0}, "settle": 5}, "another after its turn.*rate of w"),
+        ({"turn": {"w": 6.0}, "settle": 5}, "another after its turn"),
+        ({"near": 1.0, "method": "newton"}, "choose 'shooting' or 'harmonic'"),
+        ({"near": 1.0, "harmonics": 3}, "with method='harmonic'"),
+        ({"near": 1.0, "grid": 3}, "at least 10"),
+        ({"near": 1.0, "rtol": 0.1}, "rtol"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(options, text):
+    with pytest.raises(OptionError, match=text):
+        lp.periodic(ROTOR, **options)
+
+
+def test_wrong_names_directions_and_kinds_of_system_are_refused():
+    with pytest.raises(UnknownNameError, match="psi"):
+        lp.periodic(ROTOR, turn={"psi": 6.0}, settle=5.0)
+    with pytest.raises(SolverError, match="after settle = 5 s phi has turned"):
+        lp.periodic(ROTOR, turn={"phi": -2 * np.pi}, settle=5.0)
+    with pytest.raises(OptionError, match="functions of time act"):
+        lp.periodic(driven(), near=6.0)
+    with pytest.raises(OptionError, match=r"no function of time acts on One.*near="):
+        lp.periodic(van_der_pol(), period=VAN_DER_POL)
+    with pytest.raises(OptionError, match="needs a smooth system, but Slider changes modes"):
+        lp.periodic(lp.assemble(Slider()), near=3.0, method="harmonic")
+
+
+@pytest.mark.parametrize("on", [0.2, 0.7])
+def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
+    class Switched(lp.Component):
+        """``w' = tau - w`` with a torque for a part of each second."""
+
+        w: lp.Var = lp.var("rad/s", "speed")
+        phi: lp.Var = lp.var("rad", "angle")
+        tau: lp.Var = lp.var("N.m", "torque")
+        on: lp.Param = lp.param("s", "end of the torque", 0.5)
+
+        def equations(self):
+            yield lp.der(self.phi) == self.w
+            yield self.tau == where(lp.time < self.on, 1.0, 0.0)
+            yield lp.der(self.w) == self.tau - self.w
+
+    system = lp.assemble(Switched(on=on), keep=["phi"])
+    orbit = lp.periodic(system, period=1.0, settle=0)
+    begin = (np.exp(on) - 1) / (np.e - 1)  # exp(-1) w_begin + the answer to the pulse
+    top = 1 - (1 - begin) * np.exp(-on)
+    assert orbit["w"][[0, -1]] == pytest.approx(begin, rel=1e-9)
+    assert orbit.greatest("w") == pytest.approx((top, on), rel=1e-9)
+    assert orbit.drift["phi"] == pytest.approx(on, rel=1e-9)  # mean speed is mean torque
+    assert orbit.fluctuation("w") == pytest.approx((top - begin) / on, rel=1e-9)
+    assert orbit.multipliers == pytest.approx([np.exp(-1)], rel=1e-9)
+    by = orbit.sensitivity(["w", "tau"], ["on"])
+    assert by.mean[:, 0] == pytest.approx(1.0, rel=1e-8)
+    # the top is where the torque ends, and moves with it
+    slope = (1 - begin) * np.exp(-on) + 1 / (np.e - 1)
+    assert by.greatest[:, 0] == pytest.approx([slope, 0.0], rel=1e-7)
+    assert by.start[system.state_names.index("w"), 0] == pytest.approx(
+        np.exp(on) / (np.e - 1), rel=1e-8
+    )
+    with pytest.raises(OptionError, match="functions of time in Switched jump"):
+        lp.periodic(system, period=1.0, method="harmonic")
+
+
+@pytest.mark.parametrize("cosine", [1, -1])
+def test_a_ball_that_bounces_once_in_each_period_of_a_shaken_plate(cosine):
+    """Period, place and multipliers by hand (Guckenheimer and Holmes, 1983, section 2.4)."""
+    e, A, W, g = 0.6, 0.3, 2 * np.pi, 9.81
+
+    class Ball(lp.Component):
+        """Ball above a plate at ``A cos(W t)``."""
+
+        h: lp.Var = lp.var("m", "gap")
+        v: lp.Var = lp.var("m/s", "its rate", state="prefer")
+        f: lp.Var = lp.var("N", "reaction of the plate, downwards")
+
+        def equations(self):
+            yield self.v == lp.der(self.h)
+            yield lp.der(self.v) == -g + A * W**2 * cos(W * lp.time) - self.f
+            yield lp.hold(self.f, self.v, gap=self.h, restitution=e)
+
+    up = g / 2  # leaves with it and is back after a second
+    plate = up * (1 - e) / (1 + e)
+    phase = np.arcsin(-plate / (A * W))
+    phase = phase if cosine > 0 else np.pi - phase
+    hit = (phase / W) % 1.0
+    flown = 1.0 - hit
+    begin = {"h": A * np.cos(phase) + up * flown - g / 2 * flown**2 - A, "v": up - g * flown}
+    beside = {"h": begin["h"] + 1e-3, "v": begin["v"] - 1e-3}
+    orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=beside, settle=0)
+    assert orbit.run.x[0] == pytest.approx(list(begin.values()), rel=1e-9)
+    assert orbit.run.events[0].time == pytest.approx(hit, rel=1e-9)
+    # map of instant and speed from one impact to the next, linearised
+    a = -A * W**2 * np.cos(phase)  # acceleration of the plate
+    exact = np.roots([1, -(1 + e**2 + (1 + e) ** 2 * a / g), e**2])
+    close(np.sort_complex(orbit.multipliers), np.sort_complex(exact), 1e-8)
+    assert orbit.stable == (cosine > 0)

@@ -1,0 +1,324 @@
+"""Planetary sets of meshes on a carrier, differentials and bevel gears, against closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    BevelDifferential,
+    BevelGear,
+    EfficientGear,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Planetary,
+    RackAndPinion,
+    Speed,
+    Torque,
+    translation,
+)
+
+SHAFTS = ("s_1", "s_2", "carrier", "ring")
+
+
+class Ravigneaux(lp.Component):
+    """Ravigneaux set of four meshes on one carrier.
+
+    The small sun drives short planets, these the long ones, which mesh with the large sun and with
+    the ring.
+    """
+
+    s_1 = lp.Flange(free=True)
+    s_2 = lp.Flange(free=True)
+    carrier = lp.Flange(free=True)
+    ring = lp.Flange(free=True)
+    z_1: lp.Param = lp.param("1", "teeth of the small sun", 30.0)
+    z_2: lp.Param = lp.param("1", "teeth of the large sun", 36.0)
+    z_3: lp.Param = lp.param("1", "teeth of the ring", 72.0)
+    short: lp.Param = lp.param("1", "teeth of a short planet", 17.0)
+    long: lp.Param = lp.param("1", "teeth of a long planet", 18.0)
+    inner: IdealGear = IdealGear(ratio=-short / z_1)
+    middle: IdealGear = IdealGear(ratio=-long / short)
+    large: IdealGear = IdealGear(ratio=-long / z_2)
+    outer: IdealGear = IdealGear(ratio=z_3 / long)
+
+    def connections(self):
+        meshes = (self.inner, self.middle, self.large, self.outer)
+        yield lp.connect(self.carrier, *(mesh.support for mesh in meshes))
+        yield lp.connect(self.s_1, self.inner.flange_a)
+        yield lp.connect(self.inner.flange_b, self.middle.flange_a)
+        yield lp.connect(self.s_2, self.large.flange_a)
+        yield lp.connect(self.middle.flange_b, self.large.flange_b, self.outer.flange_a)
+        yield lp.connect(self.outer.flange_b, self.ring)
+
+
+def geared(gears, drive, held, load, tau=-7.0):
+    """Point of a set: `drive` turned at 1 rad/s, `held` fixed, `load` with a torque."""
+
+    def connections(m):
+        yield lp.connect(m.drive.flange, getattr(m.set, drive))
+        yield lp.connect(m.held.flange, getattr(m.set, held))
+        yield lp.connect(m.load.flange, m.body.flange_a, getattr(m.set, load))
+
+    model = lp.compose(
+        drive=Speed(w=1.0),
+        held=Fixed(),
+        body=Inertia(J=1.0),
+        load=Torque(tau=tau),
+        set=gears,
+        connections=connections,
+    )
+    return lp.start_point(lp.assemble(model))
+
+
+RAVIGNEAUX = {
+    # drive, held: speed of the drive over that of the ring, by hand from both sun-ring ratios
+    ("s_1", "carrier"): 72 / 30,
+    ("s_2", "carrier"): -72 / 36,
+    ("s_1", "s_2"): (1 + 36 / 30) / (1 + 36 / 72),
+    ("carrier", "s_2"): 1 / (1 + 36 / 72),
+    ("carrier", "s_1"): 1 / (1 - 30 / 72),
+}
+
+
+class TestRavigneaux:
+    @pytest.mark.parametrize(("drive", "held"), RAVIGNEAUX)
+    def test_ratio_and_torques_are_those_of_its_teeth(self, drive, held):
+        found = geared(Ravigneaux(), drive, held, "ring")
+        expected = RAVIGNEAUX[drive, held]
+        assert abs(found["drive.w"] / found["body.w"] - expected) < 1e-12
+        into_set, support = -found["drive.flange.tau"], -found["held.flange.tau"]
+        assert abs(into_set - 7.0 / expected) < 1e-12  # power in is power out
+        assert abs(into_set + support - 7.0) < 1e-12  # and torques have no sum
+
+    def test_free_set_moves_by_its_two_equations(self):
+        """Four bodies on the shafts against Lagrange's equations with both sun-ring ratios."""
+        J, tau = np.array([1.0, 2.0, 3.0, 4.0]), np.array([5.0, -3.0, 2.0, 1.0])
+        model = lp.compose(
+            set=Ravigneaux(),
+            bodies=[Inertia(J=j) for j in J],
+            loads=[Torque(tau=t) for t in tau],
+            connections=lambda m: (
+                lp.connect(getattr(m.set, shaft), body.flange_a, load.flange)
+                for shaft, body, load in zip(SHAFTS, m.bodies, m.loads, strict=True)
+            ),
+        )
+        point = lp.start_point(lp.assemble(model))
+        received = [point[f"bodies[{i}].a"] for i in range(4)]
+        # w_1 = w_c + (z_3/z_1) (w_r - w_c), w_2 = w_c - (z_3/z_2) (w_r - w_c), free: w_c and w_r
+        basis = np.array([[1 - 2.4, 2.4], [1 + 2, -2], [1, 0], [0, 1]])
+        free = np.linalg.solve(basis.T @ np.diag(J) @ basis, basis.T @ tau)
+        assert np.abs(np.subtract(received, basis @ free)).max() < 1e-13
+
+
+class Set(lp.Component):
+    """Sun, stepped planet, one or two rings on a carrier."""
+
+    sun = lp.Flange(free=True)
+    carrier = lp.Flange(free=True)
+    ring = lp.Flange(free=True)
+    out = lp.Flange(free=True)
+    inner: lp.Component = IdealGear(ratio=-1.0)
+    outer: lp.Component = IdealGear(ratio=3.0)
+    last: IdealGear = IdealGear(ratio=2.5)
+
+    def connections(self):
+        inner, outer, last = self.inner, self.outer, self.last
+        yield lp.connect(self.carrier, inner.support, outer.support, last.support)
+        yield lp.connect(self.sun, inner.flange_a)
+        yield lp.connect(inner.flange_b, outer.flange_a, last.flange_a)
+        yield lp.connect(self.outer.flange_b, self.ring)
+        yield lp.connect(self.last.flange_b, self.out)
+
+
+def test_two_meshes_make_a_planetary_set():
+    """Sun 24, planet 18, ring 60 teeth, free, against the set of one ratio."""
+
+    def course(gears):
+        model = lp.compose(
+            set=gears,
+            sun=Inertia(J=1.0, w=3.0),
+            carrier=Inertia(J=5.0, w=-1.0),
+            ring=Inertia(J=2.0),
+            drive=Torque(tau=10.0),
+            connections=lambda m: (
+                lp.connect(m.drive.flange, m.sun.flange_a, m.set.sun),
+                lp.connect(m.carrier.flange_a, m.set.carrier),
+                lp.connect(m.ring.flange_a, m.set.ring),
+            ),
+        )
+        run = lp.simulate(lp.assemble(model), until=2.0)
+        return run.table(["sun.w", "carrier.w", "ring.w", "sun.flange_a.tau"])
+
+    composed = Set(
+        inner=IdealGear(ratio=-18 / 24), outer=IdealGear(ratio=60 / 18), last=IdealGear(ratio=1.0)
+    )
+    received, expected = course(composed), course(Planetary(ratio=60 / 24))
+    assert np.abs(received - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+def test_wolfrom_gear_has_the_ratio_of_its_teeth():
+    """Sun 18, planets 36 and 33, rings 90 (held) and 87: the teeth by Willis."""
+    gears = Set(
+        inner=IdealGear(ratio=-36 / 18),
+        outer=IdealGear(ratio=90 / 36),
+        last=IdealGear(ratio=87 / 33),
+    )
+    found = geared(gears, "sun", "ring", "out")
+    expected = (1 + 90 / 18) / (1 - (90 * 33) / (36 * 87))
+    assert abs(found["drive.w"] / found["body.w"] / expected - 1) < 1e-12
+    assert abs(-found["drive.flange.tau"] * expected / 7.0 - 1) < 1e-12
+
+
+@pytest.mark.parametrize(("sun", "carrier"), [(20.0, -10.0), (-10.0, 120.0)])
+def test_losses_in_the_meshes_give_the_efficiency_of_a_planetary_set(sun, carrier):
+    """Sun 24, planet 18, ring 60 held; (1 + k eta) / (1 + k), back (1 + k) / (1 + k / eta)."""
+    k, eta = 60 / 24, 0.9 * 0.95
+    model = lp.compose(
+        set=Set(
+            inner=EfficientGear(ratio=-18 / 24, eta=0.9),
+            outer=EfficientGear(ratio=60 / 18, eta=0.95),
+        ),
+        sun=Inertia(J=1.0, w=100.0),
+        carrier=Inertia(J=10.0),
+        held=Fixed(),
+        sun_torque=Torque(tau=sun),
+        carrier_torque=Torque(tau=carrier),
+        connections=lambda m: (
+            lp.connect(m.sun_torque.flange, m.sun.flange_a, m.set.sun),
+            lp.connect(m.carrier_torque.flange, m.carrier.flange_a, m.set.carrier),
+            lp.connect(m.held.flange, m.set.ring),
+        ),
+    )
+    point = lp.start_point(lp.assemble(model))
+    at_sun = point["set.inner.flange_a.tau"] * point["sun.w"]
+    at_carrier = point["set.carrier.tau"] * point["carrier.w"]
+    assert abs(point["sun.w"] / point["carrier.w"] - (1 + k)) < 1e-12
+    if at_sun > 0:
+        assert abs(-at_carrier / at_sun - (1 + k * eta) / (1 + k)) < 1e-12
+    else:
+        assert abs(-at_sun / at_carrier - (1 + k) / (1 + k / eta)) < 1e-12
+    assert (at_sun > 0) == (sun > 0)
+
+
+@pytest.mark.parametrize(("tau", "push"), [(3.0, -10.0), (-1.0, 80.0)])
+def test_gear_before_the_pinion_gives_a_rack_its_efficiency(tau, push):
+    r, eta = 0.05, 0.8
+    model = lp.compose(
+        drive=Torque(tau=tau),
+        rotor=Inertia(J=0.1, w=5.0),
+        mesh=EfficientGear(ratio=1.0, eta=eta),
+        rack=RackAndPinion(radius=r),
+        table=translation.Mass(m=10.0),
+        push=translation.Force(f=push),
+        connections=lambda m: lp.chain(m.drive, m.rotor, m.mesh, m.rack, m.table, m.push),
+    )
+    point = lp.start_point(lp.assemble(model))
+    torque, force = point["mesh.flange_a.tau"], -point["rack.flange_b.f"]
+    assert abs(force - torque / r * (eta if torque > 0 else 1 / eta)) < 1e-11 * abs(force)
+    assert (torque > 0) == (tau > 0)
+
+
+class TestBevelDifferential:
+    def model(self, **given):
+        return lp.compose(
+            gear=BevelDifferential(ratio=4.0),
+            motor=Inertia(J=0.5),
+            left=Inertia(J=2.0),
+            right=Inertia(J=3.0),
+            torques={name: Torque(tau=0.0) for name in ("a", "left", "right")},
+            connections=lambda m: (
+                lp.connect(m.torques["a"].flange, m.motor.flange_a),
+                lp.connect(m.motor.flange_b, m.gear.flange_a),
+                lp.connect(m.gear.left, m.left.flange_a, m.torques["left"].flange),
+                lp.connect(m.gear.right, m.right.flange_a, m.torques["right"].flange),
+            ),
+            **given,
+        )
+
+    def test_both_outputs_take_the_same_torque_at_any_speeds(self):
+        changed = {
+            f'torques["{n}"].tau': v for n, v in (("a", 9.0), ("left", -8.0), ("right", 1.0))
+        }
+        run = lp.simulate(lp.assemble(self.model()), until=3.0, parameters=changed)
+        left, right = run["gear.left.tau"], run["gear.right.tau"]
+        assert np.abs(left - right).max() < 1e-12 * np.abs(left).max()
+        assert np.abs(left + 2 * run["gear.flange_a.tau"]).max() < 1e-12 * np.abs(left).max()
+        assert np.abs(run["motor.w"] - 2 * (run["left.w"] + run["right.w"])).max() < 1e-9
+        # mass matrix of both outputs: the motor adds J (ratio / 2)^2 to all four places
+        M = np.diag([2.0, 3.0]) + 0.5 * 4.0
+        rates = np.linalg.solve(M, [-8.0 + 18.0, 1.0 + 18.0])
+        received = run["left.w"][-1], run["right.w"][-1]
+        assert np.abs(np.subtract(received, 3.0 * rates)).max() < 1e-9
+
+    def test_lifted_wheel_leaves_the_other_without_torque(self):
+        point = lp.start_point(
+            lp.assemble(self.model()), parameters={"right.J": 1e-9, 'torques["a"].tau': 9.0}
+        )
+        assert abs(point["gear.left.tau"]) < 1e-7
+
+    def test_wheels_held_apart_turn_against_each_other(self):
+        """Cage held: w_left = -w_right."""
+        model = lp.compose(
+            gear=BevelDifferential(ratio=4.0),
+            held=Fixed(),
+            left=Speed(w=2.0),
+            right=Inertia(J=1.0),
+            connections=lambda m: (
+                lp.connect(m.held.flange, m.gear.flange_a),
+                lp.connect(m.left.flange, m.gear.left),
+                lp.connect(m.right.flange_a, m.gear.right),
+            ),
+        )
+        assert abs(lp.start_point(lp.assemble(model))["right.w"] + 2.0) < 1e-14
+
+    def test_cage_driven_directly_is_a_planetary_set_of_ratio_one(self):
+        points = [
+            geared(gear, drive, left, right)
+            for gear, drive, left, right in (
+                (BevelDifferential(ratio=1.0), "flange_a", "left", "right"),
+                (Planetary(ratio=1.0), "carrier", "sun", "ring"),
+            )
+        ]
+        for name in ("body.w", "drive.flange.tau", "held.flange.tau"):
+            assert abs(points[0][name] - points[1][name]) < 1e-13
+
+
+@pytest.mark.parametrize("ratio", [3.5, -3.5])
+def test_housing_of_a_bevel_gear_takes_each_torque_about_its_own_axis(ratio):
+    """Moments about the axis of each shaft, of all torques on the housing and on the shafts."""
+    model = lp.compose(
+        drive=Speed(w=1.0),
+        gear=BevelGear(ratio=ratio),
+        body=Inertia(J=1.0),
+        load=Torque(tau=-7.0),
+        at_a=Fixed(),
+        at_b=Fixed(),
+        connections=lambda m: (
+            *lp.chain(m.drive, m.gear, m.body, m.load),
+            lp.connect(m.gear.support_a, m.at_a.flange),
+            lp.connect(m.gear.support_b, m.at_b.flange),
+        ),
+    )
+    point = lp.start_point(lp.assemble(model))
+    into_a, into_b = -point["drive.flange.tau"], -7.0
+    assert abs(point["body.w"] - 1 / ratio) < 1e-15
+    assert abs(into_a - 7.0 / ratio) < 1e-14
+    assert abs(point["at_a.flange.tau"] - into_a) < 1e-14
+    assert abs(point["at_b.flange.tau"] - into_b) < 1e-14
+
+
+def test_housing_of_a_bevel_gear_that_turns_about_one_axis_turns_the_other_shaft():
+    """The pinion rolls on the held crown wheel while the housing turns about the crown's axis."""
+    model = lp.compose(
+        gear=BevelGear(ratio=3.0),
+        crown=Fixed(),
+        swing=Speed(w=2.0),
+        pinion=Inertia(J=1.0),
+        connections=lambda m: (
+            lp.connect(m.crown.flange, m.gear.flange_b),
+            lp.connect(m.swing.flange, m.gear.support_b),
+            lp.connect(m.pinion.flange_a, m.gear.flange_a),
+        ),
+    )
+    assert abs(lp.start_point(lp.assemble(model))["pinion.w"] + 6.0) < 1e-14

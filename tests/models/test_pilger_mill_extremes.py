@@ -1,0 +1,155 @@
+"""Cold pilger mill LG90: numbers of its kinematics, and extreme cases."""
+
+import numpy as np
+import pytest
+from pilger_turns import E, L, R, data, error, turn
+
+import lumped as lp
+from lumped.components import CrankSlider, Inertia, translation
+from lumped.errors import ParameterError, SolverError
+from lumped.models import pilger_mill_stand as stand
+from lumped.models.pilger_mill_stand import AsPrinted, Mill
+
+
+class TestKinematics:
+    """Numbers that follow from R, L, L1 and e."""
+
+    def test_harmonics_of_the_accelerations_are_those_of_the_reference(self):
+        run, w = turn("P"), stand.SPEED["P"]
+        # two thirds of a unit of the last digit
+        expected = {
+            "stand": {"cos": {1: 1, 2: 0.140795, 4: -0.000711}, "sin": {1: -0.078459, 3: 0.001741}},
+            "weight": {"cos": {2: -0.174855, 4: -0.001337}, "sin": {1: 1}},
+        }
+        for part, kinds in expected.items():
+            series = np.fft.rfft(run[f"mill.{part}.a"][:-1]) * 2 / 360 / (w**2 * R)
+            for kind, values in kinds.items():
+                received = series.real if kind == "cos" else -series.imag
+                for k, value in values.items():
+                    assert abs(received[k] - value) < 7e-7, (part, kind, k)
+
+    def test_extremes_are_those_of_the_reference(self):
+        degrees = np.arange(0.0, 360.005, 0.01)
+        run, w = turn("P", degrees=degrees), stand.SPEED["P"]
+        v = run["mill.stand.v"] / w
+        for at, value, place in ((v.argmax(), 0.603907, 78.03), (v.argmin(), -0.591098, 273.46)):
+            assert abs(v[at] - value) < 5.1e-7
+            assert abs(degrees[at] - place) < 0.0101
+        lean = np.degrees(np.pi - run["mill.stand.psi"] % (2 * np.pi))
+        lean_1 = np.degrees(run["mill.weight.psi"] % (2 * np.pi) - np.pi)
+        assert abs(np.abs(lean).max() - 12.5018) < 5.1e-5
+        assert abs(np.abs(lean_1).max() - 9.9931) < 5.1e-5
+        ends = np.degrees([-np.arcsin(E / (L + R)), np.pi - np.arcsin(E / (L - R))])
+        assert np.abs(ends - [-3.909564, 174.826962]).max() < 5.1e-7
+        assert np.abs(np.diff(ends) - 178.7365).max() < 5.1e-5
+
+    @pytest.mark.parametrize("kind", [Mill, AsPrinted])
+    def test_inertia_does_no_work_over_a_cycle(self, kind):
+        torque = stand.crank_torque(turn("P", kind=kind, T_f=0.0, M0=0.0))
+        assert abs(torque[:-1].mean()) < 1e-12 * torque.max()
+
+
+class TestExtremes:
+    def test_stand_stops_at_its_dead_centres_while_the_inertia_stays(self):
+        for degrees in (
+            -np.degrees(np.arcsin(E / (L + R))),
+            180 - np.degrees(np.arcsin(E / (L - R))),
+        ):
+            assert round(degrees, 4) in (-3.9096, 174.8270)
+            part = stand.mill("P", T_f=0.0)
+            point = lp.start_point(stand.turned(part, np.radians(degrees) + lp.time))
+            assert abs(point["mill.stand.v"]) < 1e-14
+            assert np.isfinite(point["turn.flange.tau"])
+            assert abs(point["mill.weight.v"]) > 0.5
+
+    def test_stand_alone_cannot_drive_through_its_dead_centre(self):
+        """Its speed over the crank's vanishes there; from the crank it never matters."""
+        inner = -np.sqrt((L - R) ** 2 - E**2)
+        model = lp.compose(
+            push=translation.Position(s=inner - 0.1 + 0.2 * lp.time),
+            stand=CrankSlider(r=R, L=L, e=E, m=9e3, phase=np.pi, assembly=-1),
+            shaft=Inertia(J=4e3),
+            connections=lambda m: [
+                lp.connect(m.push.flange, m.stand.slider),
+                lp.connect(m.stand.flange, m.shaft.flange_a),
+            ],
+        )
+        system = lp.assemble(model)
+        with pytest.raises(SolverError, match="could not be followed"):
+            lp.simulate(system, until=1.0, start={"shaft.phi": 2.5})
+
+    def test_massless_rods_are_no_special_case(self):
+        run = turn("P", m_rod=0.0, m_rod_1=0.0)
+        table, p = data("curves_P"), stand.SETS["P"] | stand.DESIGNS["after"]
+        w = stand.SPEED["P"]
+        rolls = 1100 * (0.21 / 0.19) ** 2
+        stroke = (p["m1"] + rolls) * table["a_m_s2"] * table["V_m_s"] / w
+        expected = stroke + p["m2"] * table["a1_m_s2"] * table["V1_m_s"] / w
+        received = stand.crank_torque(run) - table["Mroll_Nm"] - p["M0"]
+        assert error(received, expected) < 1e-9
+
+    @pytest.mark.parametrize(
+        ("length", "force", "torque"),
+        [(4.25, None, 87e3), (42.5, 6.2e3, 8.2e3), (4250.0, 62, 81), (4.25e6, 0.062, 0.081)],
+    )
+    def test_long_rods_balance_to_first_order(self, length, force, torque):
+        """Equal masses along x and y and S = (M + mq) R leave what the rods' slope does.
+
+        The reference counts the rolls for the torque and not for the force.
+        """
+        w, p = stand.SPEED["P"], stand.SETS["P"]
+        angle = np.radians(np.arange(361.0))
+        runs = []
+        for mass in (p["m1"], p["m1"] + 1100 * (0.21 / 0.19) ** 2):
+            balanced = p | {"m1": mass, "m2": mass, "U": (mass + p["m_pin"]) * R / 4}
+            free = {"m_rod": 0.0, "m_rod_1": 0.0, "T_f": 0.0, "M0": 0.0}
+            part = Mill(**balanced | free | {"L": length, "L1": 0.8 * length})
+            part = part.with_({"rolls.J": 1e-9})
+            runs.append(stand.revolution(stand.turned(part, w * lp.time), w, np.degrees(angle)))
+        if length > 5:
+            slope = np.abs(runs[0]["mill.stand.a"] / w**2 - R * np.cos(angle)).max()
+            assert abs(slope * length / (R * (R + E)) - 1) < 0.02
+            assert abs(np.hypot(*stand.shaking_force(runs[0]).T).max() / force - 1) < 0.01
+        assert abs(np.ptp(stand.crank_torque(runs[1])) / torque - 1) < 0.01
+
+    def test_position_keeps_its_digits_but_those_lost_beside_a_long_rod(self):
+        length = 4.25e6
+        run = turn("P", L=length, T_f=0.0)
+        f = np.radians(np.arange(361.0))
+        rise = R * np.sin(f) + E
+        expected = -R * np.cos(f) + rise**2 / (2 * length)
+        received = run["mill.stand.s"] + length
+        assert 0 < np.abs(received - expected).max() < 4 * np.finfo(float).eps * length
+
+    def test_short_rod_of_the_stand_is_refused(self):
+        with pytest.raises(ParameterError, match=r"mill\.load\.s_1 = nan m"):
+            turn("P", L=0.9)
+
+    def test_rod_just_too_short_for_a_turn_is_reported(self):
+        part = stand.mill("P", L=0.9, T_f=0.0).with_({"load.s_0": -2.0, "load.s_1": -1.0})
+        w = stand.SPEED["P"]
+        run = stand.revolution(stand.turned(part, w * lp.time), w, np.arange(361.0))
+        with pytest.raises(SolverError, match="is not a number"):
+            stand.crank_torque(run)
+
+    def test_one_train_without_other_inertia_is_singular_at_its_dead_centre(self):
+        part = stand.mill("P", T_f=0.0, M0=-1e3, m_rod=0.0, m_rod_1=0.0, m2=0.0, U=0.0, m_pin=0.0)
+        with pytest.raises(SolverError, match=r"step size shrank|not a finite number"):
+            lp.simulate(lp.assemble(part), until=60.0, start={"crank.phi": 0.5})
+
+    def test_no_offset_makes_the_stroke_symmetric(self):
+        run = turn("P", e=0.0)
+        assert abs(np.ptp(run["mill.stand.s"]) - 2 * R) < 1e-14
+        assert np.abs(run["mill.stand.v"][[0, 180]]).max() < 1e-14
+        a = run["mill.stand.a"]
+        assert np.abs(a - a[::-1]).max() < 1e-12 * np.abs(a).max()
+
+    def test_small_crank_leaves_only_the_friction(self):
+        run = turn("P", R=1e-9, T_f=0.0)
+        assert np.abs(run["mill.stand.v"]).max() < 1e-8
+        assert np.abs(stand.crank_torque(run) - stand.SETS["P"]["M0"]).max() < 1e-9
+
+    @pytest.mark.parametrize("key", ["m1", "m2", "U", "R"])
+    def test_negative_masses_and_lengths_are_named(self, key):
+        with pytest.raises(ParameterError, match=rf"mill\.{key} = -1"):
+            turn("P", **{key: -1.0})
