@@ -287,6 +287,7 @@ class CascadeControl(Component):
     drive follows without error.
     """
 
+    symbol = "controller"
     wanted = Input("1", "wanted position")
     measured = Input("1", "measured position")
     v_measured = Input("1/s", "measured speed")

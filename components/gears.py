@@ -81,6 +81,7 @@ class BevelGear(Component):
     of its motion, and a housing that swings does so by a small angle. Open supports stand still.
     """
 
+    symbol = "bevel"
     flange_a = Flange()
     flange_b = Flange()
     support_a = Flange(grounded=True)
@@ -101,6 +102,7 @@ class BevelDifferential(Component):
     ``ratio = 1`` flange a is the cage itself. Wheels inside have no inertia of their own.
     """
 
+    symbol = "bevel"
     flange_a = Flange()
     left = Flange()
     right = Flange()

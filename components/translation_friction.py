@@ -64,6 +64,7 @@ class GuideFriction(_OnRod):
     friction bears up to `peak` times that force.
     """
 
+    symbol = "bearing"
     mu: Param = param("1", "friction coefficient", min=0)
     load = Input("N", "force across the guide, of either sign")
 

@@ -162,6 +162,21 @@ SYMBOLS: dict[str, Symbol] = {
         reach=0.65,
         height=0.7,
     ),
+    "belt": _symbol(
+        _line(-0.45, 0.3, 0.45, 0.42),
+        _line(-0.45, -0.3, 0.45, -0.42),
+        _oval(-0.45, 0, 0.3, fill=GREY),
+        _oval(0.45, 0, 0.42, fill=GREY),
+        reach=0.75,
+        height=0.5,
+    ),
+    "bevel": _symbol(
+        Stroke([(-0.45, -0.3), (-0.15, -0.6), (-0.15, 0.6), (-0.45, 0.3), (-0.45, -0.3)], GREY),
+        Stroke([(-0.05, 0.7), (0.55, 0.7), (0.25, 0.4), (0.05, 0.4), (-0.05, 0.7)], GREY),
+        _line(0.25, 0.4, 0.25, 0.0, 0.6, 0.0),
+        reach=0.6,
+        height=0.7,
+    ),
     "ellipses": _symbol(
         _oval(-0.38, 0, 0.38, 0.6, GREY), _oval(0.32, 0, 0.32, 0.7, GREY), reach=0.7
     ),
