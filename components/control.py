@@ -264,7 +264,7 @@ class SquareRootController(Component):
     ``e = wanted - measured``; `y` is the wanted speed.
     """
 
-    symbol = "controller"
+    symbol = "root"
     wanted = Input("1", "wanted position")
     measured = Input("1", "measured position")
     K: Param = param("1/s", "gain near the aim", above=0)

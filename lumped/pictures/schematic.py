@@ -192,7 +192,7 @@ def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Po
     if item.symbol == "box":
         text = item.kind if len(item.kind) <= 9 else item.kind[:8] + "."
     if text:
-        size = 8 if len(text) < 3 else 4.6
+        size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
         axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
     low = y + CELL[1] / 2 - 0.01
     axes.text(x, low, item.label, size=6, ha="center", va="top", zorder=6, bbox=_HALO)

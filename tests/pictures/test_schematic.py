@@ -15,12 +15,9 @@ import lumped as lp
 import lumped.components
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.connection import label
-from lumped.models.carrousel_coiler_drive import UnderTension
+from lumped.models import MACHINES, machine
 from lumped.models.carrousel_coiler_turret import Turret
-from lumped.models.eccentric_shear_scenes import FreeShear
-from lumped.models.pilger_mill_drive import Driven
 from lumped.models.reversing_mill_scenes import StripGap, TrimmedStand
-from lumped.models.rotary_arm_control import Controlled
 from lumped.pictures.netlist import netlist
 from lumped.pictures.placing import place
 from lumped.pictures.routing import Routed, route
@@ -79,13 +76,9 @@ def random_net(seed: int) -> lp.Component:
 
 
 MODELS = {
-    "coiler": UnderTension(),
+    **{name: machine(name).model() for name in MACHINES},
     "turret": Turret(),
-    "pilger": Driven(wanted=1.0),
-    "shear": FreeShear(),
-    "mill": StripGap(),
     "trimmed mill": TrimmedStand(),
-    "arm": Controlled(),
     **{f"random {seed}": random_net(seed) for seed in range(20)},
 }
 
@@ -185,7 +178,7 @@ def test_picture_names_every_component_once(name: str, tmp_path: Path):
     assert {path: received[path] for path in expected} == dict.fromkeys(expected, 1)
 
 
-@pytest.mark.parametrize("name", ["coiler", "pilger", "shear", "mill", "arm"])
+@pytest.mark.parametrize("name", [*MACHINES, "turret", "trimmed mill"])
 def test_frames_hold_their_own_parts_only(name: str):
     routed = routed_of(MODELS[name])
     for frame, (x0, y0), (x1, y1) in routed.frames:
