@@ -66,6 +66,7 @@ def _axis(figure: Figure, axis: Axes, key: str) -> dict[str, Any]:
     """Where the axes stand in the picture, in points from its top left corner."""
     width, height = 72 * figure.get_size_inches()
     place = axis.get_position()
+    below = [axis, *axis.get_shared_x_axes().get_siblings(axis)]
     return {
         "box": [
             float(v)
@@ -78,7 +79,7 @@ def _axis(figure: Figure, axis: Axes, key: str) -> dict[str, Any]:
         "y": list(map(float, axis.get_ylim())),
         "logx": axis.get_xscale() == "log",
         "logy": axis.get_yscale() == "log",
-        "xlabel": axis.get_xlabel(),
+        "xlabel": next((text for other in below if (text := other.get_xlabel())), ""),
         "ylabel": axis.get_ylabel(),
         "lines": [
             {"id": f"{key}-{gid}", "label": str(line.get_label()).lstrip("_")}

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from lumped.pictures.netlist import SIGNAL, Frame, Item, Net, Netlist
 
-__all__ = ["Cell", "Placed", "place"]
+__all__ = ["MECHANICAL", "Cell", "Placed", "place"]
 
 WIDEST = 14  # cells before a line is continued below
 MECHANICAL = ("rotational flange", "translational flange")
@@ -62,7 +62,7 @@ def place(plan: Netlist) -> Placed:
     for net in plan.nets:
         at: dict[Frame, dict[Item | Frame, list[Item]]] = {}
         for item, _, role in net.ends:
-            if net.kind in MECHANICAL and role == "support":
+            if _is_aside(net, role):
                 continue
             chain: list[Item | Frame] = [*home[item], item]
             for frame, part in zip(home[item], chain[1:], strict=True):
@@ -73,6 +73,15 @@ def place(plan: Netlist) -> Placed:
     for frame in reversed(order):
         blocks[frame] = _arranged(frame, touching.get(frame, []), blocks)
     return blocks[plan.top]
+
+
+def _is_aside(net: Net, role: str) -> bool:
+    """Supports do not make a line."""
+    return net.kind in MECHANICAL and role == "support"
+
+
+def _count(net: Net) -> int:
+    return sum(not _is_aside(net, role) for _, _, role in net.ends)
 
 
 _Nets = Sequence[tuple[Net, dict[Item | Frame, list[Item]]]]
@@ -159,7 +168,7 @@ class _Group:
         self, nets: _Nets, blocks: dict[Item | Frame, Placed], parts: list[Item | Frame]
     ) -> None:
         self.nets, self.blocks, self.parts = nets, blocks, parts
-        self.leaves = [len(net.ends) > sum(map(len, members.values())) for net, members in nets]
+        self.leaves = [_count(net) > sum(map(len, members.values())) for net, members in nets]
         self.around: dict[Item | Frame, list[int]] = {part: [] for part in parts}
         for n, (_, members) in enumerate(nets):
             for part in members:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lumped.pictures.netlist import Item, Net
-from lumped.pictures.placing import Cell
+from lumped.pictures.placing import MECHANICAL, Cell
 
 __all__ = ["Terminal", "terminals"]
 
@@ -77,6 +77,8 @@ def _rank(end: _End) -> tuple[bool, float]:
 
 def _choose_sides(ends: list[_End]) -> None:
     lines = sorted((end for end in ends if end[2].role == "line"), key=lambda end: end[0])
+    shafts = [end for end in lines if end[2].kind in MECHANICAL]
+    lines = shafts or lines  # wires of a motor come from below
     if len(lines) == 1:
         lines[0][2].side = "L" if lines[0][0] < 0 else "R"
     elif len(lines) == 3:

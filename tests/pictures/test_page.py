@@ -1,5 +1,6 @@
 """A report is one page that loads nothing and says what the model is."""
 
+import itertools
 import re
 import time
 from collections import Counter
@@ -77,8 +78,9 @@ def parabola() -> tuple[Figure, np.ndarray, np.ndarray]:
     """A figure of which every point is known, in a panel that is not the first."""
     x = np.linspace(0.0, 4.0, 9)
     figure = Figure((6, 5), layout="constrained")
-    first, second = figure.subplots(2)
-    first.plot([0.0, 1.0, 2.0], [3.0, 3.0, 3.0], label="level")
+    first, second = figure.subplots(2, sharex=True)
+    first.semilogy(x, 10**x, label="decades")
+    first.set_ylabel("size, 1")
     second.plot(x, x**2, label="square")
     second.set(xlabel="time, s", ylabel="way, m", xscale="linear")
     return figure, x, x**2
@@ -223,14 +225,16 @@ def test_value_under_the_pointer_is_that_of_the_nearest_point(browser: Browser, 
     figure, x, y = parabola()
     figure.draw_without_rendering()
     axis = figure.axes[1]
-    for i in (1, 4, 7):
+    curves = {"square": (axis, "way, m", y), "decades": (figure.axes[0], "size, 1", 10**x)}
+    for i, name in itertools.product((1, 4, 7), curves):
+        axis, unit, y = curves[name]
         px, py = axis.transData.transform((x[i], y[i])) * 72 / figure.dpi
         place = on_screen(browser, 1, px + 1.5, 72 * 5 - py - 1.5)
         browser.mouse("mouseMoved", *place)
         received = browser.value("document.querySelectorAll('figure output')[1].textContent")
-        found = re.fullmatch(r"square: time, s (\S+); way, m (\S+)", received)
+        found = re.fullmatch(rf"{name}: time, s (\S+); {unit} (\S+)", received)
         assert found, received
-        assert [float(v) for v in found.groups()] == pytest.approx([x[i], y[i]], abs=2e-3)
+        assert [float(v) for v in found.groups()] == pytest.approx([x[i], y[i]], rel=3e-3)
 
 
 def test_wheel_zooms_about_the_pointer(browser: Browser, page: Path):
