@@ -3,6 +3,7 @@
 from lumped import ops, profiles, transmissions
 from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.certify import Certificate
 from lumped.analysis.design import Optimum
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
@@ -37,6 +38,7 @@ from lumped.analysis.start import start_point
 from lumped.analysis.store import Saved, load
 from lumped.analysis.sweep import Sweep, sweep
 from lumped.analysis.symbolic import expression, symbolic_frequencies
+from lumped.analysis.work_precision import WorkPrecision, WorkRow, work_precision
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
@@ -55,6 +57,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Campbell",
+    "Certificate",
     "Component",
     "Connection",
     "CriticalSpeed",
@@ -99,6 +102,8 @@ __all__ = [
     "System",
     "Trajectory",
     "Var",
+    "WorkPrecision",
+    "WorkRow",
     "animate",
     "assemble",
     "campbell",
@@ -149,5 +154,6 @@ __all__ = [
     "transmissions",
     "var",
     "when",
+    "work_precision",
     "write_parameters",
 ]
