@@ -16,6 +16,8 @@ from lumped.table import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lumped.analysis.work_precision import WorkPrecision
+
 __all__ = ["Compared", "Given", "report_html"]
 
 
@@ -66,6 +68,7 @@ def report_html(
     figures: Mapping[str, Figure] | None = None,
     compared: Iterable[Compared] = (),
     given: Iterable[Given] = (),
+    accuracy: WorkPrecision | None = None,
 ) -> Path:
     """Write a report: model, schematic, parameters, figures that zoom, and what was left out.
 
@@ -85,6 +88,8 @@ def report_html(
         Published numbers beside computed ones.
     given : iterable of Given, optional
         Numbers of the source with their marks.
+    accuracy : WorkPrecision, optional
+        Error against run time, from `lumped.work_precision`.
 
     Returns
     -------
@@ -103,6 +108,8 @@ def report_html(
     if figures:
         drawn = [inline(f, text, f"figure-{i}") for i, (text, f) in enumerate(figures.items())]
         sections.append(("Figures", "\n".join(drawn)))
+    if accuracy is not None:
+        sections.append(("Error and run time", _accuracy(accuracy)))
     sections.append(("Left out", _left_out(system)))
     anchors = [text.lower().replace(" ", "-") for text, _ in sections]
     links = "".join(
@@ -219,3 +226,26 @@ def _left_out(system: System) -> str:
     if not system.left_out:
         return "<p>Nothing.</p>"
     return _table(("what", "why"), [(item.what, item.why) for item in system.left_out])
+
+
+def _accuracy(found: WorkPrecision) -> str:
+    rows = [
+        (
+            r.method,
+            f"{r.rtol:g}",
+            number(r.error, 2),
+            number(1e3 * r.seconds, 3),
+            *counts,
+            r.outcome,
+        )
+        for r in found.rows
+        for counts in [(str(r.steps), str(r.evaluations), str(r.events))]
+    ]
+    head = ("method", "rtol", "error", "ms", "steps", "evaluations", "events", "outcome")
+    text = (
+        f"<p>Largest difference from the reference ({escape(found.reference)}, whose own error is "
+        f"{found.reference_error:.1g}) relative to the ranges of the quantities.</p>"
+    )
+    return f"{text}\n{_table(head, rows, range(1, 7))}\n" + inline(
+        found.plot(), "run time over error", "accuracy"
+    )

@@ -141,6 +141,19 @@ def test_page_compares_with_signed_deviation(page: Path):
     ]
 
 
+def test_page_shows_error_against_run_time(system: lp.System, tmp_path: Path):
+    found = lp.work_precision(system, until=0.2)
+    page = Page(lp.report_html(system, tmp_path / "page.html", accuracy=found))
+    place = page.cells.index("outcome") + 1
+    for row in found.rows:
+        received = page.cells[place : place + 8]
+        assert received[:2] == [row.method, f"{row.rtol:g}"]
+        assert float(received[3]) == pytest.approx(1e3 * row.seconds, rel=0.01)
+        assert received[4:7] == [str(row.steps), str(row.evaluations), str(row.events)]
+        place += 8
+    assert not re.search(r"https?:", page.text)
+
+
 def test_texts_are_escaped(page: Path):
     assert "<h1>Rig &lt;1&gt;</h1>" in page.read_text()
     assert "run &amp; more" in page.read_text()
