@@ -25,6 +25,7 @@ from lumped import (
     param,
     var,
 )
+from lumped.component import Outline
 from lumped.errors import EquationError
 from lumped.expression import Constant
 from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
@@ -59,6 +60,7 @@ class CrankSlider(Component):
     not for the torque. Neither a rod nor a slider without mass is a special case.
     """
 
+    symbol = "crank"
     flange = Flange()
     slider = LinearFlange(free=True)
     frame_x = LinearFlange(grounded=True)
@@ -123,6 +125,15 @@ class CrankSlider(Component):
             yield f == (at_pin * (r * der(der(u)) + n) + at_slider * (self.a * w + n) - b.f * w)
             yield bearing == self.guide * side - f
 
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        c, s = cos(self.axis), sin(self.axis)
+        pin = (x + self.r * cos(angle), y + self.r * sin(angle))
+        slider = (x + self.s * c - self.e * s, y + self.s * s + self.e * c)
+        yield "crank", ((x, y), pin)
+        yield "rod", (pin, slider)
+        yield "slider", (slider,)
+
     def _run(self, rise: Expr) -> Expr:
         """Length of the rod along the slide."""
         if self.assembly == 0:
@@ -142,6 +153,7 @@ class RotatingMass(Component):
     the angle `phase` in the plane. Weight and motion of the frame act on the torque too.
     """
 
+    symbol = "arm"
     flange = Flange()
     frame_x = LinearFlange(grounded=True)
     frame_y = LinearFlange(grounded=True)
@@ -160,6 +172,12 @@ class RotatingMass(Component):
         yield self.frame_x.f == self.m * (r * der(der(cos(angle))) + fall[0])
         yield self.frame_y.f == self.m * (r * der(der(sin(angle))) + fall[1])
 
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        centre = (x + self.r * cos(angle), y + self.r * sin(angle))
+        yield "arm", ((x, y), centre)
+        yield "mass", (centre,)
+
 
 class StrokeLoad(Component):
     """Force against the motion that depends on the place: ``f = -sign(v) F g(z)``.
@@ -170,6 +188,7 @@ class StrokeLoad(Component):
     ``v_0``, so the load slows a standstill but does not hold it.
     """
 
+    symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     forward: Param = param("N", "greatest force on the way from s_0 to s_1", min=0)

@@ -27,6 +27,7 @@ class RollingTorque(Component):
     open. Friction of the necks: `JournalFriction`.
     """
 
+    symbol = "rolls"
     flange = Flange()
     support = Flange(grounded=True)
     F = Input("N", "roll force, not negative")

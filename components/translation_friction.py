@@ -47,6 +47,7 @@ class SupportFriction(_OnRod):
     `lumped.components.Stribeck`.
     """
 
+    symbol = "bearing"
     characteristic: Characteristic = ()
 
     def equations(self) -> Iterator[Item]:
@@ -63,6 +64,7 @@ class GuideFriction(_OnRod):
     friction bears up to `peak` times that force.
     """
 
+    symbol = "bearing"
     mu: Param = param("1", "friction coefficient", min=0)
     load = Input("N", "force across the guide, of either sign")
 
@@ -80,6 +82,7 @@ class Brake(_OnRod):
     `lumped.components.Stribeck`. Without normal force the rod is free.
     """
 
+    symbol = "brake"
     characteristic: Characteristic = ((0.0, 0.5),)
     c_geo: Param = param("1", "sum of the friction forces over that of one face", 1.0, min=0)
     f_max: Param = param("N", "normal force at u = 1", min=0)
@@ -109,6 +112,7 @@ class FrictionPair(Component):
     bodies are free.
     """
 
+    symbol = "friction"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     characteristic: Characteristic = ((0.0, 0.5),)
@@ -151,6 +155,7 @@ class MassWithStopAndFriction(Component):
     times the friction at standstill.
     """
 
+    symbol = "mass_stops"
     flange_a = LinearFlange(free=True)
     flange_b = LinearFlange(free=True)
     characteristic: Characteristic = ()

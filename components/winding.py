@@ -50,6 +50,7 @@ class Coil(Component):
     with an event, where the coil grows beyond `R_max` and where it is pulled off the mandrel.
     """
 
+    symbol = "coil"
     flange = Flange()
     tangent = Flange(grounded=True)
     strip = LinearFlange()
@@ -107,6 +108,7 @@ class Strip(Component):
     tension begins and ends at zero. Losing the tension and finding it again are events.
     """
 
+    symbol = "strip"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
@@ -136,6 +138,7 @@ class StripPath(Component):
     between the rolls is left out, and the roll must be outside of the circle of the coil.
     """
 
+    symbol = "strip"
     line = LinearFlange()
     strip = LinearFlange()
     tangent = Flange()

@@ -45,6 +45,9 @@ from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
+from lumped.pictures.motion import animate
+from lumped.pictures.page import report_html
+from lumped.pictures.schematic import schematic
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
 from lumped.switch import hold, when
@@ -101,6 +104,7 @@ __all__ = [
     "Var",
     "WorkPrecision",
     "WorkRow",
+    "animate",
     "assemble",
     "campbell",
     "chain",
@@ -136,8 +140,10 @@ __all__ = [
     "periodic",
     "profiles",
     "read_parameters",
+    "report_html",
     "response_sensitivity",
     "root_locus",
+    "schematic",
     "sensitivity",
     "simulate",
     "sizing",

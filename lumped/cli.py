@@ -35,7 +35,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{name:{width}}  {text}")
         return 0
     try:
-        _run(arguments.name, arguments.json, arguments.plot)
+        if arguments.command == "report":
+            _report(arguments.name, arguments.output)
+        else:
+            _run(arguments.name, arguments.json, arguments.plot)
     except (UnknownNameError, OSError) as error:
         print(f"lumped: {error}", file=sys.stderr)
         return 2
@@ -52,7 +55,36 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("name", help="name of the machine, see 'lumped list'")
     run.add_argument("--json", metavar="FILE", type=Path, help="write the numbers to FILE")
     run.add_argument("--plot", metavar="DIR", type=Path, help="draw the figures as PNG into DIR")
+    report = commands.add_parser(
+        "report", help="write a page about a machine, to open in a browser"
+    )
+    report.add_argument("name", help="name of the machine, see 'lumped list'")
+    report.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        default=Path("report.html"),
+        help="page to write; default is report.html",
+    )
     return parser
+
+
+def _report(name: str, file: Path) -> None:
+    chosen = machine(name)
+    from lumped.assemble import assemble
+    from lumped.models.sources import constants
+    from lumped.pictures.page import report_html
+
+    written = report_html(
+        assemble(chosen.model()),
+        file,
+        title=MACHINES[name],
+        figures={text.replace("_", " "): figure for text, figure in chosen.plots().items()},
+        compared=chosen.rows(),
+        given=constants(name),
+    )
+    print(f"written: {written}")
 
 
 def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:

@@ -9,6 +9,7 @@ if not __name__.startswith("lumped."):
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
+from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
 
 if TYPE_CHECKING:
@@ -71,6 +72,9 @@ class Machine(Protocol):
 
     def plots(self) -> "dict[str, Figure]":
         """Figures by name."""
+
+    def model(self) -> Component:
+        """The machine to draw and to report on."""
 
 
 def machine(name: str) -> Machine:
