@@ -1,18 +1,24 @@
-"""Left eigenvectors of modes, and the parts of a drive that do not touch."""
+"""Left eigenvectors of modes, states that vibrate, and parts of a drive that do not touch."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.linearise import sparse_state_matrix
-from lumped.analysis.modes import Modes
 
-__all__ = ["left_vectors", "parts"]
+if TYPE_CHECKING:
+    from lumped.analysis.modes import Modes
+    from lumped.analysis.result import OperatingPoint
+    from lumped.system import System
+
+__all__ = ["left_vectors", "moving", "parts"]
 
 
-def left_vectors(modes: Modes) -> NDArray[np.complex128]:
+def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
     """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration.
 
     Parameters
@@ -20,12 +26,16 @@ def left_vectors(modes: Modes) -> NDArray[np.complex128]:
     modes : Modes
         From `lumped.modes`; an eigenvalue that repeats in one connected part has no such vector,
         and what is given for it is without meaning.
+    decays : bool
+        Those of the decays, in place of those of the oscillating modes.
     """
+    values = modes.decays if decays else modes.eigenvalues
+    right = modes.decay_vectors if decays else modes.vectors
     matrix = scipy.sparse.csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
     n, part = matrix.shape[0], parts(modes)
-    found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
-    for k, value in enumerate(modes.eigenvalues):
-        x = modes.vectors[:, k]
+    found = np.zeros((n, len(values)), dtype=complex)
+    for k, value in enumerate(values):
+        x = right[:, k]
         own = np.flatnonzero(part == part[np.abs(x).argmax()])
         block = matrix[own][:, own]
         factors = scipy.sparse.linalg.splu(
@@ -46,4 +56,12 @@ def parts(modes: Modes) -> NDArray[np.int32]:
     matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     matrix.eliminate_zeros()
     found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
+    return found
+
+
+def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
+    """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
+    found: NDArray[np.bool_] = ~np.isin(
+        system.states, [*system.cyclic, *system.switching.held(point.modes)]
+    )
     return found
