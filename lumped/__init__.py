@@ -31,6 +31,7 @@ from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
+from lumped.analysis.shape_sensitivity import ShapeSensitivity, shape_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
@@ -90,6 +91,7 @@ __all__ = [
     "RootLocus",
     "Saved",
     "Sensitivity",
+    "ShapeSensitivity",
     "Sizing",
     "Statistics",
     "Sweep",
@@ -134,6 +136,7 @@ __all__ = [
     "response_sensitivity",
     "root_locus",
     "sensitivity",
+    "shape_sensitivity",
     "simulate",
     "sizing",
     "start_point",

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.analysis.eigen_repeated import split_slopes
 from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.modes import Modes
@@ -50,7 +51,8 @@ class EigenSensitivity:
         included. If False, the point is held, or does not matter.
     repeated : tuple of int
         Numbers (from 0) of modes whose eigenvalue repeats in the same drive. They have no
-        derivatives of their own: what is given for them is nan.
+        derivatives of their own: what is given for them is nan; `split` has them for one
+        parameter that changes alone.
     """
 
     modes: Modes
@@ -84,8 +86,9 @@ class EigenSensitivity:
 
     @property
     def _values(self) -> Real:
-        values = self.modes.point.parameters
-        return np.array([values[name] for name in self.parameters])
+        known = self.modes.point.parameters
+        found: Real = np.array([known[name] for name in self.parameters])
+        return found
 
     def ranked(self, mode: int) -> list[tuple[str, float]]:
         """Parameters and relative sensitivities of a mode's frequency, the largest first.
@@ -102,10 +105,31 @@ class EigenSensitivity:
             raise OptionError(
                 f"{self.modes.system.name}: the eigenvalue of mode {mode} "
                 f"({self.modes.hertz[mode]:.6g} Hz) repeats, so it has no derivative of its own. "
-                "Change a parameter a little to part the modes."
+                "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
         return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
+
+    def split(self, mode: int, parameter: Name) -> Complex:
+        """Derivatives of the eigenvalues into which one that repeats parts, 1/s, shape (m,).
+
+        They hold if this parameter changes and no other: what several do does not add up.
+
+        Raises
+        ------
+        OptionError
+            If the mode does not repeat.
+        SolverError
+            If there are fewer shapes than eigenvalues; the derivatives are infinite.
+        """
+        if mode not in self.repeated:
+            raise OptionError(f"{self.modes.system.name}: mode {mode} does not repeat.")
+        values = self.modes.eigenvalues
+        near = np.abs(values - values[mode]) <= _REPEATED * np.abs(values[mode])
+        part = parts(self.modes)[np.abs(self.modes.vectors).argmax(axis=0)]
+        together = np.flatnonzero(near & (part == part[mode])).tolist()
+        (place,) = self.modes.system.places([self.modes.system.key(parameter)])
+        return split_slopes(self.modes, together, place)
 
     def plot(self, mode: int = 0) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
@@ -118,7 +142,7 @@ class EigenSensitivity:
     def __repr__(self) -> str:
         rows = []
         for i, hertz in enumerate(self.modes.hertz[:12]):
-            text = "repeated: no derivatives of its own"
+            text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:
                 most = [(n, v) for n, v in self.ranked(i)[:4] if v]
                 text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
@@ -131,8 +155,8 @@ class EigenSensitivity:
             shares = self.decays[i] * known / decay
             text = "repeated: no derivatives of its own"
             if np.isfinite(shares).all():
-                most = [j for j in np.argsort(-np.abs(shares))[:4] if shares[j]]
-                text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in most)
+                order = np.argsort(-np.abs(shares))[:4].tolist()
+                text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in order)
             rows.append(("decay", f"{decay:.6g} 1/s", text))
         return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
 
@@ -169,7 +193,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     """
     system, point = modes.system, modes.point
     count = len(modes.eigenvalues)
-    values = np.append(modes.eigenvalues, modes.decays)
+    values: Complex = np.append(modes.eigenvalues, modes.decays)
     if not len(values):
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
     p = system._flat.parameters

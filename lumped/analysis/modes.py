@@ -219,7 +219,8 @@ class Modes:
     def _port_nodes(self) -> set[int]:
         """Angles and positions of ports; where there are none, other potentials."""
         system, reduced = self.system, self.system._reduced
-        found, others = set(), set()
+        found: set[int] = set()
+        others: set[int] = set()
         for node in system._tree.nodes:
             for i, quantity in enumerate(node.layout.quantities):
                 n = reduced.node(node.first_unknown + i)

@@ -177,7 +177,7 @@ def test_a_table_of_modes_is_readable(two_mass):
 
 @pytest.mark.parametrize("zeta", [0.0, 0.3, 0.99])
 def test_conditions_and_residuals_have_their_closed_forms(two_mass, zeta):
-    """An oscillator in balanced states: 1/sqrt(1 - zeta^2); a wrong frequency misses by its error."""
+    """An oscillator: 1/sqrt(1 - zeta^2); a wrong frequency misses by its error."""
     d = 2 * zeta * np.sqrt(300.0 * 2 / 3)
     modes = lp.modes(lp.assemble(two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})))
     assert modes.accuracy.conditions == pytest.approx([1 / np.sqrt(1 - zeta**2)], rel=1e-2)
