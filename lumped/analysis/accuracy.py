@@ -9,8 +9,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.left import left_vectors, moving
+from lumped.analysis.left import left_vectors
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moving import moving
 from lumped.analysis.skew import balance
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.equilibrium_sensitivity import moved_states
-from lumped.analysis.left import moving, parts
+from lumped.analysis.left import parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
+from lumped.analysis.moving import moving
 from lumped.errors import SolverError
 
 __all__ = ["Along", "split_slopes"]

@@ -90,6 +90,8 @@ class EquilibriumSensitivity:
             unit = self.point.system.quantity(name).unit
             rows.append((name, number(float(value)), unit, text))
         head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
+        if self.point.search is not None:
+            head += f"; the point was {self.point.search}"
         return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
 
 

@@ -1,4 +1,4 @@
-"""Left eigenvectors of modes, states that vibrate, and parts of a drive that do not touch."""
+"""Left eigenvectors of modes, and the parts of a drive that do not touch."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from lumped.analysis.linearise import sparse_state_matrix
 
 if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
-    from lumped.analysis.result import OperatingPoint
-    from lumped.system import System
 
-__all__ = ["left_vectors", "moving", "parts"]
+__all__ = ["left_vectors", "parts"]
 
 
 def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
@@ -56,12 +54,4 @@ def parts(modes: Modes) -> NDArray[np.int32]:
     matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     matrix.eliminate_zeros()
     found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
-    return found
-
-
-def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
-    """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
-    found: NDArray[np.bool_] = ~np.isin(
-        system.states, [*system.cyclic, *system.switching.held(point.modes)]
-    )
     return found

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from lumped.analysis.accuracy import Accuracy, accuracy
 from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.eigen_near import eigenpairs_near
-from lumped.analysis.left import moving
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError
@@ -156,7 +156,8 @@ class Modes:
     ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
         system = self.system
-        found = self._lowest(nodes)
+        # an angle that the states give has no speed in a rigid-body mode
+        found = self._lowest(nodes, speeds_first=bool(np.any(values)))
         rows = [n for n in found if n is not None]
         if len(rows) < len(nodes):
             return None
@@ -171,15 +172,18 @@ class Modes:
                 amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
         return amplitudes
 
-    def _lowest(self, nodes: list[int]) -> list[int | None]:
+    def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
         """For each node itself, or the lowest derivative of it that the system computes."""
         result: list[int | None] = [None] * len(nodes)
         states = set(self.system.states)
-        # speeds first: an angle may be the sum of all torsions before it
+        # an angle may be the sum of all torsions before it
         ahead = [
             i
             for i, node in enumerate(nodes)
-            if node in self._port_nodes and node not in states and self._has_rate(node)
+            if speeds_first
+            and node in self._port_nodes
+            and node not in states
+            and self._has_rate(node)
         ]
         usable = self.system.available([nodes[i] + 1 for i in ahead], cyclic=False)
         for i, fits in zip(ahead, usable, strict=True):
@@ -336,7 +340,7 @@ def modes(
         raise OptionError(f"modes: count = {count} must be at least 1.")
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
-    point = at or start_point(system, parameters)
+    point = finite(at or start_point(system, parameters))
     matrix = scipy.sparse.csr_array(sparse_state_matrix(system, point))
     if not np.isfinite(matrix.data).all():
         raise SolverError(

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from lumped.analysis.eigen_repeated import Along
 from lumped.analysis.eigen_sensitivity import eigen_sensitivity
 from lumped.analysis.equilibrium_sensitivity import moved_states
-from lumped.analysis.left import left_vectors, moving, parts
+from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
+from lumped.analysis.moving import moving
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.analysis.left import moving
+from lumped.analysis.moving import moving
 from lumped.models import carrousel_coiler_scenes as coiler
 from lumped.models import eccentric_shear_scenes as shear
 from lumped.models import pilger_mill_drive as pilger

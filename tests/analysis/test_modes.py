@@ -141,6 +141,7 @@ def test_keeping_the_absolute_angle_changes_no_mode(two_mass):
     assert kept.hertz == pytest.approx(plain.hertz, rel=1e-14)
     assert kept.rigid == plain.rigid == 1
     assert kept.shape("b.phi") == pytest.approx(plain.shape("b.phi"), rel=1e-12)
+    assert kept.rigid_names == plain.rigid_names == ("a.phi, b.phi",)
 
 
 class Pendulum(lp.Component):
