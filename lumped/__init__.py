@@ -23,7 +23,7 @@ from lumped.analysis.motion import Motion, motion
 from lumped.analysis.optimise import optimise
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.orbit_sensitivity import OrbitSensitivity
-from lumped.analysis.orders import Order, orders
+from lumped.analysis.orders import Order, orders, turns
 from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.participation import Participation, participation
 from lumped.analysis.periodic import periodic
@@ -144,6 +144,7 @@ __all__ = [
     "symbolic_frequencies",
     "time",
     "transmissions",
+    "turns",
     "var",
     "when",
     "write_parameters",
