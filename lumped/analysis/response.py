@@ -251,8 +251,21 @@ def frequency_response(
             "stable operating point, or add damping or control."
         )
     matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.modes))
+    matrices[:2] = _stuck(system, point, *matrices[:2])
     values = _solved(matrices, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
+
+
+def _stuck(
+    system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
+) -> list[scipy.sparse.csc_array]:
+    """A and B in which speeds that stick stay zero, also at 0 Hz."""
+    held = np.isin(system.states, system.switching.held(point.modes)).astype(float)
+    free = scipy.sparse.diags_array(1 - held)
+    return [
+        scipy.sparse.csc_array(free @ A - scipy.sparse.diags_array(held)),
+        scipy.sparse.csc_array(free @ B),
+    ]
 
 
 def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: System) -> Complex:

@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 
+import lumped as lp
 from lumped.models.reversing_mill_scenes import KINETIC, RATED, SPEED, STATIC
 from lumped.models.reversing_mill_stand import C_SHAFT, C_SPINDLE
 
@@ -79,3 +80,20 @@ def test_the_linearisation_gains_as_the_formula_says(names):
     A, B, C = line.A[np.ix_(own, own)], line.B[own], line.C[:, own]
     gain = (line.D - C @ np.linalg.solve(A, B)).item()
     assert gain == pytest.approx((1 + 1.01) / (1 + 1.01**2), rel=1e-9)
+
+
+def test_the_static_response_is_that_slope_and_its_own_slope_is_that_of_the_formula(names):
+    """The rolls stick, so that nothing drifts at 0 Hz."""
+    response = lp.frequency_response(
+        names["system"],
+        inputs=["M_pr"],
+        outputs=["upper.spindle.tau"],
+        hertz=[0.0, 1.0],
+        at=names["point"],
+    )
+    r = 1.01
+    static = response["upper.spindle.tau", "M_pr"][0]
+    assert static == pytest.approx((1 + r) / (1 + r**2), rel=1e-9)
+    slope = lp.response_sensitivity(response, to=["eps"])["upper.spindle.tau", "M_pr", "eps"][0]
+    expected = (1 + r**2 - 2 * r * (1 + r)) / (1 + r**2) ** 2
+    assert slope == pytest.approx(expected, rel=1e-7)
