@@ -29,6 +29,10 @@ class Spring(Component):
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
 
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2
+
 
 class Damper(Component):
     """Linear viscous damper: ``tau = d w_rel``, ``w_rel = der(phi_b - phi_a)``."""
@@ -74,3 +78,7 @@ class SpringDamper(Component):
     def loss(self) -> Expr:
         """Dissipated power, W."""
         return self.d * self.w_rel**2
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
 from lumped.ops import maximum
 from lumped.switch import Item, hold
 
@@ -137,15 +137,8 @@ class JournalFriction(_OnShaft):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         grip = self.mu * self.f_n * self.d / 2
-        yield hold(
-            self.tau,
-            self.w,
-            forward=grip,
-            backward=-grip,
-            upper=self.peak * grip,
-            lower=-self.peak * grip,
-            engaged=self.f_n > 0,
-            mode=self.mode,
+        yield coulomb(
+            self.tau, self.w, grip, self.peak * grip, engaged=self.f_n > 0, mode=self.mode
         )
 
 
@@ -218,13 +211,6 @@ class SlipCoupling(_BetweenShafts):
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        yield hold(
-            self.tau,
-            self.w_rel,
-            forward=self.kinetic,
-            backward=-self.kinetic,
-            upper=self.static,
-            lower=-self.static,
-            engaged=self.u > 0.5,
-            mode=self.mode,
+        yield coulomb(
+            self.tau, self.w_rel, self.kinetic, self.static, engaged=self.u > 0.5, mode=self.mode
         )

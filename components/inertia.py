@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Flange, Param, Var, der, param, var
+from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 
 __all__ = ["Inertia"]
 
@@ -29,3 +29,7 @@ class Inertia(Component):
         yield self.w == der(self.phi)
         yield self.a == der(self.w)
         yield self.J * self.a == self.flange_a.tau + self.flange_b.tau
+
+    def stored(self) -> Expr:
+        """Kinetic energy, J."""
+        return 0.5 * self.J * self.w**2

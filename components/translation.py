@@ -101,6 +101,10 @@ class Mass(Component):
         yield self.a == der(self.v)
         yield self.m * self.a == self.flange_a.f + self.flange_b.f
 
+    def stored(self) -> Expr:
+        """Kinetic energy, J."""
+        return 0.5 * self.m * self.v**2
+
 
 class Spring(Component):
     """Linear spring: ``f = c (s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
@@ -121,6 +125,10 @@ class Spring(Component):
         yield self.f == self.c * (self.s_rel - self.s_rel0)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
 
 
 class Damper(Component):
@@ -167,6 +175,10 @@ class SpringDamper(Component):
     def loss(self) -> Expr:
         """Dissipated power, W."""
         return self.d * self.v_rel**2
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
 
 
 class Fixed(Component):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, LinearFlange, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
 from lumped.ops import where
 from lumped.switch import Item, hold
 
@@ -69,15 +69,7 @@ class GuideFriction(_OnRod):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         grip = self.mu * where(self.load >= 0, self.load, -self.load)
-        yield hold(
-            self.f,
-            self.v,
-            forward=grip,
-            backward=-grip,
-            upper=self.peak * grip,
-            lower=-self.peak * grip,
-            mode=self.mode,
-        )
+        yield coulomb(self.f, self.v, grip, self.peak * grip, mode=self.mode)
 
 
 class Brake(_OnRod):

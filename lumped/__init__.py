@@ -3,6 +3,7 @@
 from lumped import ops, profiles, transmissions
 from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.certify import Certificate
 from lumped.analysis.design import Optimum
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
@@ -38,6 +39,7 @@ from lumped.analysis.start import start_point
 from lumped.analysis.store import Saved, load
 from lumped.analysis.sweep import Sweep, sweep
 from lumped.analysis.symbolic import expression, symbolic_frequencies
+from lumped.analysis.work_precision import WorkPrecision, WorkRow, work_precision
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
@@ -53,6 +55,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Campbell",
+    "Certificate",
     "Component",
     "Connection",
     "CriticalSpeed",
@@ -98,6 +101,8 @@ __all__ = [
     "System",
     "Trajectory",
     "Var",
+    "WorkPrecision",
+    "WorkRow",
     "assemble",
     "campbell",
     "chain",
@@ -147,5 +152,6 @@ __all__ = [
     "turns",
     "var",
     "when",
+    "work_precision",
     "write_parameters",
 ]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lumped.errors import UnknownNameError
-from lumped.models import MACHINES, Machine, Row, machine
+from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.table import number, table
 
 __all__ = ["main"]
@@ -61,9 +61,10 @@ def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:
     print(f"{MACHINES[name]}\n")
     print(_compared(rows))
     if json_file:
-        keys = ("quantity", "unit", "published", "computed")
+        keys = ("quantity", "unit", "published", "computed", "mark", "place", "remark")
         records = [{key: getattr(row, key) for key in keys} for row in rows]
-        json_file.write_text(json.dumps({"machine": name, "rows": records}, indent=2) + "\n")
+        found = {"machine": name, "marks": MARKS, "rows": records}
+        json_file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
     if plot_folder:
         print()
         _draw(chosen, name, plot_folder)
@@ -82,7 +83,8 @@ def _compared(rows: Sequence[Row]) -> str:
         lines.append((row.quantity, row.unit, published, number(row.computed), deviation, note))
     head = ("quantity", "unit", "published", "computed", "deviation, %", "note")
     listed = [f"[{i}] {place}: {remark}" for i, (place, remark) in enumerate(notes, 1)]
-    return "\n".join([table(head, lines), "", *listed])
+    marks = "; ".join(f"[{mark}] {text}" for mark, text in MARKS.items())
+    return "\n".join([table(head, lines), "", *listed, "", marks])
 
 
 def _draw(chosen: Machine, name: str, folder: Path) -> None:

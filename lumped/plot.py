@@ -17,8 +17,17 @@ if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
+    from lumped.analysis.work_precision import WorkPrecision
 
-__all__ = ["campbell", "frequency_response", "mode_shapes", "root_locus", "tornado", "trajectory"]
+__all__ = [
+    "campbell",
+    "frequency_response",
+    "mode_shapes",
+    "root_locus",
+    "tornado",
+    "trajectory",
+    "work_precision",
+]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
@@ -243,4 +252,40 @@ def root_locus(locus: RootLocus) -> Figure:
         f"{locus.system.name}: {locus.parameter} from {locus.values[0]:g} (circle) to "
         f"{locus.values[-1]:g} (dot)"
     )
+    return figure
+
+
+def work_precision(found: WorkPrecision) -> Figure:
+    """Run time over error, both logarithmic, one line for each method; failed runs are left out.
+
+    Parameters
+    ----------
+    found : WorkPrecision
+        From `lumped.work_precision`.
+    """
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    marks = "os^Dv"
+    for i, method in enumerate(dict.fromkeys(row.method for row in found.rows)):
+        rows = [r for r in found.rows if r.method == method and np.isfinite(r.error)]
+        error = [max(r.error, found.reference_error) for r in rows]
+        mark = f"-{marks[i % len(marks)]}"
+        axis.plot(error, [1e3 * r.seconds for r in rows], mark, label=method, fillstyle="none")
+    axis.axvline(found.reference_error, color="grey", linewidth=0.8, linestyle="--")
+    axis.annotate(
+        "error of the reference",
+        (found.reference_error, 0.98),
+        xycoords=("data", "axes fraction"),
+        rotation=90,
+        va="top",
+        ha="right",
+        color="grey",
+    )
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlabel("largest error, relative to the range of the signal")
+    axis.set_ylabel("run time, ms")
+    axis.grid(alpha=0.3, which="both")
+    axis.legend(frameon=False)
+    figure.suptitle(found.system.name)
     return figure

@@ -14,7 +14,7 @@ from lumped.errors import UnknownNameError, nearest
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MACHINES", "Machine", "Row", "machine"]
+__all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
@@ -23,6 +23,15 @@ MACHINES = {
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
 }
+
+
+MARKS = {
+    "P": "printed",
+    "R": "restored by derivation",
+    "I": "inferred from the published results",
+    "A": "with assumed values, which the source does not give",
+}
+"""How a number is known."""
 
 
 class Row(NamedTuple):
@@ -37,7 +46,8 @@ class Row(NamedTuple):
     computed : float
         Value of the model.
     place, remark : str
-        Where the printed value stands, and what explains a deviation.
+        Where the printed value stands, with one of the `MARKS` in brackets: how the number of the
+        source is known, or what the computed one rests on. What explains a deviation.
     """
 
     quantity: str
@@ -46,6 +56,11 @@ class Row(NamedTuple):
     computed: float
     place: str
     remark: str
+
+    @property
+    def mark(self) -> str:
+        """Key of `MARKS`."""
+        return self.place.partition("[")[2][:1]
 
 
 class Machine(Protocol):

@@ -282,7 +282,12 @@ class Modes:
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
             rows.append((str(i + 1), number(f, 9), number(z, 4), "; ".join(parts)))
-        lines = [head, table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows)]
+        lines = [head]
+        if rows:
+            lines.append(table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows))
+        if len(self.decays):
+            listed = ", ".join(number(value, 4) for value in self.decays[:10])
+            lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")
         lines += [f"rigid body: {name}" for name in self.rigid_names]
         return "\n".join(lines)
 

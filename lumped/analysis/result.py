@@ -20,7 +20,16 @@ from lumped.table import number, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lumped.analysis.certify import Certificate
+
 __all__ = ["Convergence", "Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+
+_WORDS = {
+    "exact": "closed form, as the model is linear between jumps",
+    "explicit": "DOP853",
+    "implicit": "Rodas5P",
+    "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+}
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,11 @@ class Statistics:
     seconds: float
     small: tuple[str, ...]
     implicit_from: float = math.inf
+
+    @property
+    def why(self) -> str:
+        """The method in words."""
+        return _WORDS[self.method]
 
 
 @dataclass(frozen=True)
@@ -197,6 +211,8 @@ class Trajectory:
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     statistics : Statistics
         Cost of the run.
+    certificate : Certificate or None
+        Error estimate, if it was asked for.
     """
 
     system: System
@@ -204,6 +220,7 @@ class Trajectory:
     theta: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
+    certificate: Certificate | None = None
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -308,8 +325,8 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method}, {s.steps} steps, {s.rejected} rejected, {s.evaluations} evaluations, "
-            f"{len(self.events)} events"
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events"
         )
         rows = []
         for name in self.system.state_names[:12]:
@@ -318,9 +335,12 @@ class Trajectory:
             y = self[name]
             unit = self.system.quantity(name).unit
             rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+        if s.method in ("exact", "explicit then implicit"):
+            head += f"\n{s.method}: {s.why}"
         if self.statistics.small:
             head += (
                 f"\nsmall, so that the absolute tolerance governs their accuracy: "
                 f"{', '.join(self.statistics.small)}"
             )
-        return head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        text = head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        return text if self.certificate is None else f"{text}\n\n{self.certificate!r}"

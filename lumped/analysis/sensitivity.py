@@ -166,7 +166,15 @@ def sensitivity(
             "of the solver."
         )
     return Varied(system, tuple(of), tuple(to), start or {}, rtol).go(
-        simulate(system, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
+        simulate(
+            system,
+            until=until,
+            parameters=parameters,
+            start=start,
+            grid=grid,
+            rtol=rtol,
+            method="steps",
+        )
     )
 
 

@@ -90,6 +90,9 @@ def test_an_overdamped_shaft_gives_two_decays(two_mass):
     expected = w0 * (-3.0 + np.array([-1, 1]) * np.sqrt(8.0))
     assert len(free.hertz) == 0
     assert free.decays == pytest.approx(np.sort(expected), rel=1e-12)
+    lines = repr(free).splitlines()
+    assert "0 oscillating" in lines[0]
+    assert lines[1] == "decays, 1/s: " + ", ".join(f"{value:.4g}" for value in np.sort(expected))
 
 
 def test_shapes_follow_a_gear():
