@@ -24,7 +24,7 @@ from lumped.analysis.motion import Motion, motion
 from lumped.analysis.optimise import optimise
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.orbit_sensitivity import OrbitSensitivity
-from lumped.analysis.orders import Order, orders
+from lumped.analysis.orders import Order, orders, turns
 from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.participation import Participation, participation
 from lumped.analysis.periodic import periodic
@@ -32,6 +32,7 @@ from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
+from lumped.analysis.shape_sensitivity import ShapeSensitivity, shape_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
@@ -96,6 +97,7 @@ __all__ = [
     "RootLocus",
     "Saved",
     "Sensitivity",
+    "ShapeSensitivity",
     "Sizing",
     "Statistics",
     "Sweep",
@@ -145,6 +147,7 @@ __all__ = [
     "root_locus",
     "schematic",
     "sensitivity",
+    "shape_sensitivity",
     "simulate",
     "sizing",
     "start_point",
@@ -152,6 +155,7 @@ __all__ = [
     "symbolic_frequencies",
     "time",
     "transmissions",
+    "turns",
     "var",
     "when",
     "work_precision",
