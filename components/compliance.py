@@ -16,6 +16,7 @@ class Spring(Component):
     leads, and negative while flange a drives, as in the Modelica library.
     """
 
+    symbol = "spring"
     flange_a = Flange()
     flange_b = Flange()
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
@@ -37,6 +38,7 @@ class Spring(Component):
 class Damper(Component):
     """Linear viscous damper: ``tau = d w_rel``, ``w_rel = der(phi_b - phi_a)``."""
 
+    symbol = "damper"
     flange_a = Flange()
     flange_b = Flange()
     d: Param = param("N.m.s/rad", "viscous damping", min=0)
@@ -59,6 +61,7 @@ class Damper(Component):
 class SpringDamper(Component):
     """Spring and damper in parallel: ``tau = c (phi_rel - phi_rel0) + d w_rel``."""
 
+    symbol = "spring_damper"
     flange_a = Flange()
     flange_b = Flange()
     c: Param = param("N.m/rad", "torsional stiffness", above=0)

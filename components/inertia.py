@@ -16,6 +16,7 @@ class Inertia(Component):
     Either flange may stay open (free shaft end).
     """
 
+    symbol = "inertia"
     flange_a = Flange(free=True)
     flange_b = Flange(free=True)
     J: Param = param("kg.m2", "moment of inertia", above=0)

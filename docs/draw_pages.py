@@ -8,20 +8,21 @@ import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
-PAGES = [DOCS / "start.md", *sorted((DOCS / "machines").glob("*.md"))]
+PAGES = [DOCS / "start.md", DOCS / "pictures.md", *sorted((DOCS / "machines").glob("*.md"))]
 
 
 def draw(page: Path) -> None:
-    """Execute the Python blocks of a page and keep the picture of its name."""
+    """Execute the Python blocks of a page and keep the pictures it saves."""
     names: dict[str, object] = {}
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S):
             exec(compile(block, page.name, "exec"), names)
-        shutil.copy(f"{page.stem}.png", page.with_suffix(".png"))
+        for picture in Path().glob("*.png"):
+            shutil.copy(picture, page.parent)
 
 
 if __name__ == "__main__":
     os.environ.setdefault("MPLBACKEND", "agg")
     for page in PAGES:
         draw(page)
-        print(f"{page.with_suffix('.png').relative_to(DOCS)} drawn")
+        print(f"{page.relative_to(DOCS)} drawn")

@@ -24,7 +24,7 @@ from lumped.analysis.motion import Motion, motion
 from lumped.analysis.optimise import optimise
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.orbit_sensitivity import OrbitSensitivity
-from lumped.analysis.orders import Order, orders
+from lumped.analysis.orders import Order, orders, turns
 from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.participation import Participation, participation
 from lumped.analysis.periodic import periodic
@@ -32,6 +32,7 @@ from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
+from lumped.analysis.shape_sensitivity import ShapeSensitivity, shape_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
@@ -45,6 +46,9 @@ from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
+from lumped.pictures.motion import animate
+from lumped.pictures.page import report_html
+from lumped.pictures.schematic import schematic
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
 from lumped.switch import hold, when
@@ -93,6 +97,7 @@ __all__ = [
     "RootLocus",
     "Saved",
     "Sensitivity",
+    "ShapeSensitivity",
     "Sizing",
     "Statistics",
     "Sweep",
@@ -101,6 +106,7 @@ __all__ = [
     "Var",
     "WorkPrecision",
     "WorkRow",
+    "animate",
     "assemble",
     "campbell",
     "chain",
@@ -136,9 +142,12 @@ __all__ = [
     "periodic",
     "profiles",
     "read_parameters",
+    "report_html",
     "response_sensitivity",
     "root_locus",
+    "schematic",
     "sensitivity",
+    "shape_sensitivity",
     "simulate",
     "sizing",
     "start_point",
@@ -146,6 +155,7 @@ __all__ = [
     "symbolic_frequencies",
     "time",
     "transmissions",
+    "turns",
     "var",
     "when",
     "work_precision",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
+    from lumped.analysis.sizing import Sizing
     from lumped.analysis.work_precision import WorkPrecision
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "mode_shapes",
     "root_locus",
     "tornado",
+    "torque_speed",
     "trajectory",
     "work_precision",
 ]
@@ -170,6 +172,47 @@ def frequency_response(
     axes[-1].set_xlabel("frequency, Hz")
     axes[-1].set_xlim(response.hertz[0], response.hertz[-1])
     figure.suptitle(system.name)
+    return figure
+
+
+def torque_speed(demand: Sizing) -> Figure:
+    """Plane of speed and torque: the run, the limits in all four quadrants, the thermal point.
+
+    Parameters
+    ----------
+    demand : Sizing
+        From `lumped.sizing`.
+    """
+    speed, torque = demand.points
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(speed, torque, color="C0", label="run")
+    reach = 1.1 * demand.peak_speed
+    limits = ((demand.maximum, "C3", "maximum"), (demand.rated, "C2", "rated"))
+    for limit, colour, label in limits:
+        if limit is None:
+            continue
+        if isinstance(limit, float | int):
+            w, bound = np.array([0.0, reach]), np.full(2, limit)
+        else:  # the first torque holds below the first row, none beyond the last
+            rows = np.array([(0.0, limit[0][1]), *limit, (limit[-1][0], 0.0)])
+            w, bound = rows.T
+        for sign in (1, -1):
+            both = np.concatenate([-w[::-1], w])
+            axis.plot(
+                *(both, sign * np.concatenate([bound[::-1], bound])),
+                color=colour,
+                label=label if sign > 0 else None,
+            )
+    axis.plot(demand.mean_speed, demand.rms_torque, "o", color="C2", label="thermal equivalent")
+    for line in (axis.axhline, axis.axvline):
+        line(0, color="black", linewidth=0.8)
+    torque_unit, speed_unit = demand.units
+    turning = torque_unit == "N.m"
+    axis.set_xlabel(f"{'angular velocity' if turning else 'speed'}, {speed_unit}")
+    axis.set_ylabel(f"{'torque' if turning else 'force'}, {torque_unit}")
+    axis.grid(alpha=0.3)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure
 
 

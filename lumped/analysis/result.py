@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lumped.analysis.certify import Certificate
 
-__all__ = ["Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+__all__ = ["Convergence", "Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
 _WORDS = {
     "exact": "closed form, as the model is linear between jumps",
@@ -92,6 +92,38 @@ class Statistics:
         return _WORDS[self.method]
 
 
+@dataclass(frozen=True)
+class Convergence:
+    """How Newton's method found a point.
+
+    Attributes
+    ----------
+    iterations, evaluations : int
+        Newton steps, and evaluations of the derivatives of all states.
+    residual : float
+        Largest derivative that is left, relative to the terms that cancel in it.
+    condition : float
+        Condition number of the equations, their rows scaled by these terms; infinite where an
+        equilibrium is one of many, such as the speed of a free drive.
+    growth : float
+        Fastest growth of small deviations, 1/s: zero at a stable equilibrium, nan if unknown.
+    """
+
+    iterations: int
+    evaluations: int
+    residual: float
+    condition: float
+    growth: float
+
+    def __str__(self) -> str:
+        condition = f"{self.condition:.3g}" if np.isfinite(self.condition) else "none: one of many"
+        text = (
+            f"found in {self.iterations} iterations, {self.evaluations} evaluations; residual "
+            f"{self.residual:.1e}, condition {condition}"
+        )
+        return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
+
+
 @dataclass(frozen=True, eq=False)
 class OperatingPoint:
     """Values of all states at one instant.
@@ -108,6 +140,8 @@ class OperatingPoint:
         Parameters; modes and values of implicit quantities.
     collisions : tuple of Change
         Impacts at this very instant; the states are those after them.
+    search : Convergence or None
+        How an equilibrium was found.
     """
 
     system: System
@@ -116,6 +150,7 @@ class OperatingPoint:
     theta: np.ndarray
     modes: np.ndarray
     collisions: tuple[Change, ...] = ()
+    search: Convergence | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -133,9 +168,10 @@ class OperatingPoint:
             for name, value in zip(self.system.state_names[:20], self.x, strict=False)
             if "(" not in name
         ]
-        return f"{self.system.name} at t = {self.time:g} s\n" + table(
-            ("state", "value", "unit"), rows
-        )
+        head = f"{self.system.name} at t = {self.time:g} s"
+        if self.search is not None:
+            head += f"; {self.search}"
+        return f"{head}\n" + table(("state", "value", "unit"), rows)
 
 
 @dataclass(frozen=True, eq=False)
