@@ -328,8 +328,8 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method}{', native' * s.native}, {s.steps} steps, {s.rejected} rejected, "
-            f"{s.evaluations} evaluations, {len(self.events)} events"
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events{', native' * s.native}"
         )
         rows = []
         for name in self.system.state_names[:12]:
