@@ -315,7 +315,7 @@ def main() -> None:
     rows = machines()
     print("\nMachines, rtol 1e-8, stepping alone\n" + table(head, rows))
     write("native_machines.csv", head, rows)
-    head = ("three masses, new process", "imports, s", "to the first result, s", "method")
+    head = ("three masses, new process", "imports, s", "to the first result, s", "native")
     rows = setup()
     print("\n" + table(head, rows))
     write("native_setup.csv", head, rows)
