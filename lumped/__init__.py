@@ -41,6 +41,7 @@ from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
+from lumped.exchange.fmu import ExportedFMU, export_fmu
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
@@ -59,6 +60,7 @@ __all__ = [
     "Equation",
     "EquilibriumSensitivity",
     "Event",
+    "ExportedFMU",
     "Expr",
     "Flange",
     "Flywheel",
@@ -107,6 +109,7 @@ __all__ = [
     "eigen_sensitivity",
     "equilibrium",
     "equilibrium_sensitivity",
+    "export_fmu",
     "expression",
     "flywheel",
     "frequency_response",

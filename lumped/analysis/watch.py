@@ -12,7 +12,9 @@ from lumped.system import System
 __all__ = [
     "Unfit",
     "finite_fault",
+    "followers",
     "jump_fault",
+    "levers",
     "may_be_unfit",
     "shrinking_fault",
     "unfit_states",
@@ -61,7 +63,7 @@ def jump_fault(
     after: np.ndarray,
 ) -> str | None:
     """A position or speed that bodies would have to follow at a jump of the modes."""
-    names, function = _followers(system)
+    names, function = followers(system)
     if not names:
         return None
     old, new = (np.asarray(function(x, theta, t, m)).ravel() for m in (before, after))
@@ -110,7 +112,7 @@ def shrinking_fault(
 
 def may_be_unfit(system: System) -> bool:
     """Whether what a state leads varies at all."""
-    return bool(_levers(system)[0])
+    return bool(levers(system)[0])
 
 
 def unfit_states(
@@ -130,7 +132,7 @@ def unfit_states(
     t, x, modes, guesses : ndarray, shapes (k,), (k, n), (m,), (k, i)
         The points.
     """
-    pairs, function = _levers(system)
+    pairs, function = levers(system)
     if not pairs or not len(t):
         return None
     settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
@@ -148,7 +150,7 @@ def _dependent(system: System) -> list[int]:
     return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
 
 
-def _followers(system: System) -> tuple[list[str], ca.Function]:
+def followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
     if "followers" not in system.made:
         nodes = _dependent(system)
@@ -161,7 +163,7 @@ def _followers(system: System) -> tuple[list[str], ca.Function]:
     return followers
 
 
-def _levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
+def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     """Varying ratios of dependent positions to leading ones, and of speeds to speeds."""
     if "levers" not in system.made:
         nodes, x = _dependent(system), system._inputs[0]
