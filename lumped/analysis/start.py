@@ -118,17 +118,20 @@ class StartForm:
     guesses: np.ndarray
 
 
-def start_form(system: System) -> StartForm:
-    """How the states at the time zero follow from the parameters."""
-    begin = _Start(system, system.theta(None), {}, [])
+def start_form(system: System, start: Changes) -> StartForm:
+    """How the states at the time zero follow from the parameters; some start values are set."""
+    begin = _Start(system, system.theta(None), start, [])
     x, flat, reduced = begin.solve(), system._flat, begin.reduced
+
+    def signed(unknown: int) -> ca.SX:
+        given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
+        return float(reduced.aliases.signs[unknown]) * ca.SX(given[unknown])
+
     states = ca.SX.zeros(len(x))
-    for unknown, value in flat.starts.items():
+    for unknown in (*flat.starts, *(u for u, _ in begin.fixed.values())):
         node = reduced.node(unknown)
         if node in begin.position:
-            states[begin.position[node]] = float(reduced.aliases.signs[unknown]) * value
-    for node, (unknown, _) in begin.fixed.items():
-        states[begin.position[node]] = float(reduced.aliases.signs[unknown]) * flat.given[unknown]
+            states[begin.position[node]] = signed(unknown)
     guesses = begin.settings[len(begin.settings) - len(begin.guesses) :]
     if begin.search is None:
         return StartForm(states, ca.SX(0, 1), [], [], guesses)
@@ -136,7 +139,7 @@ def start_form(system: System) -> StartForm:
     states[columns] = ca.DM(x[columns])
     wanted = ca.SX.zeros(begin.search.value.numel())
     for i, (unknown, _) in enumerate(begin.targets.values()):
-        wanted[i] = float(reduced.aliases.signs[unknown]) * flat.given[unknown]
+        wanted[i] = signed(unknown)
     miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
     return StartForm(states, miss, rows, columns, guesses)
 

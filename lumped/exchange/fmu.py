@@ -22,7 +22,7 @@ from lumped.errors import ExportError, OptionError
 from lumped.exchange.description import build_description, model_description
 from lumped.exchange.interface import Interface
 from lumped.exchange.tables import coefficients, model_files
-from lumped.system import Name, System
+from lumped.system import Changes, Name, System
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
@@ -82,6 +82,7 @@ def export_fmu(
     kind: str | Iterable[str] = _KINDS,
     inputs: Iterable[Name] = (),
     outputs: Iterable[Name] = (),
+    start: Changes | None = None,
     rtol: float = 1e-6,
 ) -> ExportedFMU:
     """Write a model as an FMU for other tools.
@@ -109,6 +110,8 @@ def export_fmu(
         within a step.
     outputs : iterable of names
         Quantities to give out. States are always visible.
+    start : mapping of name to float, optional
+        Start values to set or change, as for `simulate`.
     rtol : float
         Relative tolerance of co-simulation where the importing tool gives none.
 
@@ -122,6 +125,8 @@ def export_fmu(
         If an option makes no sense, or the rate of an input would matter.
     UnknownNameError
         If an input or output does not exist.
+    StartError
+        If the start values contradict each other.
     ExportError
         If the compiler refuses the sources.
     """
@@ -133,7 +138,7 @@ def export_fmu(
         raise OptionError(f"export_fmu: kind = {kind!r}: choose from {', '.join(_KINDS)}.")
     if not 1e-13 <= rtol < 1:
         raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
-    interface = Interface(system, inputs, outputs)
+    interface = Interface(system, inputs, outputs, start or {})
     identifier = re.sub(r"\W", "_", system.name)
     files, operations = model_files(interface, "{token}", rtol)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"

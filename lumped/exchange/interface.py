@@ -15,7 +15,7 @@ from lumped.analysis.response import needing_rates
 from lumped.analysis.start import StartForm, start_form, start_point
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.quantity import Param
-from lumped.system import Name, System
+from lumped.system import Changes, Name, System
 
 __all__ = ["Interface", "Shown", "rate_unit"]
 
@@ -65,6 +65,8 @@ class Interface:
         From `assemble`.
     inputs, outputs : iterable of names
         Parameters that become inputs, quantities that are outputs.
+    start : mapping of name to float
+        Start values to set.
 
     Raises
     ------
@@ -74,17 +76,19 @@ class Interface:
         If a name is unknown.
     """
 
-    def __init__(self, system: System, inputs: Iterable[Name], outputs: Iterable[Name]) -> None:
+    def __init__(
+        self, system: System, inputs: Iterable[Name], outputs: Iterable[Name], start: Changes
+    ) -> None:
         self.system = system
         self.inputs = self._inputs([system.key(name) for name in inputs])
         asked = [system.key(name) for name in outputs]
         if len(set(asked)) < len(asked) or len(set(self.inputs)) < len(self.inputs):
             raise OptionError(f"{system.name}: name each input and output once.")
-        self.point = start_point(system)
+        self.point = start_point(system, start=start)
         self.output_states = [n for n in asked if n in system.state_names]
         self.outputs = [n for n in asked if n not in self.output_states]
         self.output_expressions = system.expressions(self.outputs)
-        self.form: StartForm = start_form(system)
+        self.form: StartForm = start_form(system, start)
 
     def _inputs(self, names: list[str]) -> list[str]:
         system = self.system
