@@ -42,6 +42,7 @@ from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
 from lumped.exchange.fmu import ExportedFMU, export_fmu
+from lumped.exchange.modelica import export_modelica
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
@@ -110,6 +111,7 @@ __all__ = [
     "equilibrium",
     "equilibrium_sensitivity",
     "export_fmu",
+    "export_modelica",
     "expression",
     "flywheel",
     "frequency_response",
