@@ -117,11 +117,7 @@ def _facts(shown: Shown) -> tuple[dict[str, str], dict[str, str]]:
         values["displayUnit"] = DISPLAYED[shown.unit][0]
     if shown.role == "state" and shown.nominal != 1.0:
         values["nominal"] = repr(shown.nominal)
-    if shown.limits is not None:
-        for key in ("min", "max"):
-            limit = getattr(shown.limits, key)
-            if limit is not None:
-                values[key] = repr(float(limit))
+    values |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
     if shown.start is not None:
         values["start"] = repr(shown.start)
     if shown.role not in ("time", "input"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import casadi as ca
@@ -17,7 +17,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.quantity import Param
 from lumped.system import Changes, Name, System
 
-__all__ = ["Interface", "Shown", "rate_unit"]
+__all__ = ["Interface", "Shown", "limits_of", "rate_unit"]
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class Shown:
         Value reference of the state of which it is the derivative, 0 for others.
     is_output : bool
         Whether it was asked for as an output.
-    limits : Param or None
-        Range of a parameter.
+    limits : dict of str to float
+        Range of a parameter: "min", "max", "above", "below", "nonzero".
     nominal : float
         Typical size.
     """
@@ -52,7 +52,7 @@ class Shown:
     tunable: bool = False
     state: int = 0
     is_output: bool = False
-    limits: Param | None = None
+    limits: dict[str, float] = field(default_factory=dict)
     nominal: float = 1.0
 
 
@@ -133,7 +133,7 @@ class Interface:
                     role,
                     start,
                     tunable=place not in fixed,
-                    limits=declared,
+                    limits=limits_of(declared),
                 )
             )
         first = len(found)
@@ -183,6 +183,13 @@ class Interface:
     def margins(self) -> int:
         """Number of event indicators."""
         return int(self.system.margins.size1_out(0)) if self.system.switching else 0
+
+
+def limits_of(declared: Param) -> dict[str, float]:
+    """Range of a parameter."""
+    given = {key: getattr(declared, key) for key in ("min", "max", "above", "below")}
+    found = {key: float(value) for key, value in given.items() if value is not None}
+    return found | ({"nonzero": 0.0} if declared.nonzero else {})
 
 
 def _derivative(name: str) -> str:

@@ -191,8 +191,7 @@ def _side(term: Term) -> str:
 def _head(shown: Shown, **more: str) -> str:
     """Name and modifiers of a variable."""
     facts = {"unit": f'"{shown.unit}"', **more}
-    if shown.limits is not None and shown.limits.min is not None:
-        facts["min"] = repr(float(shown.limits.min))
+    facts |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
     return f"{_quoted(shown.name)}({', '.join(f'{k}={v}' for k, v in facts.items())})"
 
 

@@ -11,11 +11,19 @@ import scipy
 from lumped.analysis.advance import nominals
 from lumped.analysis.watch import followers, levers
 from lumped.exchange.generated import CFunction, c_text
-from lumped.exchange.interface import Interface, Shown
+from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.system import System
 
 __all__ = ["coefficients", "model_files"]
 
 _HERE = ("x", "p", "t", "m")
+_OUTSIDE = {
+    "min": ("<", "be at least"),
+    "above": ("<=", "be greater than"),
+    "max": (">", "be at most"),
+    "below": (">=", "be less than"),
+    "nonzero": ("==", "not be zero"),
+}
 
 
 def model_files(interface: Interface, token: str, rtol: float) -> tuple[dict[str, str], int]:
@@ -33,6 +41,7 @@ def model_files(interface: Interface, token: str, rtol: float) -> tuple[dict[str
         "",
         *(f"{f.declaration};" for f in functions),
         "const char *parameter_fault(int parameter, double value);",
+        "const char *bound_fault(const double *p);",
         "\n#endif\n",
     ]
     body = [
@@ -41,6 +50,7 @@ def model_files(interface: Interface, token: str, rtol: float) -> tuple[dict[str
         "",
         _faults(interface.variables),
         c_text(functions),
+        _bound_faults(interface.system),
     ]
     operations = sum(f.function.n_instructions() for f in functions)
     return {"model.h": "\n".join(header), "model.c": "\n".join(body)}, operations
@@ -57,19 +67,21 @@ def _functions(interface: Interface) -> list[CFunction]:
     jacobian = ca.jacobian(form.miss, all_states)
     if form.rows:
         jacobian = jacobian[form.rows, form.columns]
-    margins = system.margins(*here) if system.switching else (ca.SX(0, 1), ca.SX(0, 1))
-    slopes = system.margin_rates(*here) if system.switching else ca.SX(0, 1)
+    empty = ca.SX(0, 1)
+    margins = system.margins(*here) if system.switching else (empty, empty)
+    slopes = system.margin_rates(*here) if system.switching else empty
     instants = system._flat.thresholds[0](p)
     return [
         usual("model_rates", [system.rates], ["rates"]),
         usual("model_look", [system.look(*here)], ["look"]),
-        usual("model_margins", margins, ["margins", "tolerances"]),
+        usual("model_margins", list(margins), ["margins", "tolerances"]),
         usual("model_margin_rates", [slopes], ["slopes"]),
         usual("model_outputs", [interface.output_expressions], ["outputs"]),
-        usual("model_closure", system.closure(*here), ["found", "step"]),
+        usual("model_closure", list(system.closure(*here)), ["found", "step"]),
         usual("model_followers", [followers(system)[1](*here)], ["values"]),
         usual("model_levers", [levers(system)[1](*here)], ["ratios"]),
         CFunction("model_instants", [p], [instants], ["p"], ["instants"]),
+        CFunction("model_bound", [p], [_bound(interface.system)], ["p"], ["values"]),
         CFunction("model_start", [p], [form.states], ["p"], ["states"]),
         CFunction(
             "model_targets",
@@ -194,20 +206,44 @@ def _faults(variables: Sequence[Shown]) -> str:
     ]
     parameters = [v for v in variables if v.role in ("parameter", "input")]
     for i, shown in enumerate(parameters):
-        q = shown.limits
-        if q is None:
-            continue
-        checks = [
-            ("value == 0", "must not be zero", q.nonzero),
-            (f"value < {q.min!r}", f"must be at least {q.min}", q.min is not None),
-            (f"value <= {q.above!r}", f"must be greater than {q.above}", q.above is not None),
-            (f"value > {q.max!r}", f"must be at most {q.max}", q.max is not None),
-            (f"value >= {q.below!r}", f"must be less than {q.below}", q.below is not None),
+        tests = [
+            f'        if (value {_OUTSIDE[key][0]} {limit!r}) return "must {_OUTSIDE[key][1]}'
+            f'{"" if key == "nonzero" else f" {limit:g}"}";'
+            for key, limit in shown.limits.items()
         ]
-        tests = [f'        if ({test}) return "{text}";' for test, text, given in checks if given]
         if tests:
             lines += [f"    case {i}:", *tests, "        break;"]
     return "\n".join([*lines, "    default: break;", "    }", "    return NULL;", "}\n"])
+
+
+def _bound(system: System) -> ca.SX:
+    """Parameters that follow from others, and how far those with such a limit are from it."""
+    p = system._flat.parameters
+    over = [p.values[high] - least for high, least, *_ in p.ordered]
+    return ca.vertcat(p.values, *over)
+
+
+def _bound_faults(system: System) -> str:
+    """A C function that says which parameter is out of a range that depends on others."""
+    p = system._flat.parameters
+    tests = []
+    for i, declared in enumerate(p.declared):
+        for key, limit in limits_of(declared).items() if i not in p.free else ():
+            sign, text = _OUTSIDE[key]
+            bound = "" if key == "nonzero" else f" {limit:g}"
+            tests.append((f"values[{i}] {sign} {limit!r}", f"{p.names[i]} must {text}{bound}"))
+    for k, (high, _, name, rest) in enumerate(p.ordered):
+        sign, text = _OUTSIDE["above" if p.declared[high].strict else "min"]
+        fault = f"{p.names[high]} must {text} {name}, {rest}"
+        tests.append((f"values[{len(p.declared) + k}] {sign} 0", fault))
+    lines = [f"    if ({test}) return {_quoted(text)};" for test, text in tests]
+    size = len(p.declared) + len(p.ordered) + 1
+    head = ["const char *bound_fault(const double *p)", "{"]
+    if lines:
+        head += [f"    double values[{size}];", "    model_bound(p, values);"]
+    else:
+        head.append("    (void)p;")
+    return "\n".join([*head, *lines, "    return NULL;", "}\n"])
 
 
 def coefficients() -> str:

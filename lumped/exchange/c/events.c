@@ -72,7 +72,11 @@ bool change(Run *run, const bool *fired, double early)
     double before[N_MODES + N_GUESSES + 1], instants[N_MODES + 1];
     bool timed = false;
     memcpy(before, run->m, sizeof before);
-    if (run->inputs_new) run->yielding = run->independent = -1;
+    if (run->inputs_new) {
+        const char *fault = bound_fault(run->p);
+        if (fault) return fail(run, "%s", fault);
+        run->yielding = run->independent = -1;
+    }
     instants_of(run, instants);
     for (int i = 0; i < N_MODES; i++) {
         if (!isfinite(instants[i])) continue;

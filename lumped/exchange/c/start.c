@@ -116,6 +116,8 @@ bool ensure_started(Run *run)
 {
     double all[N_ALL_STATES + 1], instants[N_MODES + 1];
     if (run->started) return true;
+    const char *fault = bound_fault(run->p);
+    if (fault) return fail(run, "%s", fault);
     run->t = run->start;
     run->yielding = run->independent = -1;
     instants_of(run, instants);
