@@ -19,9 +19,9 @@ static fmi2Status told(fmi2Component c, bool well)
 {
     Instance *instance = c;
     if (well) return fmi2OK;
-    if (instance->callbacks.logger)
+    if (instance->callbacks.logger) /* not by "%s": many importers read no further arguments */
         instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name,
-                                   fmi2Error, "error", "%s", instance->run.message);
+                                   fmi2Error, "error", instance->run.message);
     return fmi2Error;
 }
 

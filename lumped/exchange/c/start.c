@@ -13,6 +13,8 @@ bool fail(Run *run, const char *format, ...)
     int count = snprintf(run->message, sizeof run->message, "%s: ", model_name);
     vsnprintf(run->message + count, sizeof run->message - (size_t)count, format, arguments);
     va_end(arguments);
+    for (char *c = run->message; *c; c++) /* loggers take it for a format */
+        if (*c == '%') *c = ' ';
     return false;
 }
 
