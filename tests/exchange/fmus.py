@@ -2,11 +2,13 @@
 
 import itertools
 
-import fmpy
 import numpy as np
-from fmpy.validation import validate_fmu
+import pytest
 
 import lumped as lp
+
+fmpy = pytest.importorskip("fmpy")
+validate_fmu = pytest.importorskip("fmpy.validation").validate_fmu
 
 KINDS = {"ModelExchange": 1e-10, "CoSimulation": 1e-9}
 """Relative tolerances; the first is that of FMPy's own integrator."""

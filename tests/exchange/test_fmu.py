@@ -8,14 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmus import fmpy, runs
 from scipy.linalg import expm
 
-fmpy = pytest.importorskip("fmpy")
-from fmpy.fmi2 import FMU2Slave  # noqa: E402
-from fmus import runs  # noqa: E402
-
-import lumped as lp  # noqa: E402
-from lumped.components import (  # noqa: E402
+import lumped as lp
+from lumped.components import (
     BearingFriction,
     DCMotor,
     Ground,
@@ -28,14 +25,14 @@ from lumped.components import (  # noqa: E402
     Torque,
     VoltageSource,
 )
-from lumped.errors import (  # noqa: E402
+from lumped.errors import (
     ExportError,
     OptionError,
     UnknownNameError,
 )
-from lumped.exchange.interface import rate_unit  # noqa: E402
-from lumped.exchange.si import base_powers  # noqa: E402
-from lumped.ops import where  # noqa: E402
+from lumped.exchange.interface import rate_unit
+from lumped.exchange.si import base_powers
+from lumped.ops import where
 
 
 class Drive(lp.Component):
@@ -286,7 +283,7 @@ def test_bad_options_are_refused(tmp_path, options, error, text):
 def slave(path, logged):
     facts = fmpy.read_model_description(str(path))
     folder = fmpy.extract(str(path))
-    unit = FMU2Slave(
+    unit = fmpy.fmi2.FMU2Slave(
         guid=facts.guid,
         unzipDirectory=folder,
         modelIdentifier=facts.coSimulation.modelIdentifier,
