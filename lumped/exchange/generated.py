@@ -9,6 +9,10 @@ import casadi as ca
 
 __all__ = ["CFunction", "c_text"]
 
+_HELPERS = re.compile(
+    r"^(#ifndef casadi_(inf|nan)|casadi_real casadi_).*?(?=^/\* Configuration)",
+    re.MULTILINE | re.DOTALL,
+)
 _BODY = re.compile(
     r"/\* (\w+):.*?\*/\nstatic int casadi_f\d+\(.*?\) \{\n(.*?)  return 0;\n\}\n", re.DOTALL
 )
@@ -65,17 +69,12 @@ def c_text(functions: Sequence[CFunction]) -> str:
 
 
 def _helpers(text: str) -> str:
-    """Small functions that CasADi's text calls."""
-    begin = text.index("#ifndef casadi_inf") if "#ifndef casadi_inf" in text else len(text)
-    begin = min(begin, *(text.find(k) for k in ("#ifndef casadi_nan",) if k in text), len(text))
-    first = re.search(r"^casadi_real casadi_\w+\(", text, re.MULTILINE)
-    if first is not None:
-        begin = min(begin, first.start())
-    end = text.index("/* Configuration")
-    found = text[begin:end].strip() if begin < end else ""
-    return found.replace("casadi_real casadi_", "static double casadi_").replace(
-        "casadi_real", "double"
-    )
+    """Small functions and constants that CasADi's text uses."""
+    found = _HELPERS.search(text)
+    if found is None:
+        return ""
+    plain = found.group().replace("casadi_real casadi_", "static double casadi_")
+    return plain.replace("casadi_real", "double").strip()
 
 
 def _definition(function: CFunction, body: str) -> str:

@@ -8,7 +8,15 @@ from specification import build, read
 from test_loops import double_rocker, four_bar, rocker_angle
 
 import lumped as lp
-from lumped.components import Brake, Inertia, Torque, translation
+from lumped.components import (
+    Backlash,
+    Brake,
+    Fixed,
+    Inertia,
+    SpringDamper,
+    Torque,
+    translation,
+)
 from lumped.models.reversing_mill_scenes import RATED, JoinedGap
 from lumped.ops import where
 
@@ -105,6 +113,21 @@ def test_a_ball_bounces_as_the_closed_form_says(tmp_path, restitution):
         error = np.abs(found["floor.gap"] - expected).max()
         print(f"{version} {kind}: {error:.1e} m")
         assert error < 1e-6
+
+
+def test_bounces_in_a_play_that_grow_ever_shorter_end(tmp_path):
+    """A disc in a play is thrown to and fro; every time its bounces accumulate."""
+    model = lp.compose(
+        drive=Torque(tau=5.0 * lp.ops.sin(20.0 * lp.time)),
+        rotor=Inertia(J=0.3),
+        play=Backlash(b=0.03, restitution=0.3),
+        disc=Inertia(J=0.2),
+        shaft=SpringDamper(c=80.0, d=0.3),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive.flange, m.rotor, m.play, m.disc, m.shaft, m.wall),
+    )
+    run = compare(lp.assemble(model), tmp_path, until=1.0, versions=("2.0",))
+    assert len(run.events) > 50
 
 
 def test_brakes_that_share_a_load_let_go_together(tmp_path):

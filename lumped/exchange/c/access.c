@@ -122,6 +122,11 @@ bool watch(Run *run, double *z)
     double m[N_MODES + N_GUESSES + 1];
     if (!ensure_started(run) || !closed_at(run, m)) return false;
     indicators(run, run->x, run->t, m, z);
+    for (int i = 0; i < N_MARGINS; i++) {
+        z[i] += run->bias[i];
+        /* bodies that meet nearly where they met before lose no height from bounce to bounce */
+        if (margin_kind[i] == SLIDE && hold_has_gap[margin_number[i]]) z[i] -= 0.99 * CONTACT;
+    }
     arm(run);
     return true;
 }

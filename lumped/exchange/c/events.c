@@ -22,6 +22,19 @@ void arm(Run *run)
     for (int i = 0; i < N_MARGINS; i++) run->armed[i] |= z[i] > 1e3 * tolerances[i];
 }
 
+/* Begin anew after an event. What an importer sees starts above zero, so that a margin that rises
+   from zero and falls again within its first step is not overlooked. */
+void rearm(Run *run)
+{
+    double z[N_MARGINS + 1], tolerances[N_MARGINS + 1];
+    memset(run->armed, 0, sizeof run->armed);
+    if (!N_MARGINS) return;
+    model_margins(run->x, run->p, &run->t, run->m, z, tolerances);
+    for (int i = 0; i < N_MARGINS; i++)
+        run->bias[i] = z[i] > -1e3 * tolerances[i] ? fmax(-z[i], 0.0) : 0.0;
+    arm(run);
+}
+
 /* Margins used up at the present point: below zero, or at zero and falling since they were armed. */
 void fired_now(Run *run, bool *fired)
 {
@@ -88,8 +101,7 @@ bool change(Run *run, const bool *fired, double early)
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
     if (HAS_SWITCHING && !settle(run, before, fired)) return false;
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    memset(run->armed, 0, sizeof run->armed);
-    arm(run);
+    rearm(run);
     run->inputs_new = false;
     run->next_step = 0.0;
     return true;

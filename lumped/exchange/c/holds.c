@@ -199,7 +199,7 @@ static void strike(Run *run, const Look *look, const bool *closing, const double
     run->moved = true;
 }
 
-/* Whether a bounce would be over at once. */
+/* Whether a bounce would be over at once, or is lower than an importer can resolve. */
 static bool rests(const Run *run, int h, const Look *after)
 {
     double trial[N_MODES + N_GUESSES + 1];
@@ -207,7 +207,9 @@ static bool rests(const Run *run, int h, const Look *after)
     copy_modes(trial, run->m);
     put(trial, h, FORWARD);
     look_with(run, trial, &look);
-    return look.a[h] < 0 && 2 * after->v[h] <= -look.a[h] * 1e-10 * run->span;
+    double v = after->v[h], pull = -look.a[h];
+    bool low = run->phase == EVENTS && v * v <= 2 * pull * CONTACT;
+    return pull > 0 && (2 * v <= pull * 1e-10 * run->span || low);
 }
 
 /* Let constraints without limit that close at a speed do so; whether there were any. */

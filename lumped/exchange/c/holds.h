@@ -6,8 +6,6 @@
 
 enum { FREE = -1, STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND };
 
-#define CONTACT 1e-13 /* gap of bodies that touch */
-
 /* All that decides modes at one point. */
 typedef struct {
     double greater[N_RELATIONS + 1], less[N_RELATIONS + 1];

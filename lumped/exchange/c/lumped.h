@@ -12,6 +12,8 @@
 #include <stdint.h>
 #include "model.h"
 
+#define CONTACT 1e-13 /* gap of bodies that touch */
+
 /* Value references: time, parameters and inputs, states, their derivatives, outputs, indicators. */
 enum {
     FIRST_PARAMETER = 1,
@@ -35,7 +37,8 @@ typedef struct {
     bool started;     /* states follow from the parameters as they are */
     bool inputs_new;  /* parameters or inputs were set since the last settling */
     bool settled;     /* events of this instant were handled */
-    bool armed[N_MARGINS + 1]; /* margins that were positive since the last settling */
+    bool armed[N_MARGINS + 1];  /* margins that were positive since the last settling */
+    double bias[N_MARGINS + 1]; /* rounding below zero of margins at the last settling */
     /* while modes settle */
     bool was_stuck[N_HOLDS + 1], halted[N_HOLDS + 1], moved;
     double yielding;  /* compliance of redundant holds, negative if not known */
@@ -58,6 +61,7 @@ bool settle(Run *run, const double *before, const bool *fired);
 /* events.c */
 bool change(Run *run, const bool *fired, double early);
 void arm(Run *run);
+void rearm(Run *run);
 void fired_now(Run *run, bool *fired);
 void indicators(const Run *run, const double *x, double t, const double *m, double *z);
 double next_instant(const Run *run, double early);

@@ -134,10 +134,9 @@ bool ensure_started(Run *run)
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
     if (HAS_SWITCHING && !settle_start(run)) return false;
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    memset(run->armed, 0, sizeof run->armed);
     run->next_step = 0.0;
     run->inputs_new = false;
     run->started = run->settled = true;
-    arm(run);
+    rearm(run);
     return true;
 }
