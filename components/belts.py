@@ -30,6 +30,7 @@ class Belt(Component):
     Source: Niemann and Winter, Maschinenelemente, vol. 3, ch. 27 (geometry and shaft load).
     """
 
+    symbol = "belt"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)

@@ -23,6 +23,7 @@ class CamSwitch(Component):
     It switches in every turn, in both directions; a run stops there. `rest` is ``1 - y``.
     """
 
+    symbol = "latch"
     flange = Flange()
     centre: Param = param("rad", "angle in the middle of the range")
     width: Param = param("rad", "range of the angle", above=0, below=2 * pi)
@@ -39,6 +40,7 @@ class CamSwitch(Component):
 class _AngleTorque(Component):
     """Torque ``tau`` on what is joined to the flange, from its angle against the support."""
 
+    symbol = "load"
     flange = Flange()
     support = Flange(grounded=True)
     tau: Var = var("N.m", "driving torque")

@@ -14,7 +14,7 @@ from lumped.lower import lower
 from lumped.ops import exp, interpolate, maximum
 from lumped.switch import Hold, hold
 
-__all__ = ["Characteristic", "Stribeck", "dry_friction", "friction_at"]
+__all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 
 Characteristic = Sequence[Sequence[float]] | Callable[[Expr], Number]
 """Friction at a sliding speed that is not negative.
@@ -167,6 +167,38 @@ def dry_friction(
         backward=-grip * friction_at(characteristic, -speed),
         upper=most,
         lower=-most,
+        engaged=engaged,
+        mode=mode,
+    )
+
+
+def coulomb(
+    reaction: Expr,
+    speed: Expr,
+    sliding: Expr,
+    holding: Expr,
+    *,
+    mode: Expr,
+    engaged: Compare | None = None,
+) -> Hold:
+    """Friction of one amount at all speeds, in both directions the same.
+
+    Parameters
+    ----------
+    reaction, speed, mode : quantity
+        See `lumped.hold`.
+    sliding, holding : expression
+        Amount of the reaction where it slides, and the greatest where it sticks.
+    engaged : relation, optional
+        While it is false there is no friction at all.
+    """
+    return hold(
+        reaction,
+        speed,
+        forward=sliding,
+        backward=-sliding,
+        upper=holding,
+        lower=-holding,
         engaged=engaged,
         mode=mode,
     )

@@ -16,6 +16,7 @@ class Spring(Component):
     leads, and negative while flange a drives, as in the Modelica library.
     """
 
+    symbol = "spring"
     flange_a = Flange()
     flange_b = Flange()
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
@@ -29,10 +30,15 @@ class Spring(Component):
         yield self.flange_b.tau == self.tau
         yield self.flange_a.tau == -self.tau
 
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2
+
 
 class Damper(Component):
     """Linear viscous damper: ``tau = d w_rel``, ``w_rel = der(phi_b - phi_a)``."""
 
+    symbol = "damper"
     flange_a = Flange()
     flange_b = Flange()
     d: Param = param("N.m.s/rad", "viscous damping", min=0)
@@ -55,6 +61,7 @@ class Damper(Component):
 class SpringDamper(Component):
     """Spring and damper in parallel: ``tau = c (phi_rel - phi_rel0) + d w_rel``."""
 
+    symbol = "spring_damper"
     flange_a = Flange()
     flange_b = Flange()
     c: Param = param("N.m/rad", "torsional stiffness", above=0)
@@ -74,3 +81,7 @@ class SpringDamper(Component):
     def loss(self) -> Expr:
         """Dissipated power, W."""
         return self.d * self.w_rel**2
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2

@@ -19,6 +19,7 @@ class ElastoBacklash(Component):
     flanks meet. Below a play of 1e-10 rad it is a spring and damper that also pulls.
     """
 
+    symbol = "play"
     flange_a = Flange()
     flange_b = Flange()
     limited: bool = True

@@ -58,6 +58,7 @@ def limited(u: Expr, low: Expr, high: Expr) -> Expr:
 class Gain(Component):
     """Proportional block: ``y = k u``."""
 
+    symbol = "gain"
     u = Input("1", "signal")
     k: Param = param("1", "gain")
     y = Output("1", "signal")
@@ -69,6 +70,7 @@ class Gain(Component):
 class Sum(Component):
     """Weighted sum of two signals: ``y = k_a a + k_b b``."""
 
+    symbol = "sum"
     a = Input("1", "first signal")
     b = Input("1", "second signal")
     k_a: Param = param("1", "weight of the first signal", 1.0)
@@ -82,6 +84,7 @@ class Sum(Component):
 class Filter(Component):
     """First-order low pass: ``T der(x) = u - x``, ``y = x``."""
 
+    symbol = "lag"
     u = Input("1", "signal")
     T: Param = param("s", "time constant", above=0)
     x: Var = var("1", "filtered signal", state="prefer")
@@ -95,6 +98,7 @@ class Filter(Component):
 class Limiter(Component):
     """Limiter: ``y = min(max(u, y_min), y_max)``."""
 
+    symbol = "limiter"
     u = Input("1", "signal")
     y_min: Param = param("1", "least output")
     y_max: Param = param("1", "greatest output", above=y_min)
@@ -111,6 +115,7 @@ class RateLimiter(Component):
     are not located: a signal that keeps following at the limit would meet it again and again.
     """
 
+    symbol = "ramp"
     u = Input("1", "signal")
     rate: Param = param("1/s", "greatest rate of change, both ways", above=0)
     T: Param = param("s", "time constant of following", above=0)
@@ -125,6 +130,7 @@ class RateLimiter(Component):
 class PController(Component):
     """Proportional controller: ``y = k (wanted - measured)``."""
 
+    symbol = "proportional"
     wanted = Input("1", "wanted value")
     measured = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
@@ -137,6 +143,7 @@ class PController(Component):
 class PIController(Component):
     """PI controller: ``e = wanted - measured``, ``T_i der(x) = e``, ``y = k (e + x)``."""
 
+    symbol = "controller"
     wanted = Input("1", "wanted value")
     measured = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
@@ -158,6 +165,7 @@ class LimitedPI(Component):
     time constant ``N_i T_i``.
     """
 
+    symbol = "controller"
     wanted = Input("1", "wanted value")
     measured = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
@@ -183,6 +191,7 @@ class FedPI(Component):
     ``T_i der(x) = e + (y - u) / k``.
     """
 
+    symbol = "controller"
     wanted = Input("1", "wanted value")
     measured = Input("1", "measured value")
     feed = Input("1", "feed-forward, added to the output")
@@ -224,6 +233,7 @@ class SampledPI(Component):
     ``e = wanted - measured`` is sampled, and `y` is held until the next sample.
     """
 
+    symbol = "controller"
     wanted = Input("1", "wanted value")
     measured = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
@@ -254,6 +264,7 @@ class SquareRootController(Component):
     ``e = wanted - measured``; `y` is the wanted speed.
     """
 
+    symbol = "root"
     wanted = Input("1", "wanted position")
     measured = Input("1", "measured position")
     K: Param = param("1/s", "gain near the aim", above=0)
@@ -276,6 +287,7 @@ class CascadeControl(Component):
     drive follows without error.
     """
 
+    symbol = "controller"
     wanted = Input("1", "wanted position")
     measured = Input("1", "measured position")
     v_measured = Input("1/s", "measured speed")
@@ -312,6 +324,7 @@ class LoadShare(Component):
     ``u = k (e + x)``, ``y = clip(u, +-y_max)``, ``T_i der(x) = e + (y - u) / k``.
     """
 
+    symbol = "controller"
     own = Input("N.m", "torque of the own drive")
     other = Input("N.m", "torque of the other drive")
     share: Param = param("1", "part of the own drive", 0.5, min=0, max=1)
@@ -336,6 +349,7 @@ class PointToPoint(Component):
     ``s``: ``der(s) = v``, ``der(v) = a``. All have the units of the distance.
     """
 
+    symbol = "ramp"
     distance: Param = param("1", "way of the move, either sign")
     v_max: Param = param("1/s", "greatest speed", above=0)
     a_max: Param = param("1/s2", "greatest acceleration and deceleration", above=0)

@@ -25,6 +25,7 @@ from lumped import (
     param,
     var,
 )
+from lumped.component import Outline
 from lumped.errors import EquationError
 from lumped.expression import Constant
 from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
@@ -32,14 +33,21 @@ from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 
 
+def _shortest(crank: CrankSlider) -> Expr:
+    """Least length of the rod: for whole turns, or for the start values to choose an assembly."""
+    r, e = CrankSlider.r, abs(CrankSlider.e)
+    return e - r if crank.assembly == 0 else r + e
+
+
 class CrankSlider(Component):
     """Crank, heavy rod, slider: ``s = r cos(q) + L cos(psi)``, ``L sin(psi) = e - r sin(q)``.
 
     ``q = phi + phase - axis`` is the angle of the crank against the slide, which has the direction
     `axis` in the plane and passes the crank's centre at the distance `e` to its left. The slider's
-    flange counts along the slide. `assembly` 1 puts it ahead of the crank pin, -1 behind it; with
-    0 the start values choose (``psi=0.0``, ``psi=3.1``), and a rod shorter than ``r + |e|`` may
-    pass from one to the other, at the cost of an iteration in each step.
+    flange counts along the slide. `assembly` 1 puts it ahead of the crank pin, -1 behind it, for a
+    crank that can turn round: ``L >= r + |e|``. With 0 the start values choose (``psi=0.0``,
+    ``psi=3.1``), and a shorter rod, whose crank swings to and fro, may pass from one to the other,
+    at the cost of an iteration in each step.
 
     With the rod's centre of gravity at ``k L`` from the crank pin, exactly (J is about the centre
     of gravity)::
@@ -52,6 +60,7 @@ class CrankSlider(Component):
     not for the torque. Neither a rod nor a slider without mass is a special case.
     """
 
+    symbol = "crank"
     flange = Flange()
     slider = LinearFlange(free=True)
     frame_x = LinearFlange(grounded=True)
@@ -61,7 +70,7 @@ class CrankSlider(Component):
     bearing_y = Output("N", "force on the crank bearing along y, without parts that only rotate")
     r: Param = param("m", "crank radius", min=0)
     e: Param = param("m", "offset of the slide, to the left of its direction", 0.0)
-    L: Param = param("m", "length of the rod", above=maximum(0.0, abs(e) - r))
+    L: Param = param("m", "length of the rod", above=0.0, min=_shortest)
     m: Param = param("kg", "mass of the slider", 0.0, min=0)
     m_rod: Param = param("kg", "mass of the rod", 0.0, min=0)
     J_rod: Param = param("kg.m2", "moment of inertia of the rod about its centre", 0.0, min=0)
@@ -116,6 +125,15 @@ class CrankSlider(Component):
             yield f == (at_pin * (r * der(der(u)) + n) + at_slider * (self.a * w + n) - b.f * w)
             yield bearing == self.guide * side - f
 
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        c, s = cos(self.axis), sin(self.axis)
+        pin = (x + self.r * cos(angle), y + self.r * sin(angle))
+        slider = (x + self.s * c - self.e * s, y + self.s * s + self.e * c)
+        yield "crank", ((x, y), pin)
+        yield "rod", (pin, slider)
+        yield "slider", (slider,)
+
     def _run(self, rise: Expr) -> Expr:
         """Length of the rod along the slide."""
         if self.assembly == 0:
@@ -135,6 +153,7 @@ class RotatingMass(Component):
     the angle `phase` in the plane. Weight and motion of the frame act on the torque too.
     """
 
+    symbol = "arm"
     flange = Flange()
     frame_x = LinearFlange(grounded=True)
     frame_y = LinearFlange(grounded=True)
@@ -153,6 +172,12 @@ class RotatingMass(Component):
         yield self.frame_x.f == self.m * (r * der(der(cos(angle))) + fall[0])
         yield self.frame_y.f == self.m * (r * der(der(sin(angle))) + fall[1])
 
+    def outline(self) -> Iterator[Outline]:
+        x, y, angle = self.frame_x.s, self.frame_y.s, self.flange.phi + self.phase
+        centre = (x + self.r * cos(angle), y + self.r * sin(angle))
+        yield "arm", ((x, y), centre)
+        yield "mass", (centre,)
+
 
 class StrokeLoad(Component):
     """Force against the motion that depends on the place: ``f = -sign(v) F g(z)``.
@@ -163,6 +188,7 @@ class StrokeLoad(Component):
     ``v_0``, so the load slows a standstill but does not hold it.
     """
 
+    symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     forward: Param = param("N", "greatest force on the way from s_0 to s_1", min=0)

@@ -29,6 +29,7 @@ __all__ = [
 class Ground(Component):
     """Potential zero: ``v = 0``. One for each circuit that nothing else grounds."""
 
+    symbol = "earth"
     pin = Pin()
 
     def equations(self) -> Iterator[Equation]:
@@ -52,6 +53,7 @@ class _TwoPin(Component):
 class Resistor(_TwoPin):
     """Resistor: ``v = R i``; its heat is ``v i``."""
 
+    symbol = "resistor"
     R: Param = param("Ohm", "resistance", min=0)
 
     def equations(self) -> Iterator[Equation]:
@@ -62,6 +64,7 @@ class Resistor(_TwoPin):
 class VariableResistor(_TwoPin):
     """Resistor that is changed, such as a starter: ``v = R i`` with `R` as a signal."""
 
+    symbol = "resistor"
     R = Input("Ohm", "resistance")
 
     def equations(self) -> Iterator[Equation]:
@@ -72,6 +75,7 @@ class VariableResistor(_TwoPin):
 class Inductor(_TwoPin):
     """Inductor: ``v = L der(i)``."""
 
+    symbol = "inductor"
     L: Param = param("H", "inductance; for none, leave the inductor out", above=0)
     i: Var = var("A", "current from p to n", state="prefer")
 
@@ -83,6 +87,7 @@ class Inductor(_TwoPin):
 class Capacitor(_TwoPin):
     """Capacitor: ``i = C der(v)``."""
 
+    symbol = "capacitor"
     C: Param = param("F", "capacitance; for none, leave the capacitor out", above=0)
     v: Var = var("V", "voltage from p to n", state="prefer")
 
@@ -97,6 +102,7 @@ class VoltageSource(Component):
     `i` is the current that it delivers at p.
     """
 
+    symbol = "voltage"
     p = Pin()
     n = Pin()
     v = Input("V", "voltage")
@@ -111,6 +117,7 @@ class VoltageSource(Component):
 class CurrentSource(Component):
     """Ideal source of current: delivers ``i_p = -i`` at p, whatever voltage that takes."""
 
+    symbol = "current"
     p = Pin()
     n = Pin()
     i = Input("A", "current delivered at p")
@@ -125,6 +132,7 @@ class CurrentSource(Component):
 class VoltageSensor(Component):
     """Ideal sensor of a voltage: ``v = v_p - v_n``; takes no current."""
 
+    symbol = "meter_v"
     p = Pin()
     n = Pin()
     v = Output("V", "voltage from p to n")
@@ -138,6 +146,7 @@ class VoltageSensor(Component):
 class CurrentSensor(Component):
     """Ideal sensor in a wire: ``i = i_p``, the current from p to n; no voltage across it."""
 
+    symbol = "meter_a"
     p = Pin()
     n = Pin()
     i = Output("A", "current from p to n")
@@ -158,6 +167,7 @@ class Inverter(Component):
     (some nanoseconds), and so on the branch where a source with an inner resistance is stable.
     """
 
+    symbol = "inverter"
     dc_p = Pin()
     dc_n = Pin()
     p = Pin()

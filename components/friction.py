@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
 from lumped.ops import maximum
 from lumped.switch import Item, hold
 
@@ -87,6 +87,7 @@ class BearingFriction(_OnShaft):
     `lumped.components.Stribeck`.
     """
 
+    symbol = "bearing"
     characteristic: Characteristic = ()
 
     def equations(self) -> Iterator[Item]:
@@ -102,6 +103,7 @@ class Brake(_OnShaft):
     `lumped.components.Stribeck`. Without normal force the shaft is free.
     """
 
+    symbol = "brake"
     characteristic: Characteristic = ((0.0, 0.5),)
     c_geo: Param = param("m", "friction torque over friction force", 1.0, min=0)
     f_max: Param = param("N", "normal force at u = 1", min=0)
@@ -130,6 +132,7 @@ class JournalFriction(_OnShaft):
     that torque.
     """
 
+    symbol = "bearing"
     mu: Param = param("1", "friction coefficient, with the factor of the bearing's play", min=0)
     d: Param = param("m", "diameter of the journal", above=0)
     f_n = Input("N", "load on the journals, not negative")
@@ -137,15 +140,8 @@ class JournalFriction(_OnShaft):
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         grip = self.mu * self.f_n * self.d / 2
-        yield hold(
-            self.tau,
-            self.w,
-            forward=grip,
-            backward=-grip,
-            upper=self.peak * grip,
-            lower=-self.peak * grip,
-            engaged=self.f_n > 0,
-            mode=self.mode,
+        yield coulomb(
+            self.tau, self.w, grip, self.peak * grip, engaged=self.f_n > 0, mode=self.mode
         )
 
 
@@ -158,6 +154,7 @@ class Clutch(_Pressed):
     open.
     """
 
+    symbol = "clutch"
     f_max: Param = param("N", "normal force at u = 1", min=0)
     f_n: Var = var("N", "normal force")
     mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 free")
@@ -185,6 +182,7 @@ class OneWayClutch(_Pressed):
     `Clutch`.
     """
 
+    symbol = "freewheel"
     f_max: Param = param("N", "normal force at u = 1", 0.0, min=0)
     f_n: Var = var("N", "normal force")
     mode: Var = var("1", "1 sliding, 0 locked")
@@ -211,6 +209,7 @@ class SlipCoupling(_BetweenShafts):
     wheels and rolls whose limits are known as torques.
     """
 
+    symbol = "clutch"
     kinetic: Param = param("N.m", "torque while it slips", min=0)
     static: Param = param("N.m", "greatest torque without slip", min=kinetic)
     u = Input("1", "command: engaged above 0.5")
@@ -218,13 +217,6 @@ class SlipCoupling(_BetweenShafts):
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
-        yield hold(
-            self.tau,
-            self.w_rel,
-            forward=self.kinetic,
-            backward=-self.kinetic,
-            upper=self.static,
-            lower=-self.static,
-            engaged=self.u > 0.5,
-            mode=self.mode,
+        yield coulomb(
+            self.tau, self.w_rel, self.kinetic, self.static, engaged=self.u > 0.5, mode=self.mode
         )

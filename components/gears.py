@@ -43,6 +43,7 @@ class IdealGear(Component):
     is composed of such meshes, one for each pair of wheels.
     """
 
+    symbol = "gear"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
@@ -61,6 +62,7 @@ class Planetary(Component):
     takes no torque, so the others take none either.
     """
 
+    symbol = "planetary"
     sun = Flange()
     carrier = Flange()
     ring = Flange(free=True)
@@ -79,6 +81,7 @@ class BevelGear(Component):
     of its motion, and a housing that swings does so by a small angle. Open supports stand still.
     """
 
+    symbol = "bevel"
     flange_a = Flange()
     flange_b = Flange()
     support_a = Flange(grounded=True)
@@ -99,6 +102,7 @@ class BevelDifferential(Component):
     ``ratio = 1`` flange a is the cage itself. Wheels inside have no inertia of their own.
     """
 
+    symbol = "bevel"
     flange_a = Flange()
     left = Flange()
     right = Flange()
@@ -120,6 +124,7 @@ class RackAndPinion(Component):
     moving rack or the rack of a moving axle is held; an open support stands still.
     """
 
+    symbol = "rack"
     flange_a = Flange()
     flange_b = LinearFlange()
     support = LinearFlange(grounded=True)
@@ -141,6 +146,7 @@ class SelectableGear(Component):
     speeds. Torques: ``tau_b = -ratio tau_a``.
     """
 
+    symbol = "gearbox"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)

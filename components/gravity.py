@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, Param, Var, der, param, var
-from lumped.ops import cos
+from lumped.component import Outline
+from lumped.ops import cos, sin
 
 __all__ = ["SwingingMass", "Weight"]
 
@@ -23,6 +24,7 @@ class SwingingMass(Component):
     matter. A counterweight has a negative radius.
     """
 
+    symbol = "arm"
     flange = Flange()
     m: Param = param("kg", "mass", above=0)
     R: Param = param("m", "radius of the centre of gravity, negative on the far side")
@@ -41,6 +43,9 @@ class SwingingMass(Component):
         yield self.tau_g == self.m * self.g * self.R * cos(self.phi + self.phi0)
         yield (self.J + self.m * self.R**2) * der(self.w) == self.flange.tau - self.tau_g
 
+    def outline(self) -> Iterator[Outline]:
+        yield from _arm(self)
+
 
 class Weight(Component):
     """Downward force on an arm, without mass: ``tau_flange = f R cos(phi + phi0)``.
@@ -48,6 +53,7 @@ class Weight(Component):
     For loads that come and go, and beside a body whose inertia stands elsewhere.
     """
 
+    symbol = "weight"
     flange = Flange()
     f = Input("N", "downward force")
     R: Param = param("m", "radius, negative on the far side")
@@ -57,3 +63,14 @@ class Weight(Component):
     def equations(self) -> Iterator[Equation]:
         yield self.tau == self.f * self.R * cos(self.flange.phi + self.phi0)
         yield self.flange.tau == self.tau
+
+    def outline(self) -> Iterator[Outline]:
+        yield from _arm(self)
+
+
+def _arm(part: SwingingMass | Weight) -> Iterator[Outline]:
+    """Arm from the shaft to the body."""
+    angle = part.flange.phi + part.phi0
+    end = (part.R * cos(angle), part.R * sin(angle))
+    yield "arm", ((0.0, 0.0), end)
+    yield "body", (end,)

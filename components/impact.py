@@ -23,6 +23,7 @@ class Stop(Component):
     reversed, at flange a.
     """
 
+    symbol = "stop"
     flange_a = Flange(grounded=True)
     flange_b = Flange()
     phi_min: Param = param("rad", "least relative angle", 0.0)
@@ -47,6 +48,7 @@ class Backlash(Component):
     acts on the play at flange b and, reversed, at flange a.
     """
 
+    symbol = "play"
     flange_a = Flange()
     flange_b = Flange()
     b: Param = param("rad", "whole play", above=0)
@@ -77,6 +79,7 @@ class Coupling(Component):
     momentum kept. `tau` acts on the coupling at flange b and, reversed, at flange a.
     """
 
+    symbol = "dog"
     flange_a = Flange()
     flange_b = Flange()
     u = Input("1", "command: closed above 0.5")
@@ -101,6 +104,7 @@ class PickUp(Component):
     where it is put down, its own speed drops to zero and that of the flange stays.
     """
 
+    symbol = "pick_up"
     flange = Flange()
     J: Param = param("kg.m2", "moment of inertia", above=0)
     u = Input("1", "command: carried above 0.5")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Equation, Flange, Param, Var, der, param, var
+from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 
 __all__ = ["Inertia"]
 
@@ -16,6 +16,7 @@ class Inertia(Component):
     Either flange may stay open (free shaft end).
     """
 
+    symbol = "inertia"
     flange_a = Flange(free=True)
     flange_b = Flange(free=True)
     J: Param = param("kg.m2", "moment of inertia", above=0)
@@ -29,3 +30,7 @@ class Inertia(Component):
         yield self.w == der(self.phi)
         yield self.a == der(self.w)
         yield self.J * self.a == self.flange_a.tau + self.flange_b.tau
+
+    def stored(self) -> Expr:
+        """Kinetic energy, J."""
+        return 0.5 * self.J * self.w**2

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, LinearFlange, Param, param
+from lumped.component import Outline
 from lumped.ops import asin, cos, sin
 
 __all__ = ["Eccentric", "GuidedRod"]
@@ -24,6 +25,7 @@ class Eccentric(Component):
     their reverse. Open points are free; hold a point with `translation.Fixed`.
     """
 
+    symbol = "arm"
     flange = Flange()
     hub_x = LinearFlange(free=True)
     hub_y = LinearFlange(free=True)
@@ -39,6 +41,9 @@ class Eccentric(Component):
         yield self.hub_y.f == -self.pin_y.f
         yield self.flange.tau == side * self.pin_y.f - height * self.pin_x.f
 
+    def outline(self) -> Iterator[Outline]:
+        yield "arm", ((self.hub_x.s, self.hub_y.s), (self.pin_x.s, self.pin_y.s))
+
 
 class GuidedRod(Component):
     """Rod that hangs on a pin, its foot in a vertical guide: ``length sin(phi) = x_pin - x_guide``.
@@ -48,6 +53,7 @@ class GuidedRod(Component):
     foot is free. The forces follow from virtual work.
     """
 
+    symbol = "rod"
     flange = Flange(free=True)
     pin_x = LinearFlange()
     pin_y = LinearFlange()
@@ -63,3 +69,8 @@ class GuidedRod(Component):
         yield self.pin_y.f == -pull
         yield self.pin_x.f == -(self.flange.tau + side * pull) / height
         yield self.guide_x.f == -self.pin_x.f
+
+    def outline(self) -> Iterator[Outline]:
+        foot = (self.guide_x.s, self.foot_y.s)
+        yield "rod", ((self.pin_x.s, self.pin_y.s), foot)
+        yield "foot", (foot,)

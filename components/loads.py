@@ -29,6 +29,7 @@ __all__ = ["EddyCurrentBrake", "InverseTorque", "LinearTorque", "QuadraticTorque
 class _SpeedTorque(Component):
     """Torque ``tau`` on what is joined to the flange, from its speed ``w``."""
 
+    symbol = "load"
     flange = Flange()
     support = Flange(grounded=True)
     tau_nominal: Param = param("N.m", "driving torque at the nominal speed")
@@ -102,6 +103,7 @@ class EddyCurrentBrake(Component):
     at the port `heat`, where T is that of the brake.
     """
 
+    symbol = "eddy"
     flange = Flange()
     support = Flange(grounded=True)
     heat = HeatPort()

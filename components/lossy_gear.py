@@ -34,6 +34,7 @@ class LossyGear(Component):
     the range of an efficiency, end the table with two equal rows.
     """
 
+    symbol = "gear"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
@@ -73,6 +74,7 @@ class EfficientGear(Component):
     efficiency may change without assembling anew.
     """
 
+    symbol = "gear"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)

@@ -48,6 +48,7 @@ __all__ = [
 class _Machine(Component):
     """Rotor and housing of a motor whose torque a subclass states."""
 
+    symbol = "motor"
     flange = Flange(free=True)
     support = Flange(grounded=True)
     J: Param = param("kg.m2", "moment of inertia of the rotor", above=0)

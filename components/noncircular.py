@@ -31,6 +31,7 @@ class EllipticalGear(Component):
     correction is bounded. `slowest_at` gives the phase at which b is slowest where it is wanted.
     """
 
+    symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
@@ -52,6 +53,7 @@ class NonCircularGear(Component):
     ``tau_a = -(w_b / w_a) tau_b``.
     """
 
+    symbol = "ellipses"
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lumped import Component, Expr, Flange, Input, Param, Var, der, hold, param, var
+from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
+from lumped.components.characteristic import coulomb
 from lumped.switch import Item
 
 __all__ = ["RollingTorque"]
@@ -26,6 +27,7 @@ class RollingTorque(Component):
     open. Friction of the necks: `JournalFriction`.
     """
 
+    symbol = "rolls"
     flange = Flange()
     support = Flange(grounded=True)
     F = Input("N", "roll force, not negative")
@@ -46,16 +48,7 @@ class RollingTorque(Component):
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
         limit = 2 * self.F * self.a
-        yield hold(
-            self.tau_f,
-            self.w,
-            forward=limit,
-            backward=-limit,
-            upper=limit,
-            lower=-limit,
-            engaged=limit > 0,
-            mode=self.mode,
-        )
+        yield coulomb(self.tau_f, self.w, limit, limit, engaged=limit > 0, mode=self.mode)
 
     def loss(self) -> Expr:
         """Power of forming, W."""

@@ -25,6 +25,7 @@ __all__ = [
 class AngleSensor(Component):
     """Ideal sensor of an angle: ``phi = phi_flange``; takes no torque."""
 
+    symbol = "sensor"
     flange = Flange()
     phi = Output("rad", "angle")
 
@@ -36,6 +37,7 @@ class AngleSensor(Component):
 class SpeedSensor(Component):
     """Ideal sensor of an angular velocity: ``w = der(phi_flange)``; takes no torque."""
 
+    symbol = "sensor"
     flange = Flange()
     w = Output("rad/s", "angular velocity")
 
@@ -47,6 +49,7 @@ class SpeedSensor(Component):
 class AccelerationSensor(Component):
     """Ideal sensor of an angular acceleration: ``a = der(der(phi_flange))``; takes no torque."""
 
+    symbol = "sensor"
     flange = Flange()
     a = Output("rad/s2", "angular acceleration")
 
@@ -58,6 +61,7 @@ class AccelerationSensor(Component):
 class RelativeAngleSensor(Component):
     """Ideal sensor of a twist: ``phi_rel = phi_b - phi_a``; takes no torque."""
 
+    symbol = "sensor"
     flange_a = Flange()
     flange_b = Flange()
     phi_rel = Output("rad", "relative angle")
@@ -71,6 +75,7 @@ class RelativeAngleSensor(Component):
 class RelativeSpeedSensor(Component):
     """Ideal sensor of a relative angular velocity: ``w_rel = der(phi_b - phi_a)``; no torque."""
 
+    symbol = "sensor"
     flange_a = Flange()
     flange_b = Flange()
     w_rel = Output("rad/s", "relative angular velocity")
@@ -84,6 +89,7 @@ class RelativeSpeedSensor(Component):
 class TorqueSensor(Component):
     """Ideal sensor in a rigid shaft: ``tau = tau_a``, the torque flowing from a to b."""
 
+    symbol = "sensor"
     flange_a = Flange()
     flange_b = Flange()
     tau = Output("N.m", "torque from a to b")
@@ -97,6 +103,7 @@ class TorqueSensor(Component):
 class PowerSensor(Component):
     """Ideal sensor in a rigid shaft: ``power = tau_a der(phi_a)``, power flowing from a to b."""
 
+    symbol = "sensor"
     flange_a = Flange()
     flange_b = Flange()
     power = Output("W", "power from a to b")

@@ -22,6 +22,7 @@ def least(a: Expr, b: Number) -> Expr:
 class Minimum(Component):
     """The smaller of two signals: ``y = min(a, b)``; the run stops where they change places."""
 
+    symbol = "minimum"
     a = Input("1", "first signal")
     b = Input("1", "second signal")
     y = Output("1", "the smaller one")
@@ -33,6 +34,7 @@ class Minimum(Component):
 class Switch(Component):
     """One of two signals: ``y = a`` while `u` is above 0.5, else ``y = b``."""
 
+    symbol = "switch"
     u = Input("1", "command: a above 0.5")
     a = Input("1", "first signal")
     b = Input("1", "second signal")
@@ -49,6 +51,7 @@ class Latch(Component):
     the start is that of ``x``, open (0) unless given.
     """
 
+    symbol = "latch"
     u = Input("1", "signal")
     on: Param = param("1", "value of the signal at which it closes")
     off: Param = param("1", "value of the signal at which it opens", 1e30, above=on)
@@ -70,6 +73,7 @@ class PositionSequencer(Component):
     the last target it stays, and `done` becomes 1 after the dwell there.
     """
 
+    symbol = "sequence"
     targets: Sequence[float] = ()
     measured = Input("1", "measured position")
     tolerance: Param = param("1", "distance from the target that counts as there", above=0)
@@ -124,6 +128,7 @@ class SpeedProfile(Component):
     begins. A higher speed is allowed at once, by a jump: give `y` to a `RateLimiter`.
     """
 
+    symbol = "table"
     sections: Sequence[Sequence[float]] = ()
     u = Input("1", "position")
     a: Param = param("1", "deceleration", above=0)

@@ -18,6 +18,7 @@ __all__ = ["Constant", "Expression", "Ramp", "Sine", "Step", "Table"]
 class Constant(Component):
     """Constant signal: ``y = k``, in the unit of the input that it drives."""
 
+    symbol = "constant"
     k: Param = param("1", "value")
     y = Output("1", "signal")
 
@@ -31,6 +32,7 @@ class Step(Component):
     `y` has the unit of the input that it drives.
     """
 
+    symbol = "step"
     height: Param = param("1", "height of the jump")
     offset: Param = param("1", "value before the jump", 0.0)
     start_time: Param = param("s", "instant of the jump", 0.0)
@@ -46,6 +48,7 @@ class Ramp(Component):
     Constant before and after the rise. `y` has the unit of the input that it drives.
     """
 
+    symbol = "ramp"
     height: Param = param("1", "height of the rise")
     duration: Param = param("s", "duration of the rise", above=0)
     offset: Param = param("1", "value before the rise", 0.0)
@@ -68,6 +71,7 @@ class Sine(Component):
     ``y = offset`` before `start_time`. `y` has the unit of the input that it drives.
     """
 
+    symbol = "sine"
     amplitude: Param = param("1", "amplitude")
     frequency: Param = param("Hz", "frequency", min=0)
     phase: Param = param("rad", "phase at the begin", 0.0)
@@ -86,6 +90,7 @@ class Table(Component):
     Two points at the same time make a jump. `y` has the unit of the input that it drives.
     """
 
+    symbol = "table"
     times: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     y = Output("1", "signal")
@@ -101,6 +106,7 @@ class Expression(Component):
     it drives.
     """
 
+    symbol = "function"
     value = Input("1", "expression of the time")
     y = Output("1", "signal")
 

@@ -12,6 +12,7 @@ __all__ = ["Fixed", "Position", "Speed", "Torque"]
 class Fixed(Component):
     """Flange held at a constant angle: ``phi = phi0``."""
 
+    symbol = "fixed"
     flange = Flange()
     phi0: Param = param("rad", "angle", 0.0)
 
@@ -26,6 +27,7 @@ class Torque(Component):
     An open support stands still.
     """
 
+    symbol = "torque"
     flange = Flange()
     support = Flange(grounded=True)
     tau = Input("N.m", "driving torque")
@@ -41,6 +43,7 @@ class Speed(Component):
     `w` is given as a number, as an expression of the time, or connected to a signal.
     """
 
+    symbol = "motion"
     flange = Flange()
     w = Input("rad/s", "angular velocity")
 
@@ -55,6 +58,7 @@ class Position(Component):
     acceleration follow by differentiation.
     """
 
+    symbol = "motion"
     flange = Flange()
     phi = Input("rad", "angle")
 

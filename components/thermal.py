@@ -14,6 +14,7 @@ __all__ = ["FixedTemperature", "HeatCapacitor", "HeatFlow", "Heated", "ThermalCo
 class HeatCapacitor(Component):
     """Body with one temperature: ``C der(T) = Q``."""
 
+    symbol = "heat_capacity"
     port = HeatPort()
     C: Param = param("J/K", "heat capacity", above=0)
     T: Var = var("K", "temperature", 293.15, nominal=100.0)
@@ -26,6 +27,7 @@ class HeatCapacitor(Component):
 class ThermalConductor(Component):
     """Heat conduction or convection without storage: ``Q = G (T_a - T_b)``, from a to b."""
 
+    symbol = "resistor"
     port_a = HeatPort()
     port_b = HeatPort()
     G: Param = param("W/K", "thermal conductance", min=0)
@@ -40,6 +42,7 @@ class ThermalConductor(Component):
 class FixedTemperature(Component):
     """Environment: ``T_port = T``, whatever heat flow that takes."""
 
+    symbol = "temperature"
     port = HeatPort()
     T: Param = param("K", "temperature", 293.15, above=0)
 
@@ -53,6 +56,7 @@ class HeatFlow(Component):
     `Q` is given as a number, as an expression of the time, or connected to a signal.
     """
 
+    symbol = "heat_flow"
     port = HeatPort()
     Q = Input("W", "heat flow into what is joined")
 

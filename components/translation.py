@@ -87,6 +87,7 @@ class Mass(Component):
     ``m a = f_a + f_b`` with ``v = der(s)``, ``a = der(v)``. Either flange may stay open.
     """
 
+    symbol = "mass"
     flange_a = LinearFlange(free=True)
     flange_b = LinearFlange(free=True)
     m: Param = param("kg", "mass", above=0)
@@ -101,6 +102,10 @@ class Mass(Component):
         yield self.a == der(self.v)
         yield self.m * self.a == self.flange_a.f + self.flange_b.f
 
+    def stored(self) -> Expr:
+        """Kinetic energy, J."""
+        return 0.5 * self.m * self.v**2
+
 
 class Spring(Component):
     """Linear spring: ``f = c (s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
@@ -109,6 +114,7 @@ class Spring(Component):
     flange a.
     """
 
+    symbol = "spring"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
@@ -122,10 +128,15 @@ class Spring(Component):
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
 
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
+
 
 class Damper(Component):
     """Linear viscous damper: ``f = d v_rel``, ``v_rel = der(s_b - s_a)``."""
 
+    symbol = "damper"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     d: Param = param("N.s/m", "viscous damping", min=0)
@@ -148,6 +159,7 @@ class Damper(Component):
 class SpringDamper(Component):
     """Spring and damper in parallel: ``f = c (s_rel - s_rel0) + d v_rel``."""
 
+    symbol = "spring_damper"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
@@ -168,10 +180,15 @@ class SpringDamper(Component):
         """Dissipated power, W."""
         return self.d * self.v_rel**2
 
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
+
 
 class Fixed(Component):
     """Flange held at a constant position: ``s = s0``."""
 
+    symbol = "fixed"
     flange = LinearFlange()
     s0: Param = param("m", "position", 0.0)
 
@@ -186,6 +203,7 @@ class Force(Component):
     An open support stands still.
     """
 
+    symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     f = Input("N", "driving force")
@@ -201,6 +219,7 @@ class Speed(Component):
     `v` is given as a number, as an expression of the time, or connected to a signal.
     """
 
+    symbol = "motion"
     flange = LinearFlange()
     v = Input("m/s", "velocity")
 
@@ -215,6 +234,7 @@ class Position(Component):
     acceleration follow by differentiation.
     """
 
+    symbol = "motion"
     flange = LinearFlange()
     s = Input("m", "position")
 
@@ -225,6 +245,7 @@ class Position(Component):
 class PositionSensor(Component):
     """Ideal sensor of a position: ``s = s_flange``; takes no force."""
 
+    symbol = "sensor"
     flange = LinearFlange()
     s = Output("m", "position")
 
@@ -236,6 +257,7 @@ class PositionSensor(Component):
 class SpeedSensor(Component):
     """Ideal sensor of a velocity: ``v = der(s_flange)``; takes no force."""
 
+    symbol = "sensor"
     flange = LinearFlange()
     v = Output("m/s", "velocity")
 
@@ -247,6 +269,7 @@ class SpeedSensor(Component):
 class AccelerationSensor(Component):
     """Ideal sensor of an acceleration: ``a = der(der(s_flange))``; takes no force."""
 
+    symbol = "sensor"
     flange = LinearFlange()
     a = Output("m/s2", "acceleration")
 
@@ -258,6 +281,7 @@ class AccelerationSensor(Component):
 class RelativePositionSensor(Component):
     """Ideal sensor of a distance: ``s_rel = s_b - s_a``; takes no force."""
 
+    symbol = "sensor"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     s_rel = Output("m", "distance of the flanges")
@@ -271,6 +295,7 @@ class RelativePositionSensor(Component):
 class RelativeSpeedSensor(Component):
     """Ideal sensor of a relative velocity: ``v_rel = der(s_b - s_a)``; takes no force."""
 
+    symbol = "sensor"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     v_rel = Output("m/s", "relative velocity")
@@ -284,6 +309,7 @@ class RelativeSpeedSensor(Component):
 class ForceSensor(Component):
     """Ideal sensor in a rigid rod: ``f = f_a``, the force flowing from a to b."""
 
+    symbol = "sensor"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     f = Output("N", "force from a to b")
@@ -297,6 +323,7 @@ class ForceSensor(Component):
 class PowerSensor(Component):
     """Ideal sensor in a rigid rod: ``power = f_a der(s_a)``, power flowing from a to b."""
 
+    symbol = "sensor"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     power = Output("W", "power from a to b")

@@ -21,6 +21,7 @@ class ElastoGap(Component):
     part, so that the force begins and ends at zero. `f` is positive in tension, so ``f <= 0``.
     """
 
+    symbol = "stop"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
@@ -46,6 +47,7 @@ class MassWithStops(Component):
     `s` is the position of its middle; the flanges are `length` apart.
     """
 
+    symbol = "mass_stops"
     flange_a = LinearFlange(free=True)
     flange_b = LinearFlange(free=True)
     m: Param = param("kg", "mass", above=0)
@@ -80,6 +82,7 @@ class Stop(Component):
     reversed, at flange a.
     """
 
+    symbol = "stop"
     flange_a = LinearFlange(grounded=True)
     flange_b = LinearFlange()
     s_min: Param = param("m", "least distance of the flanges", 0.0)
@@ -104,6 +107,7 @@ class Backlash(Component):
     acts on the play at flange b and, reversed, at flange a.
     """
 
+    symbol = "play"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     b: Param = param("m", "whole play", above=0)
@@ -134,6 +138,7 @@ class Coupling(Component):
     with momentum kept. `f` acts on the coupling at flange b and, reversed, at flange a.
     """
 
+    symbol = "dog"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     u = Input("1", "command: closed above 0.5")
@@ -158,6 +163,7 @@ class PickUp(Component):
     where it is put down, its own speed drops to zero and that of the flange stays.
     """
 
+    symbol = "pick_up"
     flange = LinearFlange()
     m: Param = param("kg", "mass", above=0)
     u = Input("1", "command: carried above 0.5")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, LinearFlange, Param, Var, der, param, var
-from lumped.components.characteristic import Characteristic, dry_friction, friction_at
+from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
 from lumped.ops import where
 from lumped.switch import Item, hold
 
@@ -47,6 +47,7 @@ class SupportFriction(_OnRod):
     `lumped.components.Stribeck`.
     """
 
+    symbol = "bearing"
     characteristic: Characteristic = ()
 
     def equations(self) -> Iterator[Item]:
@@ -63,21 +64,14 @@ class GuideFriction(_OnRod):
     friction bears up to `peak` times that force.
     """
 
+    symbol = "bearing"
     mu: Param = param("1", "friction coefficient", min=0)
     load = Input("N", "force across the guide, of either sign")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
         grip = self.mu * where(self.load >= 0, self.load, -self.load)
-        yield hold(
-            self.f,
-            self.v,
-            forward=grip,
-            backward=-grip,
-            upper=self.peak * grip,
-            lower=-self.peak * grip,
-            mode=self.mode,
-        )
+        yield coulomb(self.f, self.v, grip, self.peak * grip, mode=self.mode)
 
 
 class Brake(_OnRod):
@@ -88,6 +82,7 @@ class Brake(_OnRod):
     `lumped.components.Stribeck`. Without normal force the rod is free.
     """
 
+    symbol = "brake"
     characteristic: Characteristic = ((0.0, 0.5),)
     c_geo: Param = param("1", "sum of the friction forces over that of one face", 1.0, min=0)
     f_max: Param = param("N", "normal force at u = 1", min=0)
@@ -117,6 +112,7 @@ class FrictionPair(Component):
     bodies are free.
     """
 
+    symbol = "friction"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     characteristic: Characteristic = ((0.0, 0.5),)
@@ -159,6 +155,7 @@ class MassWithStopAndFriction(Component):
     times the friction at standstill.
     """
 
+    symbol = "mass_stops"
     flange_a = LinearFlange(free=True)
     flange_b = LinearFlange(free=True)
     characteristic: Characteristic = ()

@@ -25,6 +25,7 @@ __all__ = ["EddyCurrentBrake", "InverseForce", "LinearForce", "QuadraticForce", 
 class _SpeedForce(Component):
     """Force ``f`` on what is joined to the flange, from its velocity ``v``."""
 
+    symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     f_nominal: Param = param("N", "driving force at the nominal velocity")
@@ -95,6 +96,7 @@ class EddyCurrentBrake(Component):
     leaves at the port `heat`, where T is that of the brake.
     """
 
+    symbol = "eddy"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
     heat = HeatPort()

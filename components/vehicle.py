@@ -21,6 +21,7 @@ class Vehicle(Component):
     `wheel`, a trailer is coupled at `coupling`; either may stay open.
     """
 
+    symbol = "vehicle"
     wheel = Flange(free=True)
     coupling = LinearFlange(free=True)
     m: Param = param("kg", "mass of the whole vehicle", above=0)

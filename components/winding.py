@@ -25,10 +25,10 @@ from lumped import (
     Param,
     Var,
     der,
-    hold,
     param,
     var,
 )
+from lumped.components.characteristic import coulomb
 from lumped.expression import Number, Partial
 from lumped.ops import asin, atan2, cos, maximum, minimum, pi, sin, sqrt, where
 from lumped.switch import Item
@@ -50,6 +50,7 @@ class Coil(Component):
     with an event, where the coil grows beyond `R_max` and where it is pulled off the mandrel.
     """
 
+    symbol = "coil"
     flange = Flange()
     tangent = Flange(grounded=True)
     strip = LinearFlange()
@@ -90,16 +91,7 @@ class Coil(Component):
         yield self.tangent.tau == -self.R * self.T - self.M_b
         yield self.load == sqrt(self.T**2 + (self.g * (self.m + self.m_0)) ** 2)
         limit = self.sigma_s * self.b * self.h**2 / 4
-        yield hold(
-            self.M_b,
-            self.w_wound,
-            forward=limit,
-            backward=-limit,
-            upper=limit,
-            lower=-limit,
-            engaged=limit > 0,
-            mode=self.mode,
-        )
+        yield coulomb(self.M_b, self.w_wound, limit, limit, engaged=limit > 0, mode=self.mode)
         full, off = self.R > self.R_max, self.theta < 0
         yield self.state == where(full, 1.0, where(off, -1.0, 0.0))
 
@@ -116,6 +108,7 @@ class Strip(Component):
     tension begins and ends at zero. Losing the tension and finding it again are events.
     """
 
+    symbol = "strip"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
     c: Param = param("N/m", "stiffness", above=0)
@@ -145,6 +138,7 @@ class StripPath(Component):
     between the rolls is left out, and the roll must be outside of the circle of the coil.
     """
 
+    symbol = "strip"
     line = LinearFlange()
     strip = LinearFlange()
     tangent = Flange()

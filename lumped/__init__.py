@@ -3,6 +3,7 @@
 from lumped import ops, profiles, transmissions
 from lumped.analysis import functionals
 from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.analysis.certify import Certificate
 from lumped.analysis.design import Optimum
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.energies import ModalEnergies, Node, modal_energies
@@ -23,7 +24,7 @@ from lumped.analysis.motion import Motion, motion
 from lumped.analysis.optimise import optimise
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.orbit_sensitivity import OrbitSensitivity
-from lumped.analysis.orders import Order, orders
+from lumped.analysis.orders import Order, orders, turns
 from lumped.analysis.pareto import Front, pareto
 from lumped.analysis.participation import Participation, participation
 from lumped.analysis.periodic import periodic
@@ -31,12 +32,14 @@ from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
 from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
 from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
 from lumped.analysis.sensitivity import Sensitivity, sensitivity
+from lumped.analysis.shape_sensitivity import ShapeSensitivity, shape_sensitivity
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sizing import Sizing, sizing
 from lumped.analysis.start import start_point
 from lumped.analysis.store import Saved, load
 from lumped.analysis.sweep import Sweep, sweep
 from lumped.analysis.symbolic import expression, symbolic_frequencies
+from lumped.analysis.work_precision import WorkPrecision, WorkRow, work_precision
 from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
@@ -45,6 +48,9 @@ from lumped.exchange.fmu import ExportedFMU, export_fmu
 from lumped.exchange.modelica import export_modelica
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
+from lumped.pictures.motion import animate
+from lumped.pictures.page import report_html
+from lumped.pictures.schematic import schematic
 from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
 from lumped.quantity import Input, Output, Param, Var, param, var
 from lumped.switch import hold, when
@@ -54,6 +60,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Campbell",
+    "Certificate",
     "Component",
     "Connection",
     "CriticalSpeed",
@@ -93,12 +100,16 @@ __all__ = [
     "RootLocus",
     "Saved",
     "Sensitivity",
+    "ShapeSensitivity",
     "Sizing",
     "Statistics",
     "Sweep",
     "System",
     "Trajectory",
     "Var",
+    "WorkPrecision",
+    "WorkRow",
+    "animate",
     "assemble",
     "campbell",
     "chain",
@@ -136,9 +147,12 @@ __all__ = [
     "periodic",
     "profiles",
     "read_parameters",
+    "report_html",
     "response_sensitivity",
     "root_locus",
+    "schematic",
     "sensitivity",
+    "shape_sensitivity",
     "simulate",
     "sizing",
     "start_point",
@@ -146,7 +160,9 @@ __all__ = [
     "symbolic_frequencies",
     "time",
     "transmissions",
+    "turns",
     "var",
     "when",
+    "work_precision",
     "write_parameters",
 ]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lumped.errors import UnknownNameError
-from lumped.models import MACHINES, Machine, Row, machine
+from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.table import number, table
 
 __all__ = ["main"]
@@ -35,7 +35,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{name:{width}}  {text}")
         return 0
     try:
-        _run(arguments.name, arguments.json, arguments.plot)
+        if arguments.command == "report":
+            _report(arguments.name, arguments.output)
+        else:
+            _run(arguments.name, arguments.json, arguments.plot)
     except (UnknownNameError, OSError) as error:
         print(f"lumped: {error}", file=sys.stderr)
         return 2
@@ -52,7 +55,36 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("name", help="name of the machine, see 'lumped list'")
     run.add_argument("--json", metavar="FILE", type=Path, help="write the numbers to FILE")
     run.add_argument("--plot", metavar="DIR", type=Path, help="draw the figures as PNG into DIR")
+    report = commands.add_parser(
+        "report", help="write a page about a machine, to open in a browser"
+    )
+    report.add_argument("name", help="name of the machine, see 'lumped list'")
+    report.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        default=Path("report.html"),
+        help="page to write; default is report.html",
+    )
     return parser
+
+
+def _report(name: str, file: Path) -> None:
+    chosen = machine(name)
+    from lumped.assemble import assemble
+    from lumped.models.sources import constants
+    from lumped.pictures.page import report_html
+
+    written = report_html(
+        assemble(chosen.model()),
+        file,
+        title=MACHINES[name],
+        figures={text.replace("_", " "): figure for text, figure in chosen.plots().items()},
+        compared=chosen.rows(),
+        given=constants(name),
+    )
+    print(f"written: {written}")
 
 
 def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:
@@ -61,9 +93,10 @@ def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:
     print(f"{MACHINES[name]}\n")
     print(_compared(rows))
     if json_file:
-        keys = ("quantity", "unit", "published", "computed")
+        keys = ("quantity", "unit", "published", "computed", "mark", "place", "remark")
         records = [{key: getattr(row, key) for key in keys} for row in rows]
-        json_file.write_text(json.dumps({"machine": name, "rows": records}, indent=2) + "\n")
+        found = {"machine": name, "marks": MARKS, "rows": records}
+        json_file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
     if plot_folder:
         print()
         _draw(chosen, name, plot_folder)
@@ -82,7 +115,8 @@ def _compared(rows: Sequence[Row]) -> str:
         lines.append((row.quantity, row.unit, published, number(row.computed), deviation, note))
     head = ("quantity", "unit", "published", "computed", "deviation, %", "note")
     listed = [f"[{i}] {place}: {remark}" for i, (place, remark) in enumerate(notes, 1)]
-    return "\n".join([table(head, lines), "", *listed])
+    marks = "; ".join(f"[{mark}] {text}" for mark, text in MARKS.items())
+    return "\n".join([table(head, lines), "", *listed, "", marks])
 
 
 def _draw(chosen: Machine, name: str, folder: Path) -> None:

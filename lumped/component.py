@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest
@@ -16,7 +16,10 @@ from lumped.units import converted, has_unit
 if TYPE_CHECKING:
     from lumped.connection import Connection
 
-__all__ = ["Component", "is_part", "path_of"]
+__all__ = ["Component", "Outline", "is_part", "path_of"]
+
+Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
+"""A name, and points in a plane."""
 
 
 class _PartSlot:
@@ -72,6 +75,9 @@ class Component:
     _parts: ClassVar[dict[str, Any]] = {}
     _fields: ClassVar[dict[str, Any]] = {}
 
+    symbol: ClassVar[str] = "box"
+    """Name of the symbol in schematics; a subclass writes ``symbol = "inertia"``."""
+
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
@@ -122,6 +128,14 @@ class Component:
 
     def connections(self) -> Iterable[Connection]:
         """Connections between the component's parts; yielded one by one."""
+        return ()
+
+    def outline(self) -> Iterable[Outline]:
+        """What moves in a plane, for pictures: a name, and the points of a line, or one point.
+
+        Points are horizontal and vertical positions in m, expressions of the component's
+        quantities.
+        """
         return ()
 
     def with_(self, changes: Mapping[str, Any]) -> Self:

@@ -32,7 +32,7 @@ Number = Union["Expr", float, int]
 
 
 class Expr:
-    """A node of an expression; combine with + - * / **, functions of `lumped.ops`, and ==."""
+    """A node of an expression; combine with ``+ - * / **``, functions of `lumped.ops`, ``==``."""
 
     __slots__ = ()
 

@@ -205,8 +205,12 @@ def collect(tree: Tree) -> Parameters:
     _bind(tree, expressions, values, names)
     for number, node in limited:
         quantity = declared[number]
-        low = lower(as_expr(quantity.exceeds), lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
-        result.ordered.append((number, low, *_in_words(quantity, node)))
+        least = quantity.exceeds
+        if callable(least):
+            least = least(node.component)
+        least = as_expr(least)
+        low = lower(least, lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
+        result.ordered.append((number, low, *_in_words(least, quantity, node)))
     if expressions or limited:
         result.check(result.defaults, type(tree.model).__name__)
     return result
@@ -255,9 +259,8 @@ def _bind(
                 stack.append(n)
 
 
-def _in_words(quantity: Param, node: Node) -> tuple[str, str]:
+def _in_words(least: Expr, quantity: Param, node: Node) -> tuple[str, str]:
     """What a lower limit is called, and what stands behind its value."""
-    least = quantity.exceeds
     if isinstance(least, Param):
         return node.name(least.name), f"{least.unit} ({least.text})"
     return repr(least), quantity.unit

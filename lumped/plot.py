@@ -17,8 +17,19 @@ if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
+    from lumped.analysis.sizing import Sizing
+    from lumped.analysis.work_precision import WorkPrecision
 
-__all__ = ["campbell", "frequency_response", "mode_shapes", "root_locus", "tornado", "trajectory"]
+__all__ = [
+    "campbell",
+    "frequency_response",
+    "mode_shapes",
+    "root_locus",
+    "tornado",
+    "torque_speed",
+    "trajectory",
+    "work_precision",
+]
 
 _WIDTH = 8.0  # inch
 _MOST_MODES = 8
@@ -164,6 +175,47 @@ def frequency_response(
     return figure
 
 
+def torque_speed(demand: Sizing) -> Figure:
+    """Plane of speed and torque: the run, the limits in all four quadrants, the thermal point.
+
+    Parameters
+    ----------
+    demand : Sizing
+        From `lumped.sizing`.
+    """
+    speed, torque = demand.points
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(speed, torque, color="C0", label="run")
+    reach = 1.1 * demand.peak_speed
+    limits = ((demand.maximum, "C3", "maximum"), (demand.rated, "C2", "rated"))
+    for limit, colour, label in limits:
+        if limit is None:
+            continue
+        if isinstance(limit, float | int):
+            w, bound = np.array([0.0, reach]), np.full(2, limit)
+        else:  # the first torque holds below the first row, none beyond the last
+            rows = np.array([(0.0, limit[0][1]), *limit, (limit[-1][0], 0.0)])
+            w, bound = rows.T
+        for sign in (1, -1):
+            both = np.concatenate([-w[::-1], w])
+            axis.plot(
+                *(both, sign * np.concatenate([bound[::-1], bound])),
+                color=colour,
+                label=label if sign > 0 else None,
+            )
+    axis.plot(demand.mean_speed, demand.rms_torque, "o", color="C2", label="thermal equivalent")
+    for line in (axis.axhline, axis.axvline):
+        line(0, color="black", linewidth=0.8)
+    torque_unit, speed_unit = demand.units
+    turning = torque_unit == "N.m"
+    axis.set_xlabel(f"{'angular velocity' if turning else 'speed'}, {speed_unit}")
+    axis.set_ylabel(f"{'torque' if turning else 'force'}, {torque_unit}")
+    axis.grid(alpha=0.3)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return figure
+
+
 def tornado(ranked: Sequence[tuple[str, float]], title: str, what: str) -> Figure:
     """Change of a number by 1 % of each parameter, the most effective on top.
 
@@ -243,4 +295,40 @@ def root_locus(locus: RootLocus) -> Figure:
         f"{locus.system.name}: {locus.parameter} from {locus.values[0]:g} (circle) to "
         f"{locus.values[-1]:g} (dot)"
     )
+    return figure
+
+
+def work_precision(found: WorkPrecision) -> Figure:
+    """Run time over error, both logarithmic, one line for each method; failed runs are left out.
+
+    Parameters
+    ----------
+    found : WorkPrecision
+        From `lumped.work_precision`.
+    """
+    figure = Figure((_WIDTH, 5.0), layout="constrained")
+    axis = figure.subplots()
+    marks = "os^Dv"
+    for i, method in enumerate(dict.fromkeys(row.method for row in found.rows)):
+        rows = [r for r in found.rows if r.method == method and np.isfinite(r.error)]
+        error = [max(r.error, found.reference_error) for r in rows]
+        mark = f"-{marks[i % len(marks)]}"
+        axis.plot(error, [1e3 * r.seconds for r in rows], mark, label=method, fillstyle="none")
+    axis.axvline(found.reference_error, color="grey", linewidth=0.8, linestyle="--")
+    axis.annotate(
+        "error of the reference",
+        (found.reference_error, 0.98),
+        xycoords=("data", "axes fraction"),
+        rotation=90,
+        va="top",
+        ha="right",
+        color="grey",
+    )
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlabel("largest error, relative to the range of the signal")
+    axis.set_ylabel("run time, ms")
+    axis.grid(alpha=0.3, which="both")
+    axis.legend(frameon=False)
+    figure.suptitle(found.system.name)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Literal, Self, overload
 
 from lumped.errors import DeclarationError
@@ -10,6 +11,8 @@ from lumped.expression import Expr, Number, Ref
 __all__ = ["Input", "Output", "Param", "Quantity", "Var", "param", "var"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
+Limit = float | Expr | Callable[[Any], Number]
+"""Lower end of a range; a function gives it for a component."""
 
 
 class Quantity:
@@ -50,19 +53,18 @@ class Param(Quantity, Expr):
         text: str,
         default: Number | None,
         *,
-        min: float | Expr | None,
+        min: Limit | None,
         max: float | None,
-        above: float | Expr | None,
+        above: Limit | None,
         below: float | None,
         nonzero: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
-        self.strict = isinstance(above, Expr)
-        least = above if isinstance(above, Expr) else min
-        self.exceeds = least if isinstance(least, Expr) else None
-        self.above = None if isinstance(above, Expr) else above
-        self.min = None if isinstance(min, Expr) else min
+        self.above = None if isinstance(above, Expr) or callable(above) else above
+        self.min = None if isinstance(min, Expr) or callable(min) else min
+        self.strict = above is not None and self.above is None
+        self.exceeds = above if self.strict else min if self.min is None else None
         self.max, self.below = max, below
         self.nonzero = nonzero
 
@@ -151,9 +153,9 @@ def param(
     text: str,
     default: Number | None = None,
     *,
-    min: float | Expr | None = None,
+    min: Limit | None = None,
     max: float | None = None,
-    above: float | Expr | None = None,
+    above: Limit | None = None,
     below: float | None = None,
     nonzero: bool = False,
 ) -> Param:
@@ -169,7 +171,8 @@ def param(
         Range with its ends.
     above, below : float, optional
         Range without its ends. One of `min` and `above` may also be an expression of other
-        parameters of the component.
+        parameters of the component, or a function that gives it for a component, where it depends
+        on a structural choice.
     nonzero : bool
         Refuse zero.
     """

@@ -43,6 +43,8 @@ class Report:
         Unknowns that Newton's method finds.
     left_out : tuple of LeftOut
         What is not computed, and why.
+    still : tuple of str
+        Ports that are left open and stand still, such as the supports of gears.
     seconds : dict of str to float
         Time of each stage.
     """
@@ -52,6 +54,7 @@ class Report:
     blocks: tuple[str, ...]
     implicit: tuple[str, ...]
     left_out: tuple[LeftOut, ...]
+    still: tuple[str, ...]
     seconds: dict[str, float]
 
     def __getitem__(self, name: str) -> int:
@@ -67,6 +70,8 @@ class Report:
             parts.append(_listed("solved together", self.blocks))
         if self.implicit:
             parts.append(_listed("found by Newton's method", self.implicit))
+        if self.still:
+            parts.append(_listed("left open and held still", self.still))
         if self.left_out:
             parts.append(_listed("left out", [repr(item) for item in self.left_out]))
         return "\n\n".join(parts)

@@ -196,6 +196,7 @@ class System:
             tuple(_shortened([self._node_name(n) for n in block.nodes]) for block in coupled),
             tuple(self._node_name(n) for n in self._values.implicit),
             tuple(self.left_out),
+            tuple(name for _, name in flat.joints.grounded),
             dict(self.seconds),
         )
 

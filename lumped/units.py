@@ -45,11 +45,12 @@ def converted(value: Any, unit: str, what: str) -> float:
         number, _, given_unit = value.strip().partition(" ")
     else:
         number, given_unit = value.magnitude, str(value.units)
-    needed = f"{what} {value!r}: a number in {unit}, or a number, a space and a unit, is needed"
+    wanted_text = "a number" if unit == "1" else f"a number in {unit}"
+    needed = f"{what} {value!r}: {wanted_text}, or a number, a space and a unit, is needed"
     try:
         size = float(number)
     except (TypeError, ValueError):
-        raise UnitError(f"{needed}, such as '3.5 {unit}'.") from None
+        raise UnitError(f"{needed}, such as '3.5 {'%' if unit == '1' else unit}'.") from None
     if given_unit == unit:
         return size
     registry = _registry()

@@ -9,12 +9,13 @@ if not __name__.startswith("lumped."):
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
+from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MACHINES", "Machine", "Row", "machine"]
+__all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
 MACHINES = {
     "carrousel_coiler": "Winding drive of a carrousel coiler",
@@ -23,6 +24,15 @@ MACHINES = {
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
 }
+
+
+MARKS = {
+    "P": "printed",
+    "R": "restored by derivation",
+    "I": "inferred from the published results",
+    "A": "with assumed values, which the source does not give",
+}
+"""How a number is known."""
 
 
 class Row(NamedTuple):
@@ -37,7 +47,8 @@ class Row(NamedTuple):
     computed : float
         Value of the model.
     place, remark : str
-        Where the printed value stands, and what explains a deviation.
+        Where the printed value stands, with one of the `MARKS` in brackets: how the number of the
+        source is known, or what the computed one rests on. What explains a deviation.
     """
 
     quantity: str
@@ -46,6 +57,11 @@ class Row(NamedTuple):
     computed: float
     place: str
     remark: str
+
+    @property
+    def mark(self) -> str:
+        """Key of `MARKS`."""
+        return self.place.partition("[")[2][:1]
 
 
 class Machine(Protocol):
@@ -56,6 +72,9 @@ class Machine(Protocol):
 
     def plots(self) -> "dict[str, Figure]":
         """Figures by name."""
+
+    def model(self) -> Component:
+        """The machine to draw and to report on."""
 
 
 def machine(name: str) -> Machine:

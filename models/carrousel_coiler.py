@@ -174,6 +174,11 @@ def _extremes() -> Iterator[Row]:
         yield Row(f"turret drive, {name} torque of half a turn", "kN.m", None, found, ASSUMED, note)
 
 
+def model() -> UnderTension:
+    """The machine to draw and to report on."""
+    return UnderTension()
+
+
 def plots() -> dict[str, Figure]:
     """Figures by name."""
     from lumped.models.carrousel_coiler_figures import figures

@@ -84,10 +84,14 @@ class WindingDrive(lp.Component):
     )
 
     def connections(self) -> Iterator[lp.Connection]:
-        yield from lp.chain(self.motor, self.rotor, self.gear, self.mesh, self.mandrel)
+        yield from self.line()
         yield lp.connect(self.mandrel.flange_b, self.bearing.flange_a, self.coil.flange)
         yield lp.connect(self.coil.load, self.bearing.u)
         yield lp.connect(self.coil.strip, self.strip)
+
+    def line(self) -> Iterator[lp.Connection]:
+        """From the motor to the mandrel."""
+        yield from lp.chain(self.motor, self.rotor, self.gear, self.mesh, self.mandrel)
 
 
 class UnderTension(lp.Component):

@@ -22,6 +22,7 @@ from lumped.models.carrousel_coiler_scenes import (
     gear_change,
     tension_deviation,
 )
+from lumped.models.carrousel_coiler_shafts import jam
 from lumped.models.carrousel_coiler_turret import half_turn
 
 __all__ = ["figures"]
@@ -36,6 +37,7 @@ def figures() -> dict[str, Figure]:
         "gear_map": _draw_gears(),
         "gear_change": _draw_change(),
         "turret": _draw_turret(),
+        "jam": _draw_jam(),
     }
 
 
@@ -149,6 +151,21 @@ def _draw_turret() -> Figure:
     lengths.plot(run.t, run["coil.R"], label="radius of the coil")
     lengths.plot(run.t, run["path.length"], label="strip from the roll to the coil")
     lengths.set(ylabel="length, m", xlabel="time, s", xlim=(0, run.t[-1]), ylim=(0, None))
+    _finish(figure)
+    return figure
+
+
+def _draw_jam() -> Figure:
+    figure = Figure((9, 6), layout="constrained")
+    torque, speed = figure.subplots(2, sharex=True)
+    for label, limit in (("coupling without limit", 1e9), ("coupling that slips", None)):
+        changes = {} if limit is None else {"drive.coupling.static": limit}
+        run = jam(grid=3000, parameters=changes)
+        torque.plot(run.t, -run["drive.shaft.tau"] / 1e3, label=f"shaft, {label}")
+        speed.plot(run.t, run["drive.rotor.w"] / I_HIGH, label=f"motor over ratio, {label}")
+    speed.plot(run.t, run["drive.mandrel.w"], "C1:", label="mandrel, coupling that slips")
+    torque.set(title="Mandrel jams with 400 kN m while winding at 20 m/s", ylabel="torque, kN m")
+    speed.set(xlabel="time, s", ylabel="speed, rad/s", xlim=(0, run.t[-1]))
     _finish(figure)
     return figure
 

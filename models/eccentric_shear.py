@@ -22,6 +22,7 @@ from lumped.models import Row
 from lumped.models.eccentric_shear_scenes import (
     SLOW,
     CrankTurned,
+    FreeShear,
     MotorTurned,
     free_run,
     inertia,
@@ -159,6 +160,11 @@ def rows() -> list[Row]:
         Row(quantity, unit, published, float(found), place, remark)
         for (quantity, unit, published, place, remark), found in zip(TITLES, computed, strict=True)
     ]
+
+
+def model() -> FreeShear:
+    """The machine to draw and to report on."""
+    return FreeShear()
 
 
 def reductions(

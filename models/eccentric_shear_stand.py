@@ -9,8 +9,9 @@ The crank shaft turns in the lower support (journal A) and carries the upper sup
 floats, for neither support is fixed to the frame. While the lower support is seated, A stands still
 and the upper support comes down as a connecting rod. At 92 deg 20' it meets the strip: now the
 pin stands still and the shaft lifts the lower support, which cuts. At the change of carriage all
-speeds jump with momentum kept; the return at 267 deg 40' mirrors it [I]. The ellipses turn the
-crank slowest where it cuts. Angles count from the upper position of the pin.
+speeds jump with momentum kept. That follows from the equations, so that a wrong rule (``J w`` kept,
+or no jump) cannot be run. The return at 267 deg 40' mirrors it [I]. The ellipses turn the crank
+slowest where it cuts. Angles count from the upper position of the pin.
 
 Two readings are run. `PrintedShear` is that of (1) to (7): each support is a rod whose guide goes
 through the other joint of the shaft, and lies at rest while the other one moves. It needs the
@@ -100,7 +101,7 @@ class Hanging(lp.Component):
     joint_y = lp.LinearFlange()
     guide_x = lp.LinearFlange(grounded=True)
     foot_y = lp.LinearFlange(free=True)
-    length: lp.Param = lp.param("m", "joint to foot", above=0)
+    length: lp.Param = lp.param("m", "joint to foot, longer than the crank", above=ECCENTRICITY)
     distance: lp.Param = lp.param("m", "joint to centre of mass", above=0)
     m: lp.Param = lp.param("kg", "mass", above=0)
     J: lp.Param = lp.param("kg.m2", "moment of inertia about the centre of mass", above=0)

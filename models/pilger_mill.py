@@ -14,7 +14,7 @@ import numpy as np
 import lumped as lp
 from lumped.models import Row
 from lumped.models.pilger_mill_balance import Balance, balance
-from lumped.models.pilger_mill_drive import running
+from lumped.models.pilger_mill_drive import GEAR, Driven, running
 from lumped.models.pilger_mill_stand import (
     DESIGNS,
     OFFSET,
@@ -78,6 +78,11 @@ def rows() -> list[Row]:
     ):
         found.append(Row(f"set P, {label}", unit, None, float(value), MOTOR, reference))
     return found
+
+
+def model() -> Driven:
+    """The machine to draw and to report on."""
+    return Driven(wanted=GEAR * SPEED["P"])
 
 
 def plots() -> dict[str, Figure]:

@@ -20,7 +20,7 @@ in set P 102 instead of 90 kN.m from crest to trough); gravity is left out altho
 Neither speed nor masses but those of the counterweight and the sectors are printed, and no single
 set explains table 2: its force needs more than 127 revolutions a minute, its power as the greatest
 one less than 90. So there are two sets [I]: F meets the forces, P the torque and the power at a
-plausible speed.
+plausible speed. Five published numbers cannot fix their ten unknowns; half of these stay free.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.ops import pi, sqrt
+from lumped.ops import maximum, pi, sqrt
 
 RADIUS = 0.59  # m  R [P]
 ROD = 4.25  # m  L [P]
@@ -141,7 +141,7 @@ class Mill(lp.Component):
         forward=T_f / R,
         backward=back * T_f / R,
         s_0=-sqrt((L + R) ** 2 - e**2),
-        s_1=-sqrt((L - R) ** 2 - e**2),
+        s_1=-sqrt(maximum((L - R) ** 2 - e**2, 0.0)),
         p=al,
         q=be,
     )

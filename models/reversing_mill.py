@@ -17,6 +17,7 @@ from lumped.models.reversing_mill_drives import sharing
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
+    StripGap,
     skidding,
     strip_break,
     with_droop,
@@ -171,6 +172,11 @@ def rows() -> list[Row]:
             (*PUBLISHED, *UNPUBLISHED), computed, strict=True
         )
     ]
+
+
+def model() -> StripGap:
+    """The machine to draw and to report on."""
+    return StripGap()
 
 
 def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models import Row
-from lumped.models.rotary_arm_control import AIM, controlled, instants
+from lumped.models.rotary_arm_control import AIM, Controlled, controlled, instants
 from lumped.models.rotary_arm_cycle import (
     ADOPTED,
     MOTOR,
@@ -226,6 +226,11 @@ def jump(run: lp.Trajectory, instant: float) -> float:
     """Speed of the arm just after an instant over that just before, both noted by the run."""
     before, after = run["arm.trays.w"][np.nonzero(run.t == instant)[0][[0, -1]]]
     return float(after / before)
+
+
+def model() -> Controlled:
+    """The machine to draw and to report on."""
+    return Controlled()
 
 
 def plots() -> dict[str, Figure]:

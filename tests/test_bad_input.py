@@ -24,6 +24,7 @@ from lumped.errors import (
     SingularModelError,
     SolverError,
     StartError,
+    UnitError,
     UnknownNameError,
 )
 
@@ -71,7 +72,7 @@ def test_a_bound_parameter_out_of_range_is_named():
         UnknownNameError, lambda: lp.simulate(system, until=1, parameters={"rotor.J": 2})
     )
     assert "bound" in text
-    text = message(ParameterError, lambda: lp.simulate(system, until=1, parameters={"x": "big"}))
+    text = message(UnitError, lambda: lp.simulate(system, until=1, parameters={"x": "big"}))
     assert "x = 'big'" in text
 
 

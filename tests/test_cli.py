@@ -1,14 +1,18 @@
 """The command as a user types it."""
 
+import io
 import json
+import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from lumped.cli import main
-from lumped.models import MACHINES, machine
+from lumped.models import MACHINES, MARKS, Row, machine
 
 
 def python(*arguments: str) -> str:
@@ -28,52 +32,70 @@ def test_module_runs_like_the_command(capsys: pytest.CaptureFixture[str]):
     assert python("-m", "lumped", "list") == capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_run_prints_every_number_with_its_deviation_and_place(
-    name: str, capsys: pytest.CaptureFixture[str]
-):
-    assert main(["run", name]) == 0
-    received = capsys.readouterr().out
+class Ran(NamedTuple):
+    """A machine as the command runs it, and its rows computed besides."""
+
+    name: str
+    printed: str
+    json: dict
+    folder: Path
+    rows: list[Row]
+
+
+@pytest.fixture(scope="module", params=MACHINES)
+def ran(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    name = request.param
+    folder = tmp_path_factory.mktemp(name) / "new" / "figures"
+    file = folder.parent.parent / "numbers.json"
+    with redirect_stdout(io.StringIO()) as printed:
+        assert main(["run", name, "--json", str(file), "--plot", str(folder)]) == 0
+    text = file.read_text(encoding="utf-8")
+    return Ran(name, printed.getvalue(), json.loads(text), folder, machine(name).rows())
+
+
+def test_run_prints_every_number_with_its_deviation_and_place(ran: Ran):
     head = "quantity unit published computed deviation, % note"
-    assert head in " ".join(received.split())
-    for row in machine(name).rows():
-        (line,) = (x for x in received.splitlines() if x.startswith(f"{row.quantity} "))
+    assert head in " ".join(ran.printed.split())
+    for row in ran.rows:
+        (line,) = (x for x in ran.printed.splitlines() if x.startswith(f"{row.quantity} "))
         cells = line.removeprefix(row.quantity).split()
         deviation = "-"
         if row.published is not None:
             deviation = f"{100 * (row.computed - row.published) / row.published:+.2f}"
         expected = [row.unit, cells[1], f"{row.computed:.6g}", deviation]
         assert cells[:-1] == expected
-        assert f"{cells[-1]} {row.place}: {row.remark}" in received
+        assert f"{cells[-1]} {row.place}: {row.remark}" in ran.printed
+    for mark, text in MARKS.items():
+        assert f"[{mark}] {text}" in ran.printed
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_json_holds_every_number(name: str, tmp_path: Path):
-    file = tmp_path / "numbers.json"
-    assert main(["run", name, "--json", str(file)]) == 0
-    received = json.loads(file.read_text())
+def test_json_holds_every_number_with_its_mark_and_reason(ran: Ran):
     expected = [
         {
             "quantity": row.quantity,
             "unit": row.unit,
             "published": row.published,
             "computed": pytest.approx(row.computed, rel=1e-12),
+            "mark": ran.json["rows"][i]["mark"],
+            "place": row.place,
+            "remark": row.remark,
         }
-        for row in machine(name).rows()
+        for i, row in enumerate(ran.rows)
     ]
-    assert received == {"machine": name, "rows": expected}
+    assert ran.json == {"machine": ran.name, "marks": MARKS, "rows": expected}
+    for row in ran.json["rows"]:
+        assert re.findall(r"\[([PRIA])\]", row["place"]) == [row["mark"]]
+        if row["published"] is not None:
+            assert row["mark"] == "P"
+            off = abs(row["computed"] / row["published"] - 1)
+            assert off < 5e-4 or row["remark"]
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_plot_writes_the_files_it_names(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    folder = tmp_path / "new" / "figures"
-    assert main(["run", name, "--plot", str(folder)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_plot_writes_the_files_it_names(ran: Ran):
+    lines = ran.printed.splitlines()
     received = {Path(x.removeprefix("written: ")) for x in lines if x.startswith("written: ")}
     assert received
-    assert received == set(folder.iterdir())
+    assert received == set(ran.folder.iterdir())
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in received)
 
 

@@ -2,7 +2,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
-from lumped.errors import ConnectError, DeclarationError, UnknownNameError
+from lumped.errors import ConnectError, DeclarationError, UnitError, UnknownNameError
 
 
 class Stage(lp.Component):
@@ -141,7 +141,8 @@ def test_a_subclass_overrides_parts_and_fields():
         (lambda: Inertia(mass=1.0), UnknownNameError, r"Inertia has no 'mass'.*J"),
         (lambda: Train().with_({"shaft.c": 1.0}), UnknownNameError, "shafts"),
         (lambda: Train().with_({"shafts[7].c": 1.0}), UnknownNameError, r"\[7\]"),
-        (lambda: Inertia(J="heavy"), DeclarationError, "moment of inertia"),
+        (lambda: Inertia(J="heavy"), UnitError, r"J=.*kg\.m2"),
+        (lambda: Inertia(J=[1.0]), DeclarationError, "moment of inertia"),
         (lambda: Train(source=3.0), DeclarationError, "component"),
         (lambda: setattr(Inertia(J=1.0), "J", 2.0), DeclarationError, "with_"),
         (lambda: lp.connect(Inertia(J=1.0), Inertia(J=1.0)), ConnectError, "flange_a"),

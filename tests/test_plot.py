@@ -156,6 +156,31 @@ def test_system_without_oscillation_is_refused():
         lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0)))).plot()
 
 
+ROWS = ((0.0, 8.0), (2.0, 8.0), (4.0, 3.0))
+
+
+def test_torque_speed_plane_shows_run_and_limits_in_all_quadrants(run: lp.Trajectory):
+    demand = lp.sizing(run, torque="motor.tau", speed="rotor.w", rated=2.5, maximum=ROWS)
+    (axis,) = demand.plot().axes
+    received = {line.get_label(): line for line in axis.lines}
+    assert np.array_equal(received["run"].get_xdata(), run["rotor.w"])
+    assert np.array_equal(received["run"].get_ydata(), run["motor.tau"])
+    top = np.column_stack([received["maximum"].get_xdata(), received["maximum"].get_ydata()])
+    corners = {(w, t) for speed, t in (*ROWS, (4.0, 0.0)) for w in (speed, -speed)}
+    assert {tuple(point) for point in top} == corners
+    assert set(received["rated"].get_ydata()) == {2.5}
+    lowest = min(np.min(line.get_ydata()) for line in axis.lines)
+    assert lowest == -8.0
+    x, y = (received["thermal equivalent"].get_data()[i][0] for i in (0, 1))
+    assert (x, y) == (demand.mean_speed, demand.rms_torque)
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("angular velocity, rad/s", "torque, N.m")
+
+
+def test_torque_speed_plane_without_limits_shows_the_run_alone(run: lp.Trajectory):
+    demand = lp.sizing(run, torque="motor.tau", speed="rotor.w")
+    assert legend(demand.plot().axes[0]) == ["run", "thermal equivalent"]
+
+
 def test_figures_need_no_display_and_no_pyplot():
     code = (
         "import io, sys, lumped as lp\n"

@@ -359,6 +359,24 @@ def test_the_report_tells_what_became_of_the_model():
     assert "a.phi: cyclic coordinate" in repr(report)
 
 
+def test_the_report_names_ports_that_are_open_and_stand_still():
+    """A mesh forgotten on the carrier stands on the ground, which is no error."""
+    model = lp.compose(
+        sun=Inertia(J=1.0),
+        mesh=[IdealGear(ratio=-1.0), IdealGear(ratio=3.0)],
+        carrier=Inertia(J=1.0),
+        planet=Inertia(J=1.0),
+        ring=Inertia(J=1.0),
+        connections=lambda m: [
+            *lp.chain(m.sun, m.mesh[0], m.planet, m.mesh[1], m.ring),
+            lp.connect(m.carrier.flange_a, m.mesh[0].support),
+        ],
+    )
+    report = lp.assemble(model).report()
+    assert report.still == ("mesh[1].support",)
+    assert "left open and held still\n  mesh[1].support" in repr(report)
+
+
 def test_the_same_model_gives_the_same_system_every_time():
     model = lp.compose(
         body=[Inertia(J=1.0 + i) for i in range(4)],

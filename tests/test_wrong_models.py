@@ -2453,17 +2453,38 @@ def unknown_assembly():
     turned_crank(L=2.0, assembly=2)
 
 
-@wrong(CRANKS, ParameterError, "crank.L = 0.2 m (length of the rod)", "abs(e) - r) = 0.4 m")
+@wrong(CRANKS, ParameterError, "crank.L = 0.2 m (length of the rod)", "abs(e) - r = 0.4 m")
 def rod_that_never_reaches_the_slide():
     """The slide of a crank passes further away than crank and rod reach."""
-    turned_crank(L=0.2, e=1.0)
+    turned_crank(L=0.2, e=1.0, assembly=0)
 
 
-@wrong(CRANKS, SolverError, "crank.s is not a number", "t = 0.986", "prescribed motion")
+@wrong(CRANKS, ParameterError, "crank.L = 0.8 m (length of the rod)", "r + abs(e) = 0.9 m")
+def rod_too_short_for_a_turn():
+    """A rod is shorter than crank radius and offset together."""
+    turned_crank(L=0.8, e=-0.3)
+
+
+@wrong(CRANKS, SolverError, "rod.phi is not a number", "t = 0.986", "prescribed motion")
 def prescribed_beyond_reach():
-    """A crank is turned evenly although its rod is too short for a whole turn."""
-    run = lp.simulate(turned_crank(L=0.5), until=2.0, grid=2000)
-    run["crank.s"]
+    """A rod on a crank that is turned evenly is too short for a whole turn."""
+
+    class Rod(lp.Component):
+        """Rod on a crank of radius 0.6 m, its foot on the line through the axis."""
+
+        flange = lp.Flange()
+        phi: lp.Var = lp.var("rad", "angle of the rod")
+
+        def equations(self):
+            yield self.flange.tau == 0
+            yield self.phi == lp.ops.asin(0.6 / 0.5 * lp.ops.sin(self.flange.phi))
+
+    system = build(
+        lambda m: [lp.connect(m.turn.flange, m.rod.flange)],
+        turn=Position(phi=lp.time),
+        rod=Rod(),
+    )
+    lp.simulate(system, until=2.0, grid=2000)["rod.phi"]
 
 
 @wrong(CRANKS, ParameterError, "press.s_1 = 0 m", "s_0")

@@ -76,7 +76,7 @@ class Advance:
         Parameters.
     rtol, atol : float
         Tolerances; the absolute one relative to nominal values.
-    method : {"auto", "explicit", "implicit"}
+    method : {"auto", "steps", "explicit", "implicit"}
         As for `simulate`.
     max_steps : int
         Give up after so many attempts.
@@ -107,7 +107,7 @@ class Advance:
         output: Recorder,
     ) -> None:
         self._theta, self._rtol, self._relative_atol = theta, rtol, atol
-        self._auto, self._max_steps, self._output = method == "auto", max_steps, output
+        self._auto, self._max_steps, self._output = method in ("auto", "steps"), max_steps, output
         self._method: Method = "implicit" if method == "implicit" else "explicit"
         self.methods = [self._method]
         self.implicit_from = 0.0 if method == "implicit" else math.inf

@@ -67,6 +67,10 @@ class Campbell:
         Excitations for each turn.
     critical : tuple of CriticalSpeed
         Intersections, by speed.
+    evaluations : int
+        How often modes were computed.
+    residual : float
+        Largest ``abs(hertz - order speed / 2 pi)`` at an intersection, relative to `hertz`.
     """
 
     system: System
@@ -74,6 +78,8 @@ class Campbell:
     hertz: Real
     orders: tuple[float, ...]
     critical: tuple[CriticalSpeed, ...]
+    evaluations: int
+    residual: float
 
     def plot(self) -> Figure:
         """Campbell diagram (see `lumped.plot.campbell`)."""
@@ -82,7 +88,10 @@ class Campbell:
         return campbell(self)
 
     def __repr__(self) -> str:
-        head = f"{self.system.name}: {len(self.critical)} critical speeds"
+        head = (
+            f"{self.system.name}: {len(self.critical)} critical speeds; modes at "
+            f"{self.evaluations} speeds, intersections met to {self.residual:.1e}"
+        )
         return f"{head}\n" + _table(self.critical)
 
 
@@ -169,11 +178,10 @@ def campbell(
     known: dict[float, Real] = {}
 
     def hertz_at(speed: float) -> Real:
-        if callable(at):
-            return modes(system, at=at(speed)).hertz
-        if not known:
-            known[0.0] = modes(system, at=at).hertz
-        return known[0.0]
+        place = speed if callable(at) else 0.0
+        if place not in known:
+            known[place] = modes(system, at=at(speed) if callable(at) else at).hertz
+        return known[place]
 
     rows = [hertz_at(float(speed)) for speed in grid]
     hertz = np.full((len(grid), max(len(row) for row in rows)), np.nan)
@@ -199,7 +207,10 @@ def campbell(
         for mode in np.flatnonzero(side[-1] == 0).tolist():
             found.append(CriticalSpeed(float(grid[-1]), order, mode, float(hertz[-1, mode])))
     found.sort(key=lambda c: c.speed)
-    return Campbell(system, grid, hertz, wanted, tuple(found))
+    missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
+    return Campbell(
+        system, grid, hertz, wanted, tuple(found), len(known), float(max(missed, default=0.0))
+    )
 
 
 def _checked(orders: Iterable[float]) -> tuple[float, ...]:

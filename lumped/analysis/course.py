@@ -77,7 +77,8 @@ def smooth(run: Trajectory, why: str) -> None:
         raise OptionError(
             f"{run.system.name}: {why} follows smooth runs only, but at t = {first.time:.6g} s "
             f"{first.component} changes ({first.before} -> {first.after}). Runs with events have "
-            "exact derivatives by single shooting: lumped.sensitivity."
+            "exact derivatives by single shooting: give optimise the system, or take "
+            "lumped.sensitivity."
         )
 
 

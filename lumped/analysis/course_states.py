@@ -31,7 +31,7 @@ def collocated(
         if piece.system is not system:
             raise OptionError(
                 f"{system.name}: states change places during the run (see run.events); this is "
-                "not followed. Use single shooting: lumped.sensitivity."
+                "not followed. Use single shooting: give optimise the system."
             )
     sizes = np.abs(run.x).max(axis=0, initial=0.0)
     sizes[sizes == 0] = 1.0

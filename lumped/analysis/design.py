@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.functionals import Designed, Frequency, Modal
+from lumped.analysis.functionals import Designed, Frequency, Functional, Instant, Modal
 from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Solution
 from lumped.analysis.result import Trajectory
@@ -20,7 +20,7 @@ __all__ = ["Bounds", "Key", "Optimum", "bounds_of", "key_unit", "unit_of", "vari
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
-Key = Designed | Modal
+Key = Designed | Modal | Instant
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +122,8 @@ def varied(
 
 def key_unit(system: System, key: Key) -> str:
     """Unit of what can be minimised or bounded."""
+    if isinstance(key, Functional):
+        return key.unit(system)
     if isinstance(key, Designed):
         return system.quantity(key.name).unit
     return "Hz" if isinstance(key, Frequency) else "1"

@@ -13,7 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.eigen import eigenpairs
-from lumped.analysis.skew import skew_scaling, two_colours
+from lumped.analysis.skew import balance, skew_scaling, two_colours
 from lumped.errors import SolverError
 
 __all__ = ["eigenpairs_near"]
@@ -24,7 +24,6 @@ Complex = NDArray[np.complex128]
 _OFFSET = 1e-9
 """Distance of a shift from zero, relative to the highest frequency: zero is an eigenvalue."""
 _ZERO = 1e-13
-_SWEEPS = 20
 
 
 def eigenpairs_near(a: scipy.sparse.csr_array, near: float, count: int) -> tuple[Complex, Complex]:
@@ -142,7 +141,7 @@ def _null_space(block: scipy.sparse.csc_array, count: int, norm: float) -> Real:
 def _general(a: scipy.sparse.csr_array, near: float, count: int) -> tuple[Complex, Complex]:
     """With damping: Arnoldi iteration on the balanced matrix."""
     n = a.shape[0]
-    scale = _balance(a)
+    scale = balance(a)
     balanced = scipy.sparse.csc_array(
         scipy.sparse.diags_array(scale) @ a @ scipy.sparse.diags_array(1 / scale)
     ).astype(complex)
@@ -172,21 +171,3 @@ def _general(a: scipy.sparse.csr_array, near: float, count: int) -> tuple[Comple
     real = np.linalg.svd(np.hstack([rigid.real, rigid.imag]), full_matrices=False)[0]
     vectors[:, still] = real[:, : int(still.sum())]
     return values, (vectors / scale[:, None]).T
-
-
-def _balance(a: scipy.sparse.csr_array) -> Real:
-    """Scaling that makes rows and columns of ``s_i a_ij / s_j`` about equally long.
-
-    All at once and by half the step of Osborne's method, which goes one by one.
-    """
-    size = abs(a)
-    size.setdiag(0)
-    log = np.zeros(a.shape[0])
-    for _ in range(_SWEEPS):
-        scaled = (
-            scipy.sparse.diags_array(np.exp(log)) @ size @ scipy.sparse.diags_array(np.exp(-log))
-        )
-        rows, columns = scaled.sum(axis=1), scaled.sum(axis=0)
-        both = (rows > 0) & (columns > 0)
-        log[both] += 0.25 * np.log(columns[both] / rows[both])
-    return np.exp(log)

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from lumped.analysis.eigen_repeated import split_slopes
 from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.modes import Modes
@@ -33,7 +34,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class EigenSensitivity:
-    """Derivatives of the oscillating modes by parameters.
+    """Derivatives of oscillating modes and decays by parameters.
 
     Attributes
     ----------
@@ -43,17 +44,21 @@ class EigenSensitivity:
         Names.
     eigenvalues : ndarray of complex, shape (k, p)
         Derivatives of the eigenvalues, 1/s for each unit of the parameter.
+    decays : ndarray, shape (r, p)
+        Derivatives of the decays, 1/s for each unit; nan where two are equal.
     moving : bool
         The operating point is an equilibrium that moves with the parameters, and this is
         included. If False, the point is held, or does not matter.
     repeated : tuple of int
         Numbers (from 0) of modes whose eigenvalue repeats in the same drive. They have no
-        derivatives of their own: what is given for them is nan.
+        derivatives of their own: what is given for them is nan; `split` has them for one
+        parameter that changes alone.
     """
 
     modes: Modes
     parameters: tuple[str, ...]
     eigenvalues: Complex
+    decays: Real
     moving: bool
     repeated: tuple[int, ...]
 
@@ -81,8 +86,9 @@ class EigenSensitivity:
 
     @property
     def _values(self) -> Real:
-        values = self.modes.point.parameters
-        return np.array([values[name] for name in self.parameters])
+        known = self.modes.point.parameters
+        found: Real = np.array([known[name] for name in self.parameters])
+        return found
 
     def ranked(self, mode: int) -> list[tuple[str, float]]:
         """Parameters and relative sensitivities of a mode's frequency, the largest first.
@@ -99,10 +105,31 @@ class EigenSensitivity:
             raise OptionError(
                 f"{self.modes.system.name}: the eigenvalue of mode {mode} "
                 f"({self.modes.hertz[mode]:.6g} Hz) repeats, so it has no derivative of its own. "
-                "Change a parameter a little to part the modes."
+                "Take `split` for one parameter, or change one a little to part the modes."
             )
         what = f"frequency of mode {mode}"
         return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
+
+    def split(self, mode: int, parameter: Name) -> Complex:
+        """Derivatives of the eigenvalues into which one that repeats parts, 1/s, shape (m,).
+
+        They hold if this parameter changes and no other: what several do does not add up.
+
+        Raises
+        ------
+        OptionError
+            If the mode does not repeat.
+        SolverError
+            If there are fewer shapes than eigenvalues; the derivatives are infinite.
+        """
+        if mode not in self.repeated:
+            raise OptionError(f"{self.modes.system.name}: mode {mode} does not repeat.")
+        values = self.modes.eigenvalues
+        near = np.abs(values - values[mode]) <= _REPEATED * np.abs(values[mode])
+        part = parts(self.modes)[np.abs(self.modes.vectors).argmax(axis=0)]
+        together = np.flatnonzero(near & (part == part[mode])).tolist()
+        (place,) = self.modes.system.places([self.modes.system.key(parameter)])
+        return split_slopes(self.modes, together, place)
 
     def plot(self, mode: int = 0) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
@@ -115,13 +142,22 @@ class EigenSensitivity:
     def __repr__(self) -> str:
         rows = []
         for i, hertz in enumerate(self.modes.hertz[:12]):
-            text = "repeated: no derivatives of its own"
+            text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:
                 most = [(n, v) for n, v in self.ranked(i)[:4] if v]
                 text = "; ".join(f"{name} {value:+.4f}" for name, value in most)
             rows.append((str(i + 1), number(hertz, 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
+        head += f"\n{self.modes.accuracy}"
+        known = self._values
+        for i, decay in enumerate(self.modes.decays[: 12 - len(rows)]):
+            shares = self.decays[i] * known / decay
+            text = "repeated: no derivatives of its own"
+            if np.isfinite(shares).all():
+                order = np.argsort(-np.abs(shares))[:4].tolist()
+                text = "; ".join(f"{self.parameters[j]} {shares[j]:+.4f}" for j in order)
+            rows.append(("decay", f"{decay:.6g} 1/s", text))
         return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
 
 
@@ -149,22 +185,24 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     Raises
     ------
     OptionError
-        If there is no oscillating mode.
+        If there is neither an oscillating mode nor a decay.
     UnknownNameError
         If a parameter does not exist, or is bound to others.
     SolverError
         If a derivative is not finite.
     """
     system, point = modes.system, modes.point
-    if not len(modes.eigenvalues):
-        raise OptionError(f"{system.name}: no oscillating mode to derive.")
+    count = len(modes.eigenvalues)
+    values: Complex = np.append(modes.eigenvalues, modes.decays)
+    if not len(values):
+        raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
     p = system._flat.parameters
     names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
     places = system.places(names)
     x, theta, time, settings = system._inputs
-    count, right = len(system.states), modes.vectors
-    left = left_vectors(modes)
-    y, v = ca.SX.sym("y", count), ca.SX.sym("v", count)
+    n, right = len(system.states), np.hstack([modes.vectors, modes.decay_vectors])
+    left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
+    y, v = ca.SX.sym("y", n), ca.SX.sym("v", n)
     product = ca.dot(y, ca.jtimes(system.rates, x, v))
     function = ca.Function(
         "contraction",
@@ -180,31 +218,38 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
 
     real = contracted(left.real, right.real) + contracted(left.imag, right.imag)
     imaginary = contracted(left.real, right.imag) - contracted(left.imag, right.real)
-    by_states, by_parameters = np.split(real + 1j * imaginary, [count], axis=1)
+    by_states, by_parameters = np.split(real + 1j * imaginary, [n], axis=1)
     found = by_parameters[:, places]
     moving = False
-    if (np.abs(by_states) > _ROUNDING * np.abs(modes.eigenvalues)[:, None]).any():
+    if (np.abs(by_states) > _ROUNDING * np.abs(values)[:, None]).any():
         moved = moved_states(point, places)
         if moved is not None:
             found, moving = found + by_states @ moved, True
-    repeated = _repeated(modes)
-    found[list(repeated)] = np.nan
+    repeated = _repeated(modes, values, right)
+    found[repeated] = np.nan
     alone = np.setdiff1d(np.arange(len(found)), repeated)
     if not np.isfinite(found[alone]).all():
-        mode, place = np.argwhere(~np.isfinite(found[alone]))[0]
+        row, place = np.argwhere(~np.isfinite(found[alone]))[0]
         raise SolverError(
-            f"{system.name}: the derivative of mode {alone[mode]} by {names[place]} = "
+            f"{system.name}: the derivative of eigenvalue {values[alone[row]]:.6g} by "
+            f"{names[place]} = "
             f"{point.theta[places[place]]:g} is not finite. Change this value, or leave it out of "
             "`to`."
         )
-    return EigenSensitivity(modes, tuple(names), found, moving, repeated)
+    return EigenSensitivity(
+        modes,
+        tuple(names),
+        found[:count],
+        found[count:].real,
+        moving,
+        tuple(repeated[repeated < count].tolist()),
+    )
 
 
-def _repeated(modes: Modes) -> tuple[int, ...]:
-    """Modes whose eigenvalue is that of another in the same part of the drive."""
-    values = modes.eigenvalues
-    part = parts(modes)[np.abs(modes.vectors).argmax(axis=0)]
+def _repeated(modes: Modes, values: Complex, vectors: Complex) -> NDArray[np.intp]:
+    """Eigenvalues that are those of others in the same part of the drive."""
+    part = parts(modes)[np.abs(vectors).argmax(axis=0)]
     close = np.abs(values[:, None] - values[None, :]) <= _REPEATED * np.abs(values)[:, None]
     close &= (part[:, None] == part[None, :]) & ~np.eye(len(values), dtype=bool)
-    critical = 2 * np.abs(values.imag) <= _REPEATED * np.abs(values)
-    return tuple(np.flatnonzero(close.any(axis=1) | critical).tolist())
+    critical = (2 * np.abs(values.imag) <= _REPEATED * np.abs(values)) & (values.imag != 0)
+    return np.flatnonzero(close.any(axis=1) | critical)

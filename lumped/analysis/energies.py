@@ -120,7 +120,10 @@ class ModalEnergies:
             "kinetic energy",
             "damping ratio",
         )
-        return f"{self.modes.system.name}\n" + table(head, rows)
+        missed = np.abs(self.damping.sum(axis=1) - self.modes.damping).max(initial=0.0)
+        text = f"{self.modes.system.name}: {self.modes.accuracy}; "
+        text += f"contributions miss the damping ratio by {missed:.1e}\n"
+        return text + table(head, rows)
 
 
 def _ends(modes: Modes, path: str) -> list[str]:

@@ -11,7 +11,8 @@ import scipy
 from lumped.analysis.changeover import Settler
 from lumped.analysis.holds import Holds
 from lumped.analysis.initial import initial_residuals
-from lumped.analysis.result import OperatingPoint
+from lumped.analysis.linearise import growth
+from lumped.analysis.result import Convergence, OperatingPoint
 from lumped.analysis.settings import settings_at
 from lumped.analysis.settle import settled
 from lumped.analysis.start import start_point
@@ -26,6 +27,7 @@ _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
 _MOST_MODES = 10
 """Times that what sticks, slides or switches is chosen anew."""
+_SINGULAR = 1e-14
 _FARTHEST = 1e9
 """A free parameter so many times larger than it was runs away."""
 _REST = (
@@ -226,6 +228,7 @@ class _Search:
             self.effects(begin.x, begin.theta, begin.time, begin.modes)[1]
         ).ravel()
         self.residual = np.zeros(len(begin.x) + len(self.wanted))
+        self.iterations = self.evaluations = 0
 
     def near(
         self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray, still: np.ndarray
@@ -256,8 +259,22 @@ class _Search:
             settings = settings_at(self.system, x, theta, self.time + 1e-300, guesses, settings)
             if np.allclose(settings, before, rtol=1e-9, atol=1e-12):
                 self._check_determined(z, settings, movable)
-                return OperatingPoint(self.system, self.time, x, theta, settings)
+                search = self._convergence(z, settings, movable)
+                return OperatingPoint(self.system, self.time, x, theta, settings, search=search)
         return None
+
+    def _convergence(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> Convergence:
+        """What the search cost, and how well its result is founded."""
+        matrix, scale = self._jacobian(z, settings)
+        left = np.abs(self._missed(z, settings)) / scale
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        scaled = (matrix * (np.abs(z) + 1e-3) / scale[:, None])[:, columns]
+        sizes = np.linalg.svd(scaled, compute_uv=False)
+        least = sizes[len(sizes) - 1] if scaled.shape[1] <= scaled.shape[0] and len(sizes) else 0.0
+        condition = sizes[0] / least if least > _SINGULAR * sizes.max(initial=0.0) else np.inf
+        point = OperatingPoint(self.system, self.time, *self._parted(z), settings)
+        cost, residual = (self.iterations, self.evaluations), float(left.max(initial=0.0))
+        return Convergence(*cost, residual, float(condition), growth(self.system, point)[0])
 
     def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and parameters."""
@@ -268,6 +285,7 @@ class _Search:
 
     def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
         """Derivatives that must vanish, then changes of what is kept."""
+        self.evaluations += 1
         point = (*self._parted(z), self.time, settings)
         rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
         return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
@@ -295,6 +313,7 @@ class _Search:
                 return z, True
             if not (columns.any() and np.isfinite(matrix).all()):
                 break
+            self.iterations += 1
             step = np.zeros(len(z))
             scaled = matrix[:, columns] / scale[:, None]
             step[columns] = scipy.linalg.lstsq(
@@ -372,5 +391,6 @@ class _Search:
             hint = "It moves while something depends on where it is, which is no equilibrium."
         return (
             f"{system.name}: no {what} near the start values: der({system.state_names[worst]}) "
-            f"stays at {residual[worst]:.4g}. {hint}"
+            f"stays at {residual[worst]:.4g} "
+            f"after {self.iterations} iterations of Newton's method. {hint}"
         )

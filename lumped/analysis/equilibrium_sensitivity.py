@@ -12,6 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moving import moving
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.steady import unsteady_part
@@ -90,6 +91,8 @@ class EquilibriumSensitivity:
             unit = self.point.system.quantity(name).unit
             rows.append((name, number(float(value)), unit, text))
         head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
+        if self.point.search is not None:
+            head += f"; the point was {self.point.search}"
         return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
 
 
@@ -166,10 +169,12 @@ def moved_states(point: OperatingPoint, places: list[int]) -> Real | None:
     function = ca.Function("f", system._inputs, [by_parameters])
     inputs = (point.x, point.theta, point.time, point.modes)
     right = (change @ scipy.sparse.csc_array(function(*inputs).sparse())).toarray()
-    matrix = (change @ sparse_state_matrix(system, point)).toarray()
+    own = moving(system, point)  # a speed that sticks stays zero
+    matrix = (change @ sparse_state_matrix(system, point)).toarray()[:, own]
     scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
-    step = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
-    left_over = np.abs(matrix @ step + right).max(axis=0, initial=0.0)
+    step = np.zeros((len(own), len(places)))
+    step[own] = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
+    left_over = np.abs(matrix @ step[own] + right).max(axis=0, initial=0.0)
     size = np.abs(right).max(axis=0, initial=0.0)
     lost = np.flatnonzero(left_over > 1e-6 * size)
     if len(lost):
@@ -179,7 +184,7 @@ def moved_states(point: OperatingPoint, places: list[int]) -> Real | None:
             f"{system.name}: there is no equilibrium near the operating point when {name} "
             "changes. Leave it out of `to`, or let a load depend on the speed."
         )
-    return np.asarray(step)
+    return step
 
 
 def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bool:

@@ -55,6 +55,8 @@ class Gradient:
         shares of what each carries fixed there, and are not exact if these depend on what varies.
     seconds : float
         Wall time of everything after the run.
+    rtol : float
+        Tolerance of the run. Derivatives are exact for its steps, and as accurate as these.
     """
 
     run: Trajectory
@@ -65,6 +67,7 @@ class Gradient:
     derivatives: np.ndarray
     shared: tuple[float, ...]
     seconds: float
+    rtol: float
 
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, to = pair
@@ -119,8 +122,9 @@ class Gradient:
         s = self.run.statistics
         head = (
             f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "
-            f"start values, relative; run of {s.steps} steps ({s.method}) in {s.seconds:.3g} s, "
-            f"gradient in {self.seconds:.3g} s more"
+            f"start values, relative; run of {s.steps} steps ({s.method}), {s.evaluations} "
+            f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its exact gradient in "
+            f"{self.seconds:.3g} s more"
         )
         if self.shared:
             head += "\nshares of indeterminate constraints held fixed where they let go, t = "
@@ -209,7 +213,7 @@ def gradient(
     _check_found(system, labels, names, found)
     seconds = clock.perf_counter() - begin
     units = tuple(functional.unit(system) for functional in wanted)
-    return Gradient(run, labels, tuple(names), values, units, found, shared, seconds)
+    return Gradient(run, labels, tuple(names), values, units, found, shared, seconds, rtol)
 
 
 def check(system: System, wanted: Sequence[Functional], names: Sequence[str]) -> None:

@@ -18,7 +18,7 @@ from lumped.analysis.gradient import check, integrated
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import CHUNKS
 from lumped.analysis.simulate import simulate
-from lumped.analysis.varied import slopes_at_zero, sources
+from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -46,6 +46,11 @@ class Hessian:
         Second derivatives.
     seconds : float
         Wall time of everything after the run.
+    rtol : float
+        Tolerance of the run. Derivatives are exact for its steps.
+    asymmetry : float
+        Largest difference of mixed derivatives taken in either order, each for relative changes,
+        over the largest of all: rounding. The matrix is their mean.
     """
 
     run: Trajectory
@@ -55,6 +60,8 @@ class Hessian:
     gradient: np.ndarray
     matrix: np.ndarray
     seconds: float
+    rtol: float
+    asymmetry: float
 
     def __repr__(self) -> str:
         rows = [
@@ -63,8 +70,8 @@ class Hessian:
         ]
         head = (
             f"{self.run.system.name}: {self.of} = {number(self.value, 9)}; run of "
-            f"{self.run.steps} steps in {self.run.statistics.seconds:.3g} s, derivatives in "
-            f"{self.seconds:.3g} s more"
+            f"{self.run.steps} steps, rtol {self.rtol:.0e}, in {self.run.statistics.seconds:.3g} "
+            f"s, derivatives in {self.seconds:.3g} s more; asymmetry {self.asymmetry:.1e}"
         )
         return f"{head}\n" + table(("by", "first", *self.to[:8]), rows)
 
@@ -147,8 +154,13 @@ def hessian(
         value, slope, curvature = of.outcome(total, until)
         second = slope * second + curvature * np.outer(first, first)
         first = slope * first
+    sizes = np.abs(varied_values(run, names))
+    sizes[sizes == 0] = 1.0
+    relative = second * np.outer(sizes, sizes)
+    asymmetry = np.abs(relative - relative.T).max() / (np.abs(relative).max() or 1.0)
     second = 0.5 * (second + second.T)
-    return Hessian(run, label, tuple(names), value, first, second, clock.perf_counter() - begin)
+    seconds = clock.perf_counter() - begin
+    return Hessian(run, label, tuple(names), value, first, second, seconds, rtol, float(asymmetry))
 
 
 def _check_start(system: System, names: list[str], places: list[int], S: np.ndarray) -> None:

@@ -268,6 +268,7 @@ class _Search:
             start=begin,
             grid=self._grid(),
             rtol=rtol,
+            method="steps",
         )
         found = forward.go(run)
         self.runs += 1

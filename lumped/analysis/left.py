@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.linearise import sparse_state_matrix
-from lumped.analysis.modes import Modes
+
+if TYPE_CHECKING:
+    from lumped.analysis.modes import Modes
 
 __all__ = ["left_vectors", "parts"]
 
 
-def left_vectors(modes: Modes) -> NDArray[np.complex128]:
+def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
     """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration.
 
     Parameters
@@ -20,12 +24,16 @@ def left_vectors(modes: Modes) -> NDArray[np.complex128]:
     modes : Modes
         From `lumped.modes`; an eigenvalue that repeats in one connected part has no such vector,
         and what is given for it is without meaning.
+    decays : bool
+        Those of the decays, in place of those of the oscillating modes.
     """
+    values = modes.decays if decays else modes.eigenvalues
+    right = modes.decay_vectors if decays else modes.vectors
     matrix = scipy.sparse.csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
     n, part = matrix.shape[0], parts(modes)
-    found = np.zeros((n, len(modes.eigenvalues)), dtype=complex)
-    for k, value in enumerate(modes.eigenvalues):
-        x = modes.vectors[:, k]
+    found = np.zeros((n, len(values)), dtype=complex)
+    for k, value in enumerate(values):
+        x = right[:, k]
         own = np.flatnonzero(part == part[np.abs(x).argmax()])
         block = matrix[own][:, own]
         factors = scipy.sparse.linalg.splu(

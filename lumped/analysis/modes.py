@@ -12,9 +12,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.accuracy import Accuracy, accuracy
 from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.eigen_near import eigenpairs_near
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError
@@ -42,7 +44,9 @@ class Modes:
     eigenvalues : ndarray of complex, shape (k,)
         One of each conjugate pair of the oscillating modes, 1/s.
     decays : ndarray, shape (r,)
-        Real eigenvalues other than those of rigid-body modes, 1/s.
+        Real eigenvalues other than those of rigid-body modes, ascending, 1/s.
+    vectors, decay_vectors : ndarray of complex, shapes (n, k) and (n, r)
+        Their eigenvectors in the states, in columns.
     point : OperatingPoint
         Where the system was linearised.
     near : float or None
@@ -54,6 +58,7 @@ class Modes:
     vectors: Complex
     rigid_vectors: Real
     decays: Real
+    decay_vectors: Complex
     point: OperatingPoint
     near: float | None = None
 
@@ -83,11 +88,20 @@ class Modes:
         names = self._positions[0]
         shapes = self._rigid_positions / self._rigid_scale
         found = []
-        for column in shapes.T:
-            moving = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
-            more = f", ... {len(moving) - 6} more" if len(moving) > 6 else ""
-            found.append(", ".join(moving[:6]) + more)
+        for column, raw in zip(shapes.T, self.rigid_vectors.T, strict=True):
+            together = [n for n, v in zip(names, column, strict=True) if abs(v) > 1e-6]
+            none = "" if together else "no body, "
+            if none:  # what only keeps its value, such as an integral of control or a count
+                kept = np.flatnonzero(np.abs(raw) > 1e-6 * np.abs(raw).max())
+                together = [self.system.state_names[i] for i in kept]
+            more = f", ... {len(together) - 6} more" if len(together) > 6 else ""
+            found.append(none + ", ".join(together[:6]) + more)
         return tuple(found)
+
+    @cached_property
+    def accuracy(self) -> Accuracy:
+        """Residuals and conditions of the oscillating modes."""
+        return accuracy(self)
 
     @property
     def angles(self) -> list[str]:
@@ -142,7 +156,8 @@ class Modes:
     ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
         system = self.system
-        found = self._lowest(nodes)
+        # an angle that the states give has no speed in a rigid-body mode
+        found = self._lowest(nodes, speeds_first=bool(np.any(values)))
         rows = [n for n in found if n is not None]
         if len(rows) < len(nodes):
             return None
@@ -157,15 +172,18 @@ class Modes:
                 amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
         return amplitudes
 
-    def _lowest(self, nodes: list[int]) -> list[int | None]:
+    def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
         """For each node itself, or the lowest derivative of it that the system computes."""
         result: list[int | None] = [None] * len(nodes)
         states = set(self.system.states)
-        # speeds first: an angle may be the sum of all torsions before it
+        # an angle may be the sum of all torsions before it
         ahead = [
             i
             for i, node in enumerate(nodes)
-            if node in self._port_nodes and node not in states and self._has_rate(node)
+            if speeds_first
+            and node in self._port_nodes
+            and node not in states
+            and self._has_rate(node)
         ]
         usable = self.system.available([nodes[i] + 1 for i in ahead], cyclic=False)
         for i, fits in zip(ahead, usable, strict=True):
@@ -203,15 +221,16 @@ class Modes:
 
     @cached_property
     def _port_nodes(self) -> set[int]:
-        """Potentials of ports, such as angles and positions."""
+        """Angles and positions of ports; where there are none, other potentials."""
         system, reduced = self.system, self.system._reduced
-        found = set()
+        found: set[int] = set()
+        others: set[int] = set()
         for node in system._tree.nodes:
             for i, quantity in enumerate(node.layout.quantities):
                 n = reduced.node(node.first_unknown + i)
                 if quantity.kind == "potential" and n is not None:
-                    found.add(n)
-        return found
+                    (found if quantity.unit in ("rad", "m") else others).add(n)
+        return found or others
 
     def _required(
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
@@ -256,12 +275,19 @@ class Modes:
         )
         if self.near is not None:
             head += f"; only those near {self.near:g} Hz"
+        if len(self.hertz):
+            head += f"\n{self.accuracy}"
         rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]
             rows.append((str(i + 1), number(f, 9), number(z, 4), "; ".join(parts)))
-        lines = [head, table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows)]
+        lines = [head]
+        if rows:
+            lines.append(table(("mode", "natural frequency, Hz", "damping ratio", "shape"), rows))
+        if len(self.decays):
+            listed = ", ".join(number(value, 4) for value in self.decays[:10])
+            lines.append(f"decays, 1/s: {listed}{', ...' if len(self.decays) > 10 else ''}")
         lines += [f"rigid body: {name}" for name in self.rigid_names]
         return "\n".join(lines)
 
@@ -319,7 +345,7 @@ def modes(
         raise OptionError(f"modes: count = {count} must be at least 1.")
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
-    point = at or start_point(system, parameters)
+    point = finite(at or start_point(system, parameters))
     matrix = scipy.sparse.csr_array(sparse_state_matrix(system, point))
     if not np.isfinite(matrix.data).all():
         raise SolverError(
@@ -327,13 +353,13 @@ def modes(
         )
     matrix.eliminate_zeros()
     n = matrix.shape[0]
-    used = ~np.isin(system.states, [*system.cyclic, *system.switching.held(point.modes)])
     label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     values: list[complex] = []
     vectors: list[np.ndarray] = []
     rigid: list[np.ndarray] = []
     decays: list[float] = []
-    members = np.flatnonzero(used)
+    fading: list[np.ndarray] = []
+    members = np.flatnonzero(moving(system, point))
     members = members[np.argsort(label[members], kind="stable")]
     for own in np.split(members, np.flatnonzero(np.diff(label[members])) + 1):
         if not len(own):
@@ -353,17 +379,20 @@ def modes(
                 vectors.append(full)
             elif value.imag == 0:
                 decays.append(float(value.real))
+                fading.append(full)
     all_values = np.array(values, dtype=complex)
     order = np.argsort(np.abs(all_values), kind="stable")
     if near is not None:
         distance = np.abs(all_values[order] - 2j * np.pi * near)
         order = order[np.sort(np.argsort(distance, kind="stable")[:count])]
+    slowest = np.argsort(np.array(decays), kind="stable")
     return Modes(
         system,
         np.array([values[i] for i in order.tolist()], dtype=complex),
         np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
         np.column_stack([np.zeros((n, 0)), *rigid]),
-        np.sort(np.array(decays)),
+        np.array(decays)[slowest],
+        np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
         point,
         near,
     )

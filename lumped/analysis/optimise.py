@@ -7,6 +7,7 @@ from typing import Any, cast, get_args
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from lumped.analysis.course import (
     Course,
@@ -21,13 +22,14 @@ from lumped.analysis.course import (
 )
 from lumped.analysis.course_states import collocated, simulated
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
-from lumped.analysis.functionals import Designed, Modal
+from lumped.analysis.functionals import Designed, Functional, Modal
 from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Programme, Rows, Solution
 from lumped.analysis.optimise_modes import best_modes
+from lumped.analysis.optimise_runs import best_runs
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
-from lumped.system import Name
+from lumped.system import Changes, Name, System
 
 __all__ = ["Objective", "Problem", "optimise"]
 
@@ -36,13 +38,17 @@ Objective = Key | Mapping[Key | str, float]
 
 
 def optimise(
-    run: Trajectory | Modes,
+    run: Trajectory | Modes | System,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
     subject_to: Mapping[Key | str, Bounds] | None = None,
     intervals: int = 50,
     periodic: bool = False,
+    until: float | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-8,
 ) -> Optimum:
     """Parameters for which a run is best, or natural frequencies are where they are wanted.
 
@@ -57,10 +63,16 @@ def optimise(
     by sequential quadratic programming; if the modes are those of an equilibrium, it is found anew
     for each design.
 
+    Long or stiff runs and those with events are simulated whole for each design (single shooting):
+    give the system and `until` in place of a run. Gradients are those of `gradient`, and the
+    search is the same as for modes. Kinks of a peak, where one crest overtakes another, may stop
+    it.
+
     Parameters
     ----------
-    run : Trajectory or Modes
-        From `simulate`, `inverse` or `modes`, with the parameters at which the search begins.
+    run : Trajectory, Modes or System
+        From `simulate`, `inverse` or `modes`, with the parameters at which the search begins; or
+        a system, to be simulated for each design.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
@@ -74,6 +86,8 @@ def optimise(
     periodic : bool
         The states at the end are those at the start, which are free; angles on which nothing
         depends stay as they start. Else the states start as in the run.
+    until, parameters, start, rtol
+        For a system, as for `gradient`; the search begins with `parameters`.
 
     Returns
     -------
@@ -97,7 +111,8 @@ def optimise(
     (SLSQP).
     """
     weights = _weights(minimise)
-    kinds = (str, Designed) if isinstance(run, Trajectory) else (str, Modal)
+    of_kind = {Trajectory: Designed, Modes: Modal, System: Functional}[type(run)]
+    kinds = (str, of_kind)
     for key in [*weights, *(subject_to or {})]:
         if not isinstance(key, kinds):
             known = ", ".join(kind.__name__.lower() for kind in get_args(kinds[1]))
@@ -105,8 +120,17 @@ def optimise(
                 f"optimise: {key!r} is nothing that {type(run).__name__.lower()} has; known are "
                 f"{known} and names."
             )
+    if not isinstance(run, System) and (until, parameters, start) != (None, None, None):
+        raise OptionError(
+            "optimise: until, parameters and start belong to a system; a run and modes have theirs."
+        )
     if isinstance(run, Modes):
         return best_modes(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
+    if isinstance(run, System):
+        if until is None:
+            raise OptionError("optimise: a system is simulated for each design; give until=, s.")
+        scene: Any = {"until": until, "parameters": parameters, "start": start, "rtol": rtol}
+        return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
     wanted = cast(dict[Designed | str, float], weights)
     problem = Problem(run, vary, wanted, bounds, intervals, periodic)
@@ -236,6 +260,24 @@ class Problem:
                 f"optimise: {', '.join(idle)} has no effect on {meant}. Leave it out of `vary`, "
                 "or name a quantity that depends on it."
             )
+        self._check_objective()
+
+    def _check_objective(self) -> None:
+        """Refuse an objective that no parameter reaches through the equations."""
+        w = ca.vertcat(*self.programme._unknowns)
+        own = [row for row in self.programme.rows if not row.given]
+        kept = [i for row in own for i in range(row.first, row.first + row.count)]
+        g = ca.vertcat(*self.programme._g)[kept] if kept else ca.SX(0, 1)
+        links = scipy.sparse.csr_array(ca.DM(ca.jacobian_sparsity(g, w), 1).sparse())
+        label = scipy.sparse.csgraph.connected_components(links.T @ links)[1]
+        reached = set(label[: self.u.numel()].tolist())
+        for key in self.keys:
+            used = ca.jacobian_sparsity(self.terms[key].value, w).get_triplet()[1]
+            if not reached & {int(label[i]) for i in used}:
+                raise OptionError(
+                    f"optimise: {key} does not depend on {', '.join(self.names)}. Vary something "
+                    "else, or minimise something else."
+                )
 
     def solve(
         self,

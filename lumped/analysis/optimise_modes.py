@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Mapping
 
 import numpy as np
-import scipy
 
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.functionals import Clearance, Damping, Frequency, Modal
 from lumped.analysis.modes import Modes, modes
-from lumped.analysis.nlp import Solution
+from lumped.analysis.sqp import bounded, sqp
 from lumped.analysis.start import start_point
 from lumped.errors import OptimisationError, OptionError
 from lumped.system import Name
@@ -21,8 +19,6 @@ from lumped.system import Name
 __all__ = ["ModalKey", "best_modes"]
 
 ModalKey = Modal | str
-
-_ACTIVE = 1e-6
 
 
 def best_modes(
@@ -148,15 +144,10 @@ class _Search:
         values, slopes, labels = [], [], []
         for key, given in self.bounds.items():
             value, slope = self._value(key, w)
-            low, high = bounds_of(str(key), given)
-            for bound, sign in ((low, 1.0), (high, -1.0)):
-                if np.isfinite(bound):
-                    size = abs(bound) or 1.0
-                    values.append(sign * (value - bound) / size)
-                    slopes.append(sign * slope / size)
-                    labels.append(
-                        f"{key} = {value:.6g}, at {'least' if sign > 0 else 'most'} {bound:g}"
-                    )
+            for row in bounded(str(key), value, slope, *bounds_of(str(key), given)):
+                values.append(row[0])
+                slopes.append(row[1])
+                labels.append(row[2])
         found, n = self._at(w), len(self.names)
         for k, key in enumerate(self.margins):
             margin = self._margin(key, found.modes) - w[n + k]
@@ -179,81 +170,20 @@ class _Search:
 
     def found(self) -> Optimum:
         """Search, and check what was found by its own conditions of optimality."""
-        tic = clock.perf_counter()
-        first = self.box[:, 0]
-        value, slope = self._objective(first)
-        size = max(abs(value), float(np.abs(slope).max())) or 1.0
-        idle = (
-            np.abs(np.vstack([slope, self._rows(first)[1]]))[:, : len(self.names)].max(axis=0) == 0
+        solution, active = sqp(
+            self.system.name, self.names, self.box, self._objective, self._rows, lambda: self.count
         )
-        if idle.any():
-            names = [n for n, i in zip(self.names, idle, strict=True) if i]
-            raise OptionError(
-                f"optimise: {', '.join(names)} has no effect on objective and constraints. Leave "
-                "it out of `vary`."
-            )
-        found = scipy.optimize.minimize(
-            lambda w: tuple(v / size for v in self._objective(w)),
-            first,
-            jac=True,
-            method="SLSQP",
-            bounds=self.box[:, 1:],
-            constraints={
-                "type": "ineq",
-                "fun": lambda w: self._rows(w)[0],
-                "jac": lambda w: self._rows(w)[1],
-            },
-            options={"ftol": 1e-12, "maxiter": 200},
-        )
-        w = np.clip(found.x, self.box[:, 1], self.box[:, 2])
-        values, slopes, labels = self._rows(w)
-        violation = float(max(-values.min(initial=0.0), 0.0))
-        if found.status != 0 or violation > 1e-6:
-            worst = f"Worst violated: {labels[int(values.argmin())]}." if violation > 1e-6 else ""
-            raise OptimisationError(
-                f"{self.system.name}: no optimum found ({found.message} after {found.nit} "
-                f"iterations). {worst} Widen bounds, or begin elsewhere.",
-                found.message,
-            )
-        value, slope = self._objective(w)
-        low, high = (np.abs(w - self.box[:, i]) <= _ACTIVE for i in (1, 2))
-        near = np.flatnonzero(values <= _ACTIVE)
-        unit = np.eye(len(w))
-        active = np.vstack([slopes[near], unit[low], -unit[high]])
-        residual, condition = float(np.abs(slope).max()) / size, 1.0
-        if len(active):
-            # least-squares multipliers, none negative
-            held = scipy.optimize.lsq_linear(active.T, slope / size, (0.0, np.inf))
-            residual = float(np.abs(active.T @ held.x - slope / size).max())
-            condition = float(np.linalg.cond(active))
+        w, n = solution.w, len(self.names)
         own = self._at(w).modes
-        n = len(self.names)
         keys = dict.fromkeys(k for k in [*self.weights, *self.bounds] if not isinstance(k, str))
         numbers: dict[Key, float] = {k: self._value(k, w)[0] for k in keys}
-        pressing = [labels[i].partition(" = ")[0] for i in near]
-        for sides, text in ((low, "lower"), (high, "upper")):
-            pressing += [f"{self.names[i]} at its {text} bound" for i in np.flatnonzero(sides[:n])]
-        solution = Solution(
-            w,
-            values,
-            np.zeros(len(values)),
-            np.zeros(len(w)),
-            value,
-            "SLSQP: " + found.message,
-            int(found.nit),
-            self.count,
-            residual,
-            violation,
-            condition,
-            clock.perf_counter() - tic,
-        )
         return Optimum(
             own,
             dict(zip(self.names, (w[:n] * self.scale).tolist(), strict=True)),
             dict(zip(self.names, self.start.tolist(), strict=True)),
-            value,
+            solution.objective,
             numbers,
-            tuple(dict.fromkeys(pressing)),
+            active,
             0.0,
             solution,
         )

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.analysis.modes import Modes
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
 from lumped.system import Name
 
-__all__ = ["Order", "orders"]
+__all__ = ["Order", "orders", "turns"]
 
 
 @dataclass(frozen=True)
@@ -93,3 +94,33 @@ def orders(
     size = np.abs(harmonics)
     kept = np.flatnonzero(size > least * size.max(initial=0.0)).tolist()
     return tuple(Order(i + 1, float(size[i]), float(np.angle(harmonics[i]))) for i in kept)
+
+
+def turns(modes: Modes, of: Name, over: Name) -> float:
+    """Turns of a shaft for each turn of another, by the gears between them.
+
+    Its unbalance or eccentricity excites with this order, twice for an oval roll, and a mesh of its
+    wheel with this times the number of teeth. Taken from the rigid-body mode in which both turn.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`; the drive must be free to turn.
+    of, over : name
+        Angles of the shaft, and of that from which orders count, rad.
+
+    Raises
+    ------
+    OptionError
+        If no rigid-body mode turns both, or several turn them in different ratios.
+    """
+    own, led = modes.rigid_shape(over), modes.rigid_shape(of)
+    turning = np.abs(own) > 1e-9
+    ratios = led[turning] / own[turning]
+    size = np.abs(ratios).max(initial=0.0)
+    if not size > 1e-9 or np.ptp(ratios) > 1e-9 * size:
+        raise OptionError(
+            f"turns: {of} does not turn with {over} in a fixed ratio, as they are not joined, are "
+            "held, or meet in a differential. Give the order as a number."
+        )
+    return float(abs(ratios[0]))

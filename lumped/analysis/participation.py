@@ -53,7 +53,7 @@ class Participation:
             most = "; ".join(f"{name} {value:.3f}" for name, value in self.ranked(i)[:5])
             rows.append((str(i + 1), number(hertz, 9), most))
         head = ("mode", "natural frequency, Hz", "participation")
-        return f"{self.modes.system.name}\n" + table(head, rows)
+        return f"{self.modes.system.name}: {self.modes.accuracy}\n" + table(head, rows)
 
 
 def participation(modes: Modes) -> Participation:

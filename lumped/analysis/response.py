@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -11,7 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from lumped.analysis.linearise import linear_matrices
+from lumped.analysis.linearise import growth, linear_matrices
+from lumped.analysis.moving import finite
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
@@ -76,6 +78,19 @@ class FrequencyResponse:
         row, column = self._places(*names)
         found: Complex = self.values[:, row, column]
         return found
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest backward error of the equations solved, ``|b - M x| / (|M| |x| + |b|)``."""
+        A, B, _, _ = self._matrices
+        right, worst = B.toarray(), 0.0
+        for f in self.hertz if A.shape[0] else ():
+            M = _shifted(A, f)
+            x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
+            size = abs(M) @ np.abs(x) + np.abs(right)
+            missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
+            worst = max(worst, float(missed.max(initial=0.0)))
+        return worst
 
     def magnitude(self, output: Name, input: Name) -> Real:
         """Amplitude of an output for each unit of an input, shape (k,).
@@ -159,7 +174,8 @@ class FrequencyResponse:
     def __repr__(self) -> str:
         head = (
             f"{self.system.name}: response at {len(self.hertz)} frequencies from "
-            f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz"
+            f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
+            f"{self.residual:.1e}"
         )
         rows = []
         for output in self.outputs:
@@ -211,7 +227,8 @@ def frequency_response(
     UnknownNameError
         If an input or output does not exist.
     SolverError
-        If the response is unbounded at one of the frequencies.
+        If the response is unbounded at one of the frequencies, or the linearisation is unstable
+        (looked at up to 500 states).
     """
     if at is not None and parameters:
         raise OptionError(
@@ -221,14 +238,34 @@ def frequency_response(
     good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
     if not len(at_hertz) or not good:
         raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
-    point = at or start_point(system, parameters)
+    point = finite(at or start_point(system, parameters))
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
         raise OptionError("frequency_response: name at least one input and one output.")
     _refuse_rates(system, given)
+    faster, state = growth(system, point)
+    if faster > 0:
+        raise SolverError(
+            f"{system.name}: the linearisation is unstable: a disturbance grows as "
+            f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
+            "stable operating point, or add damping or control."
+        )
     matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.modes))
+    matrices[:2] = _stuck(system, point, *matrices[:2])
     values = _solved(matrices, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
+
+
+def _stuck(
+    system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
+) -> list[scipy.sparse.csc_array]:
+    """A and B in which speeds that stick stay zero, also at 0 Hz."""
+    held = np.isin(system.states, system.switching.held(point.modes)).astype(float)
+    free = scipy.sparse.diags_array(1 - held)
+    return [
+        scipy.sparse.csc_array(free @ A - scipy.sparse.diags_array(held)),
+        scipy.sparse.csc_array(free @ B),
+    ]
 
 
 def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: System) -> Complex:
@@ -237,11 +274,10 @@ def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: Sy
     right, direct = B.toarray().astype(complex), D.toarray()
     if not A.shape[0]:
         return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
-    unit = scipy.sparse.eye_array(A.shape[0], format="csc")
     found = np.empty((np.size(hertz), *D.shape), dtype=complex)
     for k, f in enumerate(np.asarray(hertz)):
         try:
-            factors = scipy.sparse.linalg.splu(scipy.sparse.csc_array(2j * np.pi * f * unit - A))
+            factors = scipy.sparse.linalg.splu(_shifted(A, f))
             found[k] = C @ factors.solve(right) + direct
         except RuntimeError:  # the matrix is singular
             found[k] = np.inf
@@ -252,6 +288,12 @@ def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: Sy
                 "Leave this frequency out, or add damping."
             )
     return found
+
+
+def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
+    """``j w - A``."""
+    unit = scipy.sparse.eye_array(A.shape[0], format="csc")
+    return scipy.sparse.csc_array(2j * np.pi * hertz * unit - A)
 
 
 def needing_rates(system: System) -> frozenset[int]:

@@ -14,6 +14,7 @@ from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.response import FrequencyResponse
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
+from lumped.table import number, table
 
 __all__ = ["ResponseSensitivity", "response_sensitivity"]
 
@@ -56,6 +57,32 @@ class ResponseSensitivity:
         amplitude = self.response[output, input]
         along: Real = (amplitude.conj() * self[output, input, parameter]).real / np.abs(amplitude)
         return along
+
+    def _magnitudes(self, k: int, row: int, column: int) -> Real:
+        """Derivatives of a magnitude at one frequency, shape (p,)."""
+        amplitude = self.response.values[k, row, column]
+        along: Real = (np.conj(amplitude) * self.values[k, row, column]).real / abs(amplitude)
+        return along
+
+    def __repr__(self) -> str:
+        point, known = self.response.point, self.response.point.parameters
+        theta = np.array([known[name] for name in self.parameters])
+        rows = []
+        for i, output in enumerate(self.response.outputs):
+            for j, given in enumerate(self.response.inputs):
+                curve = np.abs(self.response.values[:, i, j])
+                k = int(curve.argmax())
+                shares = self._magnitudes(k, i, j) * theta / curve[k] if curve[k] else theta * 0
+                order = np.argsort(-np.abs(shares))[:4].tolist()
+                text = "; ".join(f"{self.parameters[n]} {shares[n]:+.4f}" for n in order)
+                rows.append((f"{output} / {given}", number(self.response.hertz[k]), text))
+        where = "moves with the parameters" if self.moving else "held, or without effect"
+        head = (
+            f"{point.system.name}: response by {len(self.parameters)} parameters, relative; "
+            f"operating point: {where}; {len(self.response.hertz)} factorisations, residual "
+            f"{self.response.residual:.1e}"
+        )
+        return f"{head}\n" + table(("output / input", "largest at, Hz", "magnitude there"), rows)
 
 
 def response_sensitivity(

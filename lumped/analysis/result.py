@@ -20,7 +20,16 @@ from lumped.table import number, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+    from lumped.analysis.certify import Certificate
+
+__all__ = ["Convergence", "Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+
+_WORDS = {
+    "exact": "closed form, as the model is linear between jumps",
+    "explicit": "DOP853",
+    "implicit": "Rodas5P",
+    "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+}
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,43 @@ class Statistics:
     small: tuple[str, ...]
     implicit_from: float = math.inf
 
+    @property
+    def why(self) -> str:
+        """The method in words."""
+        return _WORDS[self.method]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How Newton's method found a point.
+
+    Attributes
+    ----------
+    iterations, evaluations : int
+        Newton steps, and evaluations of the derivatives of all states.
+    residual : float
+        Largest derivative that is left, relative to the terms that cancel in it.
+    condition : float
+        Condition number of the equations, their rows scaled by these terms; infinite where an
+        equilibrium is one of many, such as the speed of a free drive.
+    growth : float
+        Fastest growth of small deviations, 1/s: zero at a stable equilibrium, nan if unknown.
+    """
+
+    iterations: int
+    evaluations: int
+    residual: float
+    condition: float
+    growth: float
+
+    def __str__(self) -> str:
+        condition = f"{self.condition:.3g}" if np.isfinite(self.condition) else "none: one of many"
+        text = (
+            f"found in {self.iterations} iterations, {self.evaluations} evaluations; residual "
+            f"{self.residual:.1e}, condition {condition}"
+        )
+        return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
+
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoint:
@@ -91,6 +137,8 @@ class OperatingPoint:
         Parameters; modes and values of implicit quantities.
     collisions : tuple of Change
         Impacts at this very instant; the states are those after them.
+    search : Convergence or None
+        How an equilibrium was found.
     """
 
     system: System
@@ -99,6 +147,7 @@ class OperatingPoint:
     theta: np.ndarray
     modes: np.ndarray
     collisions: tuple[Change, ...] = ()
+    search: Convergence | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -116,9 +165,10 @@ class OperatingPoint:
             for name, value in zip(self.system.state_names[:20], self.x, strict=False)
             if "(" not in name
         ]
-        return f"{self.system.name} at t = {self.time:g} s\n" + table(
-            ("state", "value", "unit"), rows
-        )
+        head = f"{self.system.name} at t = {self.time:g} s"
+        if self.search is not None:
+            head += f"; {self.search}"
+        return f"{head}\n" + table(("state", "value", "unit"), rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +211,8 @@ class Trajectory:
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     statistics : Statistics
         Cost of the run.
+    certificate : Certificate or None
+        Error estimate, if it was asked for.
     """
 
     system: System
@@ -168,6 +220,7 @@ class Trajectory:
     theta: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
+    certificate: Certificate | None = None
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -272,8 +325,8 @@ class Trajectory:
         s = self.statistics
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
-            f"{s.method}, {s.steps} steps, {s.rejected} rejected, {s.evaluations} evaluations, "
-            f"{len(self.events)} events"
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events"
         )
         rows = []
         for name in self.system.state_names[:12]:
@@ -282,9 +335,12 @@ class Trajectory:
             y = self[name]
             unit = self.system.quantity(name).unit
             rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+        if s.method in ("exact", "explicit then implicit"):
+            head += f"\n{s.method}: {s.why}"
         if self.statistics.small:
             head += (
                 f"\nsmall, so that the absolute tolerance governs their accuracy: "
                 f"{', '.join(self.statistics.small)}"
             )
-        return head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        text = head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        return text if self.certificate is None else f"{text}\n\n{self.certificate!r}"

@@ -11,6 +11,7 @@ import numpy as np
 from lumped.analysis.advance import Advance
 from lumped.analysis.changeover import Settler
 from lumped.analysis.crossing import Crossing
+from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settings import closed_with, instants, modes_at
@@ -35,14 +36,19 @@ class Run:
         End, s.
     rtol : float
         Relative tolerance.
-    advance : Advance
+    advance : Advance or Exact
         Makes the steps.
     output : Recorder
         Takes what is computed.
     """
 
     def __init__(
-        self, point: OperatingPoint, until: float, rtol: float, advance: Advance, output: Recorder
+        self,
+        point: OperatingPoint,
+        until: float,
+        rtol: float,
+        advance: Advance | Exact,
+        output: Recorder,
     ) -> None:
         self.point, self.until, self.rtol = point, until, rtol
         self.advance, self.output = advance, output

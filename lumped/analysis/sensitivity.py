@@ -15,6 +15,7 @@ from lumped.analysis.simulate import simulate
 from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
+from lumped.table import number, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,6 +40,10 @@ class Sensitivity:
     shared : tuple of float
         Instants at which statically indeterminate constraints let go, s. Derivatives hold the
         shares of what each carries fixed there, and are not exact if these depend on what varies.
+    evaluations : int
+        Evaluations of the right-hand side with its derivatives, after the run.
+    rtol : float
+        Tolerance under which run and derivatives were integrated.
     """
 
     run: Trajectory
@@ -47,6 +52,8 @@ class Sensitivity:
     values: np.ndarray
     instants: tuple[tuple[float, np.ndarray], ...]
     shared: tuple[float, ...]
+    evaluations: int
+    rtol: float
 
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
         of, to = (self.run.system.key(name) for name in pair)
@@ -84,6 +91,27 @@ class Sensitivity:
         time = self.run.t[-1] if at is None else at
         title = f"{self.run.system.name}: {name} at t = {time:g} s"
         return tornado(self.ranked(name, at), title, name)
+
+    def __repr__(self) -> str:
+        s, rows = self.run.statistics, []
+        for i, name in enumerate(self.of[:12]):
+            last = float(self.run[name][-1])
+            text = "zero: nothing is relative to it"
+            if last:
+                text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
+            largest = np.abs(self.values[:, i]).max(initial=0.0)
+            rows.append((name, number(last, 9), number(float(largest)), text))
+        head = (
+            f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.to)} "
+            f"parameters and start values over {self.run.t[-1]:g} s; run of {s.steps} steps "
+            f"({s.method}), {s.evaluations} evaluations, derivatives {self.evaluations} more, "
+            f"rtol {self.rtol:.0e}, {len(self.instants)} instants of change crossed"
+        )
+        if self.shared:
+            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
+            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        columns = ("quantity", "at the end", "largest derivative", "relative at the end")
+        return f"{head}\n" + table(columns, rows)
 
 
 def sensitivity(
@@ -138,7 +166,15 @@ def sensitivity(
             "of the solver."
         )
     return Varied(system, tuple(of), tuple(to), start or {}, rtol).go(
-        simulate(system, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
+        simulate(
+            system,
+            until=until,
+            parameters=parameters,
+            start=start,
+            grid=grid,
+            rtol=rtol,
+            method="steps",
+        )
     )
 
 
@@ -173,9 +209,11 @@ class Varied:
 
     def go(self, run: Trajectory) -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
+        before = self.forward.evaluations
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
         courses, instants = self.forward.courses(run, begin)
         values = self.forward.along(run, courses, self.of) / self.scale
         at = tuple((i.t, i.slopes / self.scale) for i in instants)
         shared = tuple(i.t for i in instants if i.shared)
-        return Sensitivity(run, self.of, self.to, values, at, shared)
+        cost = self.forward.evaluations - before
+        return Sensitivity(run, self.of, self.to, values, at, shared, cost, self.rtol)

@@ -8,14 +8,21 @@ from typing import Literal
 import numpy as np
 
 from lumped.analysis.advance import Advance
+from lumped.analysis.audit import audited
+from lumped.analysis.certify import certified
+from lumped.analysis.choice import closed_form_pays, stiff
+from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
+
+Grid = int | Sequence[float] | np.ndarray | None
+Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
 def simulate(
@@ -25,11 +32,12 @@ def simulate(
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
     free: Iterable[Name] = (),
-    grid: int | Sequence[float] | np.ndarray | None = 500,
+    grid: Grid = 500,
     rtol: float = 1e-6,
     atol: float | None = None,
-    method: Literal["auto", "explicit", "implicit"] = "auto",
+    method: Method = "auto",
     max_steps: int = 1_000_000,
+    certify: bool = False,
 ) -> Trajectory:
     """Simulate from the time zero.
 
@@ -51,17 +59,26 @@ def simulate(
         Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
         Number of equal output intervals (both sides of a jump are added), or the output times
-        themselves (a value at a jump is that after it), or None for the steps of the solver.
+        themselves (a value at a jump is that after it), or None for the steps of the solver (of
+        the closed form the ends of its parts).
     rtol : float
         Relative tolerance.
     atol : float, optional
         Absolute tolerance, relative to the nominal value of each state; default is
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
-    method : {"auto", "explicit", "implicit"}
-        DOP853, Rodas5P, or the first until the problem turns out stiff and then the second.
+    method : {"auto", "explicit", "implicit", "exact", "steps"}
+        "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until the problem turns out
+        stiff and then the second. "exact" is the closed form, for systems that are linear between
+        jumps, with functions of time that are polynomials there. "auto" takes the closed form
+        where there is one, rounding leaves it better than `rtol`, and its modes cost little;
+        else "implicit" where the eigenvalues at the start say that explicit steps would be held
+        by stability; else, and for ``grid=None``, "steps".
     max_steps : int
         Give up after so many attempted steps.
+    certify : bool
+        Run once more by steps with a hundredth of the tolerances and give the differences as
+        ``run.certificate``, with the energy balance of the run.
 
     Returns
     -------
@@ -70,7 +87,8 @@ def simulate(
     Raises
     ------
     OptionError
-        If `until`, `grid`, `rtol`, `atol` or `method` make no sense.
+        If `until`, `grid`, `rtol`, `atol` or `method` make no sense, or `method` is "exact" and the
+        system is not linear.
     StartError
         If the start values contradict each other.
     SolverError
@@ -89,10 +107,44 @@ def simulate(
         point = start_point(system, parameters, start, free)
     output = Recorder(until, times, grid is None or isinstance(grid, int))
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
-    advance = Advance(point.theta, rtol, relative_atol, method, max_steps, output)
+    used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
+    advance: Advance | Exact
+    if used == "exact":
+        advance = Exact(point.theta, rtol, output)
+    else:
+        advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
     run = Run(point, until, rtol, advance, output)
     run.go()
-    return run.trajectory()
+    found = run.trajectory()
+    if not certify:
+        return found
+    closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
+
+    def again(times: Grid, *, tightly: bool) -> Trajectory:
+        share = tight / rtol if tightly else 1.0
+        return simulate(
+            system,
+            until=until,
+            start=point,
+            grid=times,
+            rtol=rtol * share,
+            atol=None if atol is None else atol * share,
+            method=used if used in ("explicit", "implicit") else "steps",
+            max_steps=100 * max_steps,
+        )
+
+    try:
+        tighter = again(found.t, tightly=True)
+        energy = audited(found, lambda times: again(times, tightly=closed))
+    except SolverError as error:
+        raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
+    return certified(found, tighter, tight, energy)
+
+
+def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
+    if closed_form_pays(point, until, rtol):
+        return "exact"
+    return "implicit" if stiff(point, until, rtol) else "steps"
 
 
 def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
@@ -102,5 +154,6 @@ def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
-    if method not in ("auto", "explicit", "implicit"):
-        raise OptionError(f"method = {method!r}: choose 'auto', 'explicit' or 'implicit'.")
+    methods = ("auto", "explicit", "implicit", "exact", "steps")
+    if method not in methods:
+        raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

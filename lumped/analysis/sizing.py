@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
 from lumped.system import Name
 from lumped.table import number, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Limit", "Load", "Sizing", "sizing"]
 
@@ -61,6 +65,10 @@ class Sizing:
         The point that comes nearest to the greatest torque, or goes farthest beyond it.
     units : tuple of str
         Units of torque and speed.
+    points : tuple of ndarray, each of shape (k,)
+        Speed and torque over the run.
+    rated, maximum : float, rows of (speed, torque) or None
+        The limits that were given.
     """
 
     peak_torque: float
@@ -73,6 +81,15 @@ class Sizing:
     thermal: Load | None
     peak: Load | None
     units: tuple[str, str]
+    points: tuple[np.ndarray, np.ndarray] = field(repr=False, compare=False)
+    rated: Limit | None = None
+    maximum: Limit | None = None
+
+    def plot(self) -> Figure:
+        """Torque over speed with the limits (see `lumped.plot.torque_speed`)."""
+        from lumped.plot import torque_speed
+
+        return torque_speed(self)
 
     @property
     def fits(self) -> bool:
@@ -157,6 +174,9 @@ def sizing(
         thermal,
         peak,
         units,
+        (w, tau),
+        rated,
+        maximum,
     )
 
 

@@ -1,4 +1,4 @@
-"""Structure of undamped drives: skew-symmetric after scaling, torsions coupled with speeds."""
+"""Scaling of states; undamped drives become skew-symmetric and couple torsions with speeds."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["skew_scaling", "two_colours"]
+__all__ = ["balance", "skew_scaling", "two_colours"]
 
 Real = NDArray[np.float64]
+
+_SWEEPS = 20
 
 
 def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
@@ -50,3 +52,21 @@ def two_colours(a: scipy.sparse.csr_array) -> NDArray[np.bool_] | None:
     found = np.array(colour)
     i, j = a.nonzero()
     return found if (found[i] != found[j]).all() else None
+
+
+def balance(a: scipy.sparse.csr_array) -> Real:
+    """Scaling that makes rows and columns of ``s_i a_ij / s_j`` about equally long.
+
+    All at once and by half the step of Osborne's method, which goes one by one.
+    """
+    size = abs(a)
+    size.setdiag(0)
+    log = np.zeros(a.shape[0])
+    for _ in range(_SWEEPS):
+        scaled = (
+            scipy.sparse.diags_array(np.exp(log)) @ size @ scipy.sparse.diags_array(np.exp(-log))
+        )
+        rows, columns = scaled.sum(axis=1), scaled.sum(axis=0)
+        both = (rows > 0) & (columns > 0)
+        log[both] += 0.25 * np.log(columns[both] / rows[both])
+    return np.exp(log)

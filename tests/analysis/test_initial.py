@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
-from lumped.errors import EquationError, StartError
+from lumped.errors import EquationError, OptionError, StartError
 
 
 class SteadyInertia(Inertia):
@@ -204,3 +204,17 @@ def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
     point = lp.start_point(system)
     twists = [point[f"spring[{i}].phi_rel"] for i in (0, 500, 999)]
     assert twists == pytest.approx([2e-3] * 3, rel=1e-9)
+
+
+@pytest.mark.parametrize("start", ["equilibrium", [1.0, 2.0], 3.0])
+def test_start_values_without_names_are_refused_with_the_way_to_an_equilibrium(start):
+    system = lp.assemble(
+        lp.compose(
+            wall=Fixed(),
+            spring=Spring(c=1.0),
+            body=Inertia(J=1.0),
+            connections=lambda m: lp.chain(m.wall, m.spring, m.body),
+        )
+    )
+    with pytest.raises(OptionError, match=r"start = .*by name .*lp\.equilibrium\(system\)"):
+        lp.simulate(system, until=1.0, start=start)

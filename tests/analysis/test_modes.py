@@ -1,10 +1,22 @@
 """Modes against closed forms and independent eigenvalue calculations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, SpringDamper
+from lumped.components import (
+    DCMotor,
+    Fixed,
+    Ground,
+    IdealGear,
+    Inertia,
+    Resistor,
+    Spring,
+    SpringDamper,
+    VoltageSource,
+)
 
 
 def chain_of(n, j, c):
@@ -78,6 +90,9 @@ def test_an_overdamped_shaft_gives_two_decays(two_mass):
     expected = w0 * (-3.0 + np.array([-1, 1]) * np.sqrt(8.0))
     assert len(free.hertz) == 0
     assert free.decays == pytest.approx(np.sort(expected), rel=1e-12)
+    lines = repr(free).splitlines()
+    assert "0 oscillating" in lines[0]
+    assert lines[1] == "decays, 1/s: " + ", ".join(f"{value:.4g}" for value in np.sort(expected))
 
 
 def test_shapes_follow_a_gear():
@@ -129,6 +144,7 @@ def test_keeping_the_absolute_angle_changes_no_mode(two_mass):
     assert kept.hertz == pytest.approx(plain.hertz, rel=1e-14)
     assert kept.rigid == plain.rigid == 1
     assert kept.shape("b.phi") == pytest.approx(plain.shape("b.phi"), rel=1e-12)
+    assert kept.rigid_names == plain.rigid_names == ("a.phi, b.phi",)
 
 
 class Pendulum(lp.Component):
@@ -161,3 +177,60 @@ def test_a_table_of_modes_is_readable(two_mass):
     assert "natural frequency, Hz" in text
     assert "b.phi +1.000; a.phi -0.500" in text
     assert "rigid body: a.phi, b.phi" in text
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.3, 0.99])
+def test_conditions_and_residuals_have_their_closed_forms(two_mass, zeta):
+    """An oscillator: 1/sqrt(1 - zeta^2); a wrong frequency misses by its error."""
+    d = 2 * zeta * np.sqrt(300.0 * 2 / 3)
+    modes = lp.modes(lp.assemble(two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})))
+    assert modes.accuracy.conditions == pytest.approx([1 / np.sqrt(1 - zeta**2)], rel=1e-2)
+    assert modes.accuracy.residuals.max() < 1e-15
+    assert "residual of eigenpairs at most" in repr(modes)
+    wrong = replace(modes, eigenvalues=modes.eigenvalues * 1.01)
+    expected = 0.01 if zeta == 0 else 0.01 / (1 + 2 * zeta)
+    assert wrong.accuracy.residuals == pytest.approx([expected], rel=0.35)
+
+
+class Clock(lp.Component):
+    """A count that keeps its value, and a lag behind it."""
+
+    count: lp.Var = lp.var("1", "count", start=3.0)
+    lag: lp.Var = lp.var("1", "lag")
+
+    def equations(self):
+        yield lp.der(self.count) == 0
+        yield 0.5 * lp.der(self.lag) == self.count - self.lag
+
+
+def test_what_keeps_its_value_without_a_body_is_named_and_decays_have_vectors(two_mass):
+    model = lp.compose(drive=two_mass, clock=Clock(), connections=lambda m: [])
+    found = lp.modes(lp.assemble(model))
+    assert set(found.rigid_names) == {"drive.a.phi, drive.b.phi", "no body, clock.count, clock.lag"}
+    assert found.decays == pytest.approx([-2.0], rel=1e-15)
+    (moved,) = np.flatnonzero(found.decay_vectors[:, 0])
+    assert found.system.state_names[moved] == "clock.lag"
+
+
+def test_shapes_are_scaled_by_angles_though_voltages_are_larger():
+    model = lp.compose(
+        battery=VoltageSource(v=100.0),
+        ground=Ground(),
+        cable=Resistor(R=5.0),
+        motor=DCMotor(J=0.1, k=2.0, R=1.0, L=0.02),
+        shaft=Spring(c=500.0),
+        wall=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.battery.p, m.cable.p),
+            lp.connect(m.cable.n, m.motor.p),
+            lp.connect(m.motor.n, m.battery.n, m.ground.pin),
+            *lp.chain(m.motor.flange, m.shaft, m.wall),
+        ],
+    )
+    found = lp.modes(lp.assemble(model))
+    assert np.abs(found.shape("motor.phi")) == pytest.approx([1.0], rel=1e-12)
+    # cable and armature turn the speed into a current: i = -k w / (R + s L)
+    s = found.eigenvalues[0]
+    expected = 5.0 * 2.0 * np.abs(s / (6.0 + 0.02 * s))
+    assert np.abs(found.shape("motor.p.v")) == pytest.approx([expected], rel=1e-10)
+    assert expected > 10

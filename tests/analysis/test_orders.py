@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import CrankSlider, Speed
+from lumped.components import CrankSlider, IdealGear, Inertia, Speed, Spring
 from lumped.errors import OptionError
 
 
@@ -53,3 +53,26 @@ def test_bad_input_is_refused():
         lp.orders(run, "crank.flange.tau", "crank.flange.phi")
     with pytest.raises(OptionError, match="turns back"):
         lp.orders(lp.simulate(crank(), until=1.0), "crank.flange.tau", "crank.s")
+
+
+def test_turns_are_the_product_of_the_ratios():
+    model = lp.compose(
+        motor=Inertia(J=0.1),
+        shaft=Spring(c=1e3),
+        first=IdealGear(ratio=-2.5),
+        second=IdealGear(ratio=4.0),
+        belt=Spring(c=50.0),
+        drum=Inertia(J=20.0),
+        lone=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.motor, m.shaft, m.first, m.second, m.belt, m.drum),
+    )
+    modes = lp.modes(lp.assemble(model))
+    assert lp.turns(modes, "drum.phi", "motor.phi") == pytest.approx(0.1, rel=1e-12)
+    assert lp.turns(modes, "motor.phi", "drum.phi") == pytest.approx(10.0, rel=1e-12)
+    assert lp.turns(modes, "first.flange_b.phi", "motor.phi") == pytest.approx(0.4, rel=1e-12)
+    # 21 teeth on the motor: 210 for each turn of the drum
+    order = 21 * lp.turns(modes, "motor.phi", "drum.phi")
+    (critical,) = lp.critical_speeds(modes, [order])[:1]
+    assert critical.speed * order == pytest.approx(2 * np.pi * modes.hertz[0])
+    with pytest.raises(OptionError, match=r"lone\.phi does not turn with motor\.phi"):
+        lp.turns(modes, "lone.phi", "motor.phi")

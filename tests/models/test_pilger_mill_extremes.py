@@ -121,16 +121,12 @@ class TestExtremes:
         received = run["mill.stand.s"] + length
         assert 0 < np.abs(received - expected).max() < 4 * np.finfo(float).eps * length
 
-    def test_short_rod_of_the_stand_is_refused(self):
-        with pytest.raises(ParameterError, match=r"mill\.load\.s_1 = nan m"):
+    def test_rod_too_short_for_a_turn_is_refused(self):
+        with pytest.raises(ParameterError) as caught:
             turn("P", L=0.9)
-
-    def test_rod_just_too_short_for_a_turn_is_reported(self):
-        part = stand.mill("P", L=0.9, T_f=0.0).with_({"load.s_0": -2.0, "load.s_1": -1.0})
-        w = stand.SPEED["P"]
-        run = stand.revolution(stand.turned(part, w * lp.time), w, np.arange(361.0))
-        with pytest.raises(SolverError, match="is not a number"):
-            stand.crank_torque(run)
+        assert str(caught.value).splitlines()[1:] == [
+            "  mill.stand.L = 0.9 m (length of the rod) must be at least r + abs(e) = 0.92 m"
+        ]
 
     def test_one_train_without_other_inertia_is_singular_at_its_dead_centre(self):
         part = stand.mill("P", T_f=0.0, M0=-1e3, m_rod=0.0, m_rod_1=0.0, m2=0.0, U=0.0, m_pin=0.0)

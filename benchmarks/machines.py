@@ -1,0 +1,75 @@
+"""What does accuracy cost on each of the five machines and on three clutches?
+
+One scene of each, by all methods that it admits, over a ladder of tolerances; the error is the
+largest over all states, relative to their ranges, against a reference whose own error stands
+beside it. Times are the best of three in one process: read them against each other.
+
+    python -m benchmarks.machines
+"""
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import lumped as lp
+from benchmarks.hybrid import Coupled
+from lumped.models.carrousel_coiler_scenes import elastic_winding
+from lumped.models.eccentric_shear_scenes import free_run
+from lumped.models.pilger_mill_drive import start_up
+from lumped.models.reversing_mill_scenes import skidding
+from lumped.models.rotary_arm_control import controlled
+from lumped.table import table
+
+
+def three_clutches(**options) -> lp.Trajectory:
+    """Four inertias and three clutches."""
+    return lp.simulate(lp.assemble(Coupled()), **options)
+
+
+RESULTS = Path(__file__).parent / "results"
+SCENES: dict[str, tuple[Callable[..., lp.Trajectory], float]] = {
+    "reversing mill, skidding": (skidding, 0.4),
+    "pilger mill, start-up": (start_up, 3.0),
+    "carrousel coiler, elastic strip": (elastic_winding, 30.0),
+    "rotary arm, position control": (controlled, 4.0),
+    "eccentric shear, free speed": (free_run, 6.0),
+    "three clutches": (three_clutches, 1.5),
+}
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+
+
+def main() -> None:
+    """Print the tables, write them as CSV and draw them."""
+    head = ("scene", "method", "rtol", "error", "ms", "steps", "rejected", "events", "outcome")
+    rows = []
+    figure = Figure((10.0, 9.0), layout="constrained")
+    axes = figure.subplots(3, 2, sharey=True).ravel()
+    for axis, (name, (scene, until)) in zip(axes, SCENES.items(), strict=True):
+        run = scene(until=until, grid=1)
+        found = lp.work_precision(
+            run.system, until=until, tolerances=TOLERANCES, start=run.point(0.0)
+        )
+        for method in dict.fromkeys(row.method for row in found.rows):
+            good = [r for r in found.rows if r.method == method and r.error > 0]
+            axis.loglog(
+                [r.error for r in good], [1e3 * r.seconds for r in good], "o-", label=method
+            )
+        for r in found.rows:
+            numbers = (f"{r.rtol:.0e}", f"{r.error:.1e}", f"{1e3 * r.seconds:.3g}")
+            counts = (str(r.steps), str(r.rejected), str(r.events))
+            rows.append((name, r.method, *numbers, *counts, r.outcome))
+        axis.set_title(name, fontsize="medium")
+        axis.grid(alpha=0.3)
+        axis.legend(frameon=False)
+    figure.supxlabel("largest error of a state, relative to its range")
+    figure.supylabel("run time, ms")
+    figure.savefig(RESULTS / "machines.png", dpi=70)
+    print(table(head, rows))
+    with (RESULTS / "machines.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([head, *rows])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+"""Settings of the site: ``python -m sphinx -W --keep-going docs site``."""
+
+import inspect
+from typing import Any
+
+import lumped as lp
+
+project = "lumped"
+author = "The lumped authors"
+version = release = lp.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+html_theme = "furo"
+html_title = f"lumped {release}"
+myst_heading_anchors = 3
+suppress_warnings = ["ref.python"]  # types in docstrings are words, not references
+
+add_module_names = False
+autodoc_typehints = "none"  # types stand in the docstrings
+autodoc_member_order = "groupwise"
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+
+DECLARED = ("equations", "initial_equations", "connections")
+
+
+def is_component(thing: object) -> bool:
+    """Whether a thing is a class of components."""
+    return inspect.isclass(thing) and issubclass(thing, lp.Component) and thing is not lp.Component
+
+
+def add_declarations(_: Any, what: str, __: str, thing: Any, ___: Any, lines: list[str]) -> None:
+    """Add ports, parameters and inputs of a component to its docstring."""
+    if what != "class" or not is_component(thing):
+        return
+    sorts = {"parameter": "Parameters", "input": "Inputs", "output": "Outputs"}
+    listed = {title: [] for title in sorts.values()}
+    for name, quantity in thing._quantities.items():
+        if quantity.kind in sorts:
+            default = getattr(quantity, "default", None)
+            value = "" if default is None else f" (default {default})"
+            text = f"``{name}``, {quantity.unit}: {quantity.text}{value}"
+            listed[sorts[quantity.kind]].append(text)
+    fields = [f"``{name}`` (default {value!r})" for name, value in thing._fields.items()]
+    listed = {"Ports": [f"``{name}``" for name in thing._ports], **listed, "Choices": fields}
+    for title, texts in listed.items():
+        if texts:
+            joined = "; ".join(text.replace("*", r"\*") for text in texts)
+            lines += ["", f"**{title}:** {joined}."]
+
+
+def skip_declarations(_: Any, __: str, name: str, thing: Any, *___: Any) -> bool | None:
+    """Leave out what `add_declarations` lists, and modules."""
+    part = isinstance(thing, lp.Port | lp.Param | lp.Var | lp.Input | lp.Output | lp.Component)
+    return True if part or name in DECLARED or inspect.ismodule(thing) else None
+
+
+def setup(app: Any) -> None:
+    """Connect the two to Sphinx."""
+    app.connect("autodoc-process-docstring", add_declarations)
+    app.connect("autodoc-skip-member", skip_declarations)

@@ -1,0 +1,63 @@
+"""How well the eigenvalues of modes are found, and how well they can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.analysis.left import left_vectors
+from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moving import moving
+from lumped.analysis.skew import balance
+
+if TYPE_CHECKING:
+    from lumped.analysis.modes import Modes
+
+__all__ = ["Accuracy", "accuracy"]
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """Accuracy of the oscillating modes, in balanced states, so that units do not count.
+
+    Attributes
+    ----------
+    residuals : ndarray, shape (k,)
+        ``|A x - l x| / (|A| |x|)``: by how much, relatively, the linearisation would have to be
+        another for the mode to be exact (backward error).
+    conditions : ndarray, shape (k,)
+        ``|y| |x| / |y^H x|``: by how much a change of the linearisation is enlarged in the
+        eigenvalue. 1 if undamped; infinite where an eigenvalue repeats without a shape for each.
+    """
+
+    residuals: Real
+    conditions: Real
+
+    def __repr__(self) -> str:
+        return (
+            f"residual of eigenpairs at most {self.residuals.max(initial=0.0):.1e}, "
+            f"condition of eigenvalues at most {self.conditions.max(initial=1.0):.3g}"
+        )
+
+
+def accuracy(modes: Modes) -> Accuracy:
+    """Residuals and conditions (Golub and Van Loan, Matrix Computations, 4th ed., 7.2.2)."""
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    own = np.flatnonzero(moving(modes.system, modes.point))
+    matrix = matrix[own][:, own]
+    scale = balance(matrix)
+    balanced = scipy.sparse.diags_array(scale) @ matrix @ scipy.sparse.diags_array(1 / scale)
+    right = scale[:, None] * modes.vectors[own]
+    left = left_vectors(modes)[own] / scale[:, None]
+    length = np.linalg.norm(right, axis=0)
+    missed = np.linalg.norm(balanced @ right - right * modes.eigenvalues, axis=0)
+    norm = float(np.sqrt(abs(balanced).sum(axis=0).max() * abs(balanced).sum(axis=1).max()))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        conditions = np.linalg.norm(left, axis=0) * length
+    return Accuracy(missed / (norm * length), np.where(np.isnan(conditions), np.inf, conditions))

@@ -1,0 +1,1 @@
+"""Pictures of models and runs: schematics, moving linkages, and pages."""

@@ -1,0 +1,88 @@
+"""Carrousel coiler with its safety coupling and its long shaft, and a jam of the mandrel.
+
+The source names coupling, shaft and mesh but gives no value of them; all here are assumed [A]. The
+shaft is steel, 0.4 m thick and 6 m long. Play and stiffness of the meshes are counted at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Brake, ElastoBacklash, Inertia, SlipCoupling, Torque
+from lumped.models.carrousel_coiler_drive import (
+    I_HIGH,
+    J_MANDREL,
+    MANDREL,
+    TENSION,
+    THICKNESS,
+    UnderTension,
+    WindingDrive,
+)
+from lumped.ops import where
+
+__all__ = ["JAM", "J_HALF", "J_WHEEL", "SLIP", "STIFFNESS", "ShaftedDrive", "jam"]
+
+SLIP = 140e3  # N.m  of the coupling, at the motor shaft: twice the rated torque [A]
+SLIDING = 0.9  # 1  torque of the slipping coupling over that [A]
+J_HALF = 20.0  # kg.m2  half of the coupling and pinion, at the motor shaft [A]
+J_WHEEL = 200.0  # kg.m2  of the gears, at the mandrel [A]
+STIFFNESS = 8.1e10 * np.pi * 0.4**4 / 32 / 6.0  # N.m/rad  G I_p / l [A]
+PLAY = 2e-3  # rad  at the mandrel [A]
+JAM = 400e3  # N.m  at the mandrel [A]
+
+
+class ShaftedDrive(WindingDrive):
+    """Winding drive whose safety coupling may slip, with play and an elastic shaft."""
+
+    coupling: SlipCoupling = SlipCoupling(kinetic=SLIDING * SLIP, static=SLIP, u=1.0)
+    half: Inertia = Inertia(J=J_HALF)
+    wheel: Inertia = Inertia(J=J_WHEEL)
+    shaft: ElastoBacklash = ElastoBacklash(c=STIFFNESS, b=PLAY)
+    mandrel: Inertia = Inertia(J=J_MANDREL - J_WHEEL)
+
+    def line(self) -> Iterator[lp.Connection]:
+        """From the motor to the mandrel."""
+        yield from lp.chain(self.motor, self.rotor, self.coupling, self.half, self.gear)
+        yield from lp.chain(self.gear, self.mesh, self.wheel, self.shaft, self.mandrel)
+
+
+class Jammed(ShaftedDrive):
+    """Something rubs at the mandrel from an instant on."""
+
+    at: lp.Param = lp.param("s", "instant of the jam", 0.1)
+    rub: Brake = Brake(f_max=JAM, u=where(lp.time >= at, 1.0, 0.0), characteristic=((0.0, 1.0),))
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.mandrel.flange_b, self.rub.flange_a)
+
+
+def jam(w: float = 50.0, radius: float = 0.4, until: float = 0.3, **options: Any) -> lp.Trajectory:
+    """Steady winding in high gear, without losses, until the mandrel jams at 0.1 s.
+
+    Parameters
+    ----------
+    w : float
+        Speed of the mandrel, rad/s.
+    radius : float
+        Radius of the coil, m.
+    until : float
+        End, s.
+    **options
+        Passed to `lumped.simulate`; ``parameters={"drive.coupling.static": 1e9}`` for a coupling
+        that never slips.
+    """
+    torque = TENSION * radius
+    start = {
+        "drive.mandrel.w": w,
+        "drive.wheel.w": w,
+        "drive.rotor.w": I_HIGH * w,
+        "drive.shaft.phi_rel": -torque / STIFFNESS - PLAY / 2,
+        "drive.coil.theta": 2 * np.pi * (radius - MANDREL) / THICKNESS,
+    }
+    drive = Jammed(motor=Torque(tau=torque / I_HIGH), eta=1.0, mu=0.0, sigma_s=0.0)
+    return lp.simulate(lp.assemble(UnderTension(drive=drive)), until=until, start=start, **options)

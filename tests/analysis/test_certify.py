@@ -1,0 +1,191 @@
+"""The certificate of a run against its true error."""
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+from scipy.linalg import expm
+
+import lumped as lp
+from lumped.analysis.advance import Advance
+from lumped.components import (
+    BearingFriction,
+    Damper,
+    Fixed,
+    Inertia,
+    Spring,
+    SpringDamper,
+    Torque,
+    translation,
+)
+from lumped.errors import EquationError, SolverError
+from lumped.ops import sin, where
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit", "exact"])
+@pytest.mark.parametrize("grid", [200, None])
+def test_the_estimate_is_the_true_error(two_mass, method, grid):
+    system, w = lp.assemble(two_mass), np.sqrt(450.0)
+    run = lp.simulate(
+        *(system,), until=3.0, start={"a.w": 1.0}, method=method, grid=grid, rtol=1e-5, certify=True
+    )
+    print(run)
+    expected = -np.sin(w * run.t) / w
+    error = np.abs(run["shaft.phi_rel"] - expected)
+    found = run.certificate["shaft.phi_rel"]
+    if method == "exact":
+        assert error.max() < 1e-13 < found.relative < 1e-6
+    else:
+        assert found.relative == pytest.approx(error.max() / np.ptp(expected), rel=0.1)
+        assert found.time == run.t[error.argmax()]
+    assert run.certificate["shaft.tau"].relative == pytest.approx(found.relative, rel=1e-6)
+    assert run.certificate.error >= found.relative
+    assert "error / range" in repr(run)
+
+
+def test_both_sides_of_a_jump_and_events_do_not_count():
+    """A body under dry friction and an alternating torque, piece by piece by hand."""
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=3 * sin(lp.time)),
+            body=Inertia(J=1.0),
+            rub=BearingFriction(characteristic=((0.0, 1.0),)),
+            connections=lambda m: [lp.connect(m.drive.flange, m.body.flange_a, m.rub.flange_a)],
+        )
+    )
+    run = lp.simulate(system, until=3.0, rtol=1e-4, certify=True)
+    start = np.arcsin(1 / 3)
+    moves = (run.t > start) & (run["body.w"] > 0)
+    expected = 3 * (np.cos(start) - np.cos(run.t)) - (run.t - start)
+    true = np.abs(run["body.w"] - expected)[moves].max() / np.ptp(run["body.w"])
+    print(run.certificate, true)
+    assert run.certificate.states.window < 1e-3
+    assert run.certificate["rub.tau"].relative < 1e-3
+    assert run.certificate["body.w"].relative == pytest.approx(true, rel=0.5, abs=1e-9)
+
+
+def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
+    class Impatient(Advance):
+        def through(self, *args):
+            if self._rtol < 1e-6:
+                raise SolverError("enough")
+            return super().through(*args)
+
+    monkeypatch.setattr("lumped.analysis.simulate.Advance", Impatient)
+    system = lp.assemble(two_mass)
+    with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
+        lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
+    assert e.value.partial.t[-1] == 1.0
+
+
+def test_a_system_without_states_has_a_certificate():
+    class Moved(lp.Component):
+        push: Torque = Torque(tau=2.0)
+        wall: Fixed = Fixed()
+
+        def connections(self):
+            yield lp.connect(self.push.flange, self.wall.flange)
+
+    run = lp.simulate(lp.assemble(Moved()), until=1.0, certify=True)
+    assert np.isnan(run.certificate.error)
+    assert run.certificate["wall.flange.tau"].relative == 0.0
+
+
+class Braked(lp.Component):
+    """A motor torque, two bodies on a damped shaft, a brake: three parts that store, two others."""
+
+    drive: Torque = Torque(tau=where(lp.time >= 0.7, -2.0, 5.0))
+    a: Inertia = Inertia(J=2.0, w=3.0)
+    shaft: SpringDamper = SpringDamper(c=300.0, d=0.5, phi_rel0=0.01)
+    b: Inertia = Inertia(J=1.0)
+    brake: Damper = Damper(d=1.5)
+    wall: Fixed = Fixed()
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.a, self.shaft, self.b, self.brake, self.wall)
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit", "auto"])
+def test_the_energy_balance_is_that_of_the_matrix_exponential(method):
+    a = np.zeros((4, 4))
+    a[0, 1:3] = -1, 1  # twist, w_a, w_b, 1
+    a[1] = 150, -0.25, 0.25, -1.5
+    a[2] = -300, 0.5, -0.5 - 1.5, 3.0
+    t = np.linspace(0, 2.0, 20001)
+    z = [np.array([0, 3.0, 0, 1])]
+    for tau in np.where(t[:-1] + 5e-5 >= 0.7, -2.0, 5.0):
+        driven = a.copy()
+        driven[1, 3] += tau / 2
+        z.append(expm(driven * 1e-4) @ z[-1])
+    twist, w_a, w_b, _ = np.array(z).T
+    loss = simpson(0.5 * (w_b - w_a) ** 2, x=t)
+    work = 5 * simpson(w_a[:7001], x=t[:7001]) - 2 * simpson(w_a[7000:], x=t[7000:])
+    work -= simpson(1.5 * w_b**2, x=t)
+    energy = 150 * (twist - 0.01) ** 2 + w_a**2 + w_b**2 / 2
+    run = lp.simulate(lp.assemble(Braked()), until=2.0, rtol=1e-8, method=method, certify=True)
+    audit = run.certificate.energy
+    print(audit)
+    assert audit.components == ("a", "shaft", "b")
+    assert audit.supplied == pytest.approx(work, rel=1e-6)
+    assert audit.dissipated == pytest.approx(loss, rel=1e-6)
+    assert audit.change == pytest.approx(energy[-1] - energy[0], rel=1e-6)
+    assert audit.impacts == pytest.approx(0, abs=1e-12)
+    assert audit.error < 1e-6
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
+def test_the_error_of_the_balance_is_the_drift_of_an_undamped_drive(two_mass, rtol):
+    run = lp.simulate(
+        *(lp.assemble(two_mass),), until=5.0, start={"a.w": 1.0}, rtol=rtol, method="explicit",
+        grid=None, certify=True,
+    )  # fmt: skip
+    energy = run["a.w"] ** 2 + run["b.w"] ** 2 / 2 + 150 * run["shaft.phi_rel"] ** 2
+    audit = run.certificate.energy
+    print(audit)
+    assert audit.supplied == pytest.approx(0, abs=1e-14)
+    assert audit.error == pytest.approx(np.abs(energy - 1).max() / energy.max(), rel=1e-6)
+
+
+def test_an_impact_loses_what_newton_says():
+    model = lp.compose(
+        body=translation.Mass(m=2.0, s=0.0, v=1.0),
+        stop=translation.Stop(restitution=0.5),
+        wall=translation.Fixed(s0=0.5),
+        connections=lambda m: lp.chain(m.body, m.stop, m.wall),
+    )
+    run = lp.simulate(lp.assemble(model), until=1.0, certify=True)
+    audit = run.certificate.energy
+    print(audit, run.events)
+    assert audit.impacts == pytest.approx(0.75, rel=1e-12)
+    assert audit.change == pytest.approx(-0.75, rel=1e-12)
+    assert audit.error < 1e-12
+
+
+def test_springs_in_series_without_a_body_between_them_balance():
+    parts = {
+        "a": Inertia(J=2.0, w=1.0),
+        "one": Spring(c=300.0),
+        "two": SpringDamper(c=200.0, d=0.7),
+        "b": Inertia(J=1.0),
+    }
+    model = lp.compose(**parts, connections=lp.chain(*parts.values()))
+    run = lp.simulate(lp.assemble(model), until=2.0, rtol=1e-8, certify=True)
+    audit = run.certificate.energy
+    print(audit)
+    kinetic = run["a.w"] ** 2 + run["b.w"] ** 2 / 2
+    elastic = 150 * run["one.phi_rel"] ** 2 + 100 * run["two.phi_rel"] ** 2
+    assert audit.supplied == pytest.approx(0, abs=1e-9)
+    assert audit.dissipated == pytest.approx(1 - (kinetic + elastic)[-1], rel=1e-6)
+    assert audit.dissipated > 0.1
+    assert audit.error < 1e-6
+
+
+class Leaking(Inertia):
+    """Says that it stores what is not its own."""
+
+    def stored(self):
+        return self.w**2 * Inertia(J=1.0).w
+
+
+def test_an_energy_of_foreign_quantities_is_refused(two_mass):
+    with pytest.raises(EquationError, match=r"a \(Leaking\): .* only the component's own"):
+        lp.simulate(lp.assemble(two_mass.with_({"a": Leaking(J=1.0)})), until=1.0, certify=True)

@@ -1,0 +1,83 @@
+"""Eigenvalues of the five machines in motion: derivatives against differences of sixth order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.analysis.moving import moving
+from lumped.models import carrousel_coiler_scenes as coiler
+from lumped.models import eccentric_shear_scenes as shear
+from lumped.models import pilger_mill_drive as pilger
+from lumped.models import rotary_arm_control as arm
+from lumped.models.reversing_mill_stand import CreepingGap
+
+
+def rolling():
+    system = lp.assemble(CreepingGap())
+    return lp.start_point(system), ["upper.spindle.c", "lower.motor.J", "K_s", "upper.gearbox.J"]
+
+
+def winding():
+    run = coiler.elastic_winding(until=0.3)
+    return run.point(0.2), ["drive.rotor.J", "drive.coil.r", "h", "drive.gear.ratio_1"]
+
+
+def piercing():
+    part = pilger.ElasticallyDriven(c=2e6, d=500.0)
+    run = pilger.running(part, until=0.3)
+    return run.point(0.2), ["c", "mill.m1", "mill.L", "motor.T", "control.k", "mill.T_f"]
+
+
+def cutting():
+    run = shear.free_run(until=0.5)
+    return run.point(0.3), ["motor.J", "motor.L", "motor.k", "loaded.shear.upper.J"]
+
+
+def turning():
+    run = arm.controlled(until=2.5)
+    return run.point(2.2), ["motor.J", "arm.m_x", "reducer.eta", "arm.arms.m"]
+
+
+def eigenvalues(point):
+    """Other than zero, by numpy from the linearisation."""
+    own = moving(point.system, point)
+    values = np.linalg.eigvals(lp.linearise(point.system, at=point).A[own][:, own])
+    return values[np.abs(values) > 1e-9 * np.abs(values).max()]
+
+
+def by_differences(point, name, values):
+    place = point.system.places([name])[0]
+    h = 1e-3 * abs(point.theta[place])
+    total = np.zeros(len(values), dtype=complex)
+    for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+        for sign in (1, -1):
+            theta = point.theta.copy()
+            theta[place] += sign * k * h
+            near = eigenvalues(replace(point, theta=theta))
+            found = near[np.abs(near[None, :] - values[:, None]).argmin(axis=1)]
+            total += sign * weight * (found - values) / h
+    return total * point.theta[place]
+
+
+@pytest.mark.parametrize(
+    ("scene", "oscillating"),
+    [(rolling, 3), (winding, 1), (piercing, 1), (cutting, 1), (turning, 0)],
+)
+def test_the_machines_agree_with_differences_of_sixth_order(scene, oscillating):
+    """The arm is rigid and does not oscillate there: its decays alone are compared."""
+    point, to = scene()
+    modes = lp.modes(point.system, at=point)
+    print(modes, modes.decays)
+    assert len(modes.eigenvalues) == oscillating
+    assert len(modes.decays)
+    found = lp.eigen_sensitivity(modes, to=to)
+    values = np.append(modes.eigenvalues, modes.decays)
+    received = np.vstack([found.eigenvalues, found.decays]) * [point.parameters[n] for n in to]
+    expected = np.column_stack([by_differences(point, name, values) for name in to])
+    error = np.abs(received - expected) / np.abs(values)[:, None]
+    print(f"largest error of p/l dl/dp {error.max():.1e}, of")
+    print(np.abs(received / values[:, None]).max(axis=1))
+    assert np.abs(received).max(axis=0).min() > 0
+    assert error.max() < 1e-8

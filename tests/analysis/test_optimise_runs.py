@@ -1,0 +1,171 @@
+"""Single shooting over whole runs: optima in closed form, objectives without effect."""
+
+import numpy as np
+import pytest
+import scipy
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Brake, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import OptimisationError, OptionError, UnknownNameError
+
+J, W = 2.0, 5.0
+
+
+def braked(f_max=20.0):
+    """A body that dry friction stops after J W / f_max."""
+    model = lp.compose(
+        body=Inertia(J=J, w=W),
+        brake=Brake(f_max=f_max, u=1.0, characteristic=((0.0, 1.0),)),
+        connections=lambda m: lp.chain(m.body, m.brake),
+    )
+    return lp.assemble(model, keep=["body.phi"])
+
+
+def test_a_body_that_stops_turns_as_little_as_the_friction_allows():
+    """It turns J W^2 / (2 f); a price of friction p makes f = W sqrt(J / 2 p) best."""
+    price = 0.002
+    found = lp.optimise(
+        braked(),
+        vary={"brake.f_max": (8.0, 300.0)},
+        minimise={fun.final("body.phi"): 1.0, "brake.f_max": price},
+        until=2.0,
+        rtol=1e-10,
+    )
+    expected = W * np.sqrt(J / (2 * price))
+    assert found.parameters["brake.f_max"] == pytest.approx(expected, rel=1e-4)
+    assert found.objective == pytest.approx(W * np.sqrt(2 * J * price), rel=1e-9)
+    assert len([e for e in found.run.events if e.component == "brake"]) == 1
+    assert found.solution.residual < 1e-4
+    text = repr(found)
+    print(text)
+    assert "evaluations" in text
+    assert "condition" in text
+
+
+def test_the_instant_of_an_event_is_bounded():
+    """It stops at J W / f, not before 0.4 s."""
+    found = lp.optimise(
+        braked(),
+        vary={"brake.f_max": (8.0, 300.0)},
+        minimise=fun.final("body.phi"),
+        subject_to={fun.instant("brake", "stuck"): (0.4, None)},
+        until=2.0,
+    )
+    assert found.parameters["brake.f_max"] == pytest.approx(J * W / 0.4, rel=1e-7)
+    assert found.active == ("instant(brake, stuck, 0)",)
+
+
+def test_a_stiff_run_finds_the_best_damping_of_a_chain():
+    """Root mean squares of a linear drive: against a search with Lyapunov's equation."""
+    model = lp.compose(
+        wall=Fixed(),
+        stiff=SpringDamper(c=1e7, d=200.0),
+        a=Inertia(J=0.01),
+        soft=Spring(c=50.0),
+        b=Inertia(J=1.0, w=3.0),
+        oil=Damper(d=0.5),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.wall, m.stiff, m.a, m.soft, m.b, m.oil, m.ground),
+    )
+    found = lp.optimise(
+        lp.assemble(model),
+        vary={"oil.d": (0.1, 20.0)},
+        minimise={fun.rms("b.w"): 1.0, fun.rms("oil.tau"): 0.4},
+        until=2.0,
+        rtol=1e-10,
+    )
+    assert "implicit" in found.run.statistics.method
+
+    def cost(d):
+        # states: angle of a, twist of the soft shaft, speeds; with the integral of w_b^2 beside
+        A = np.zeros((4, 4))
+        A[0, 2], A[1, 3], A[1, 2] = 1.0, 1.0, -1.0
+        A[2] = np.array([-1e7, 50.0, -200.0, 0.0]) / 0.01
+        A[3] = np.array([0.0, -50.0, 0.0, -d])
+        x = np.array([0.0, 0.0, 0.0, 3.0])
+        # Lyapunov: integral of x x' from 0 to T
+        last = scipy.linalg.expm(2.0 * A) @ x
+        P = scipy.linalg.solve_continuous_lyapunov(A, np.outer(last, last) - np.outer(x, x))
+        rms = np.sqrt(P[3, 3] / 2.0)
+        return rms * (1 + 0.4 * d)
+
+    best = scipy.optimize.minimize_scalar(
+        cost, bounds=(0.1, 20.0), method="bounded", options={"xatol": 1e-9}
+    )
+    print(found, best.x)
+    assert 0.2 < best.x < 19
+    assert found.parameters["oil.d"] == pytest.approx(best.x, rel=1e-4)
+    assert found.objective == pytest.approx(best.fun, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "text"),
+    [
+        ({}, OptionError, "give until="),
+        ({"until": 2.0, "minimise": fun.frequency(0)}, OptionError, "nothing that system has"),
+        ({"until": 2.0, "minimise": fun.final("body.v")}, UnknownNameError, r"body\.w"),
+        ({"until": 2.0, "vary": {"brake.f_max": (300.0, 8.0)}}, OptionError, "bounds of"),
+        (
+            {"until": 2.0, "subject_to": {fun.instant("brake", "stuck"): (0.4, 0.3)}},
+            OptionError,
+            "low at most high",
+        ),
+        (
+            {"until": 2.0, "subject_to": {fun.final("body.phi"): (None, 0.01)}},
+            OptimisationError,
+            r"Worst violated: final\(body.phi\)",
+        ),
+    ],
+)
+def test_bad_input_is_named(options, error, text):
+    given = {"vary": {"brake.f_max": (8.0, 300.0)}, "minimise": fun.final("body.phi")} | options
+    with pytest.raises(error, match=text):
+        lp.optimise(braked(), **given)
+
+
+def two_bodies():
+    return lp.compose(
+        a=Inertia(J=1.0),
+        push=Torque(tau=1.0),
+        shaft=Spring(c=100.0),
+        wall=Fixed(),
+        b=Inertia(J=3.0, w=1.0),
+        oil=Damper(d=0.5),
+        ground=Fixed(),
+        connections=lambda m: [
+            *lp.chain(m.push, m.a, m.shaft, m.wall),
+            *lp.chain(m.b, m.oil, m.ground),
+        ],
+    )
+
+
+@pytest.mark.parametrize("way", ["run", "modes", "system"])
+def test_an_objective_that_does_not_depend_on_what_varies_is_named(way):
+    """Body b does not feel a, though bounds do."""
+    system = lp.assemble(two_bodies())
+    options = {"vary": {"shaft.c": (50.0, 200.0)}, "minimise": fun.rms("b.w")}
+    subject = system
+    if way == "run":
+        subject = lp.simulate(system, until=1.0)
+        options |= {"subject_to": {fun.peak("shaft.tau"): (None, 3.0)}}
+    elif way == "modes":
+        subject = lp.modes(system)
+        options |= {"minimise": "oil.d", "subject_to": {fun.frequency(0): (1.2, None)}}
+    else:
+        options |= {"until": 1.0}
+    with pytest.raises(OptionError, match=r"does not depend on shaft\.c"):
+        lp.optimise(subject, **options)
+
+
+def test_the_units_of_instants_and_products_are_printed():
+    found = lp.optimise(
+        braked(),
+        vary={"brake.f_max": (8.0, 300.0)},
+        minimise=fun.instant("brake", "stuck"),
+        subject_to={fun.integral("brake.tau", "body.w"): (-1e3, 1e3)},
+        until=2.0,
+    )
+    rows = [line.split() for line in repr(found).splitlines()]
+    assert ["instant(brake,", "stuck,", "0)", "0.0333333333", "s"] in rows
+    assert found.active == ("brake.f_max at its upper bound",)

@@ -1,0 +1,203 @@
+"""Derivatives of mode shapes, and of eigenvalues that repeat, by closed forms and matrices."""
+
+import numpy as np
+import pytest
+import scipy
+
+import lumped as lp
+from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import OptionError, SolverError, UnknownNameError
+
+
+def test_two_inertias_have_the_shape_derivatives_of_the_closed_form(two_mass):
+    """Angles a : b == -J_b : J_a, and the torque of the shaft is c (b - a)."""
+    modes = lp.modes(lp.assemble(two_mass))
+    found = lp.shape_sensitivity(modes, of=["a.phi", "b.phi", "shaft.tau", "b.w"])
+    a, b, c = 2.0, 1.0, 300.0
+    expected = {
+        ("a.phi", "a.J"): b / a**2,
+        ("a.phi", "b.J"): -1 / a,
+        ("a.phi", "shaft.c"): 0.0,
+        ("shaft.tau", "a.J"): -c * b / a**2,
+        ("shaft.tau", "b.J"): c / a,
+        ("shaft.tau", "shaft.c"): 1 + b / a,
+        ("b.phi", "a.J"): 0.0,
+        ("b.w", "shaft.c"): 0.5j * np.sqrt((1 / a + 1 / b) / c),
+    }
+    for pair, value in expected.items():
+        assert found[pair] == pytest.approx([value], rel=1e-11, abs=1e-11), pair
+    assert not found.moving
+    assert found.residual < 1e-14
+    print(found)
+    assert "residual" in repr(found)
+
+
+def geared(J, c, d, ratio):
+    n = len(J)
+
+    def joints(m):
+        for i in range(n - 1):
+            yield from lp.chain(m.body[i], m.shaft[i], m.gear[i], m.body[i + 1])
+        yield from lp.chain(m.body[n - 1], m.brake, m.ground)
+
+    return lp.compose(
+        body=[Inertia(J=float(x)) for x in J],
+        shaft=[SpringDamper(c=float(x), d=float(y)) for x, y in zip(c, d, strict=True)],
+        gear=[IdealGear(ratio=float(x)) for x in ratio],
+        brake=Damper(d=0.7),
+        ground=Fixed(),
+        connections=joints,
+    )
+
+
+def shape_by_matrices(J, c, d, ratio, value):
+    """Angles of the mode near an eigenvalue, from mass, damping and stiffness, to be scaled."""
+    n = len(J)
+    twist = np.zeros((n - 1, n))
+    twist[np.arange(n - 1), np.arange(n - 1)] = -1.0
+    twist[np.arange(n - 1), np.arange(1, n)] = ratio
+    K, D = twist.T @ np.diag(c) @ twist, twist.T @ np.diag(d) @ twist
+    D[-1, -1] += 0.7
+    M = np.diag(J)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    values, vectors = scipy.linalg.eig(A)
+    return vectors[:n, np.abs(values - value).argmin()]
+
+
+def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
+    rng = np.random.default_rng(8)
+    n = 6
+    J, c = rng.uniform(0.1, 2, n), rng.uniform(1e3, 1e5, n - 1)
+    d, ratio = rng.uniform(0.1, 5, n - 1), rng.uniform(0.5, 3.0, n - 1)
+    modes = lp.modes(lp.assemble(geared(J, c, d, ratio)))
+    to = {"body[2].J": (0, 2), "shaft[1].c": (1, 1), "shaft[3].d": (2, 3), "gear[4].ratio": (3, 4)}
+    of = [f"body[{i}].phi" for i in range(n)]
+    found = lp.shape_sensitivity(modes, of=of, to=list(to))
+    worst = 0.0
+    for k, value in enumerate(modes.eigenvalues):
+        shape = np.array([modes.shape(name)[k] for name in of])
+        # the largest angle may be one between gears; bodies relative to their largest are compared
+        top = np.abs(shape).argmax()
+        for name, (which, place) in to.items():
+            total = np.zeros(n, dtype=complex)
+            h = 1e-3 * (J, c, d, ratio)[which][place]
+            for step, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+                for sign in (1, -1):
+                    given = [x.copy() for x in (J, c, d, ratio)]
+                    given[which][place] += sign * step * h
+                    near = shape_by_matrices(*given, value)
+                    total += sign * weight * near / near[top] / h
+            slope = np.array([found[n, name][k] for n in of])
+            received = slope / shape[top] - shape * slope[top] / shape[top] ** 2
+            size = np.abs(total).max() + 1e-9 / h
+            worst = max(worst, np.abs(received - total).max() / size)
+    print(f"largest error {worst:.1e}")
+    assert worst < 1e-7
+
+
+class Hardening(lp.Component):
+    """Shaft that stiffens: tau = k twist^3."""
+
+    flange_a, flange_b = lp.Flange(), lp.Flange()
+    k: lp.Param = lp.param("N.m/rad3", "stiffness", 5e4, above=0)
+    twist: lp.Var = lp.var("rad", "twist", start=0.1)
+
+    def equations(self):
+        yield self.twist == self.flange_b.phi - self.flange_a.phi
+        yield self.flange_b.tau == self.k * self.twist**3
+        yield self.flange_a.tau == -self.flange_b.tau
+
+
+def test_shapes_follow_an_equilibrium_that_moves():
+    """Wall, hardening shaft, body, spring, body: c_1 = 3 k^(1/3) load^(2/3) at the equilibrium."""
+    model = lp.compose(
+        wall=Fixed(),
+        soft=Hardening(),
+        a=Inertia(J=2.0),
+        shaft=Spring(c=700.0),
+        b=Inertia(J=1.0),
+        load=Torque(tau=40.0),
+        connections=lambda m: [
+            *lp.chain(m.wall, m.soft, m.a, m.shaft, m.b),
+            lp.connect(m.load.flange, m.b.flange_b),
+        ],
+    )
+    system = lp.assemble(model)
+    modes = lp.modes(system, at=lp.equilibrium(system))
+    found = lp.shape_sensitivity(modes, of=["a.phi", "b.phi"], to=["load.tau", "soft.k"])
+    assert found.moving
+
+    def ratio(k, load):
+        """Angle b over a in both modes."""
+        c = 3 * np.cbrt(k) * np.cbrt(load) ** 2
+        K, M = np.array([[c + 700.0, -700.0], [-700.0, 700.0]]), np.diag([2.0, 1.0])
+        vectors = scipy.linalg.eigh(K, M)[1]
+        return vectors[1] / vectors[0]
+
+    point = {"soft.k": 5e4, "load.tau": 40.0}
+    for name in point:
+        h, total = 1e-3 * point[name], 0.0
+        for step, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
+            up, down = (
+                ratio(*(point | {name: point[name] + s * step * h}).values()) for s in (1, -1)
+            )
+            total = total + weight * (up - down) / h
+        a, b = modes.shape("a.phi"), modes.shape("b.phi")
+        received = found["b.phi", name] / a - b * found["a.phi", name] / a**2
+        assert received == pytest.approx(total, rel=1e-8)
+
+
+def star(count):
+    return lp.compose(
+        hub=Inertia(J=1.0),
+        arm=[Spring(c=100.0) for _ in range(count)],
+        tip=[Inertia(J=1.0) for _ in range(count)],
+        connections=lambda m: [
+            x for i in range(count) for x in lp.chain(m.hub.flange_b, m.arm[i], m.tip[i])
+        ],
+    )
+
+
+def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
+    """Tips against each other: of two modes, one does not feel an arm, the other takes 2/3 of it.
+
+    With a tip's inertia the hub is at rest to first order, and the same holds for the inertia.
+    """
+    found = lp.eigen_sensitivity(lp.modes(lp.assemble(star(3))))
+    assert found.repeated == (0, 1)
+    w = 10.0
+    expected = [0.0, 1j * (2 / 3) / (2 * w)]
+    assert found.split(0, "arm[0].c") == pytest.approx(expected, abs=1e-12)
+    expected = [-1j * (2 / 3) * w / 2, 0.0]
+    assert found.split(1, "tip[2].J") == pytest.approx(expected, abs=1e-12)
+    assert found.split(1, "hub.J") == pytest.approx([0.0, 0.0], abs=1e-12)
+    shapes = lp.shape_sensitivity(found.modes, of=["tip[0].phi"], to=["arm[0].c"])
+    assert np.isnan(shapes.values[:2]).all()
+    assert np.isfinite(shapes.values[2]).all()
+    with pytest.raises(OptionError, match="mode 2 does not repeat"):
+        found.split(2, "arm[0].c")
+
+
+def test_bad_input_is_refused(two_mass):
+    modes = lp.modes(lp.assemble(two_mass))
+    with pytest.raises(OptionError, match="at least one quantity"):
+        lp.shape_sensitivity(modes, of=[])
+    with pytest.raises(UnknownNameError, match=r"a\.phi"):
+        lp.shape_sensitivity(modes, of=["a.phy"])
+    found = lp.shape_sensitivity(modes, of=["a.phi"], to=["a.J"])
+    with pytest.raises(UnknownNameError, match=r"'b.J' was not asked for"):
+        _ = found["a.phi", "b.J"]
+    free = lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0))))
+    with pytest.raises(OptionError, match="no oscillating mode"):
+        lp.shape_sensitivity(free, of=["body.phi"])
+
+
+def test_an_eigenvalue_with_too_few_shapes_has_infinite_derivatives(two_mass):
+    """Critical damping, but for rounding: two equal eigenvalues, one shape."""
+    d = 2 * (1 - 1e-14) * np.sqrt(300.0 * 2 / 3)
+    modes = lp.modes(lp.assemble(two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})))
+    found = lp.eigen_sensitivity(modes)
+    assert found.repeated == (0,)
+    assert np.isnan(found.hertz[0]).all()
+    with pytest.raises(SolverError, match="fewer shapes than eigenvalues"):
+        found.split(0, "shaft.c")

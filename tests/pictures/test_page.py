@@ -1,0 +1,308 @@
+"""A report is one page that loads nothing and says what the model is."""
+
+import itertools
+import re
+import time
+from collections import Counter
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from browser import Browser, chromium
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.cli import main
+from lumped.components import Inertia, Spring, Torque
+from lumped.models.sources import constants
+
+PROGRAM = chromium()
+VOID = {"meta", "link", "br", "use", "img", "input"}
+
+
+class Rig(lp.Component):
+    """Two bodies <driven> & "free"."""
+
+    motor: Torque = Torque(tau=lp.ops.where(lp.time >= 0.1, 5.0, 0.0))
+    rotor: Inertia = Inertia(J=1.5)
+    shaft: Spring = Spring(c=1e3)
+    load: Inertia = Inertia(J=2.0)
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.rotor, self.shaft, self.load)
+
+
+class Compared(NamedTuple):
+    quantity: str
+    unit: str
+    published: float | None
+    computed: float
+    place: str
+    remark: str
+
+
+class Page(HTMLParser):
+    """Tags that open and close in order, texts, and what would be loaded."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.open, self.loads, self.ids, self.cells = [], [], Counter(), []
+        self.text = file.read_text(encoding="utf-8")
+        self.feed(self.text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        found = dict(attributes)
+        self.ids.update([found["id"]] if "id" in found else [])
+        self.loads += [found[k] for k in ("src", "href", "xlink:href", "action") if k in found]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.cells.append(data)
+
+
+def parabola() -> tuple[Figure, np.ndarray, np.ndarray]:
+    """A figure of which every point is known, in a panel that is not the first."""
+    x = np.linspace(0.0, 4.0, 9)
+    figure = Figure((6, 5), layout="constrained")
+    first, second = figure.subplots(2, sharex=True)
+    first.semilogy(x, 10**x, label="decades")
+    first.set_ylabel("size, 1")
+    second.plot(x, x**2, label="square")
+    second.set(xlabel="time, s", ylabel="way, m", xscale="linear")
+    return figure, x, x**2
+
+
+@pytest.fixture(scope="module")
+def system() -> lp.System:
+    return lp.assemble(Rig())
+
+
+@pytest.fixture(scope="module")
+def page(system: lp.System, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = lp.simulate(system, until=0.3)
+    return lp.report_html(
+        system,
+        tmp_path_factory.mktemp("page") / "report.html",
+        title="Rig <1>",
+        figures={"known": parabola()[0], "run & more": run.plot()},
+        compared=[
+            Compared("frequency", "Hz", 5.0, 5.5, "table 1", "rounded"),
+            Compared("other", "1", None, 2.0, "none", ""),
+        ],
+        given=[("MASS", 1.5, "kg.m2", "P", "rotor"), ("STIFFNESS", 1e3, "N.m/rad", "A", "")],
+    )
+
+
+def test_page_is_whole_and_loads_nothing(page: Path):
+    found = Page(page)
+    assert all(load.startswith(("#", "data:")) for load in found.loads)
+    assert not re.search(r"https?:|url\((?!#)|@import|fetch\(|XMLHttp", found.text)
+    assert not [name for name, count in found.ids.items() if count > 1]
+    anchors = {load[1:] for load in found.loads if load.startswith("#")}
+    assert anchors <= set(found.ids)
+
+
+def test_page_tells_parameters_states_and_what_was_left_out(page: Path, system: lp.System):
+    cells = Page(page).cells
+    for name, value, unit in (("rotor.J", "1.5", "kg.m2"), ("shaft.c", "1000", "N.m/rad")):
+        place = cells.index(name)
+        assert cells[place + 1 : place + 3] == [value, unit]
+    assert set(system.state_names) <= set(cells)
+    assert {item.what for item in system.left_out} <= set(cells)
+    place = cells.index("MASS")
+    assert cells[place + 1 : place + 5] == ["1.5", "kg.m2", "[P]", "rotor"]
+
+
+def test_page_compares_with_signed_deviation(page: Path):
+    cells = Page(page).cells
+    place = cells.index("frequency")
+    assert cells[place : place + 7] == [
+        "frequency",
+        "Hz",
+        "5",
+        "5.5",
+        "+10.00",
+        "table 1",
+        "rounded",
+    ]
+
+
+def test_page_shows_error_against_run_time(system: lp.System, tmp_path: Path):
+    found = lp.work_precision(system, until=0.2)
+    page = Page(lp.report_html(system, tmp_path / "page.html", accuracy=found))
+    place = page.cells.index("outcome") + 1
+    for row in found.rows:
+        received = page.cells[place : place + 8]
+        assert received[:2] == [row.method, f"{row.rtol:g}"]
+        assert float(received[3]) == pytest.approx(1e3 * row.seconds, rel=0.01)
+        assert received[4:7] == [str(row.steps), str(row.evaluations), str(row.events)]
+        place += 8
+    assert not re.search(r"https?:", page.text)
+
+
+def test_texts_are_escaped(page: Path):
+    assert "<h1>Rig &lt;1&gt;</h1>" in page.read_text()
+    assert "run &amp; more" in page.read_text()
+    assert "Two bodies &lt;driven&gt; &amp;" in page.read_text()
+
+
+def test_figures_are_left_as_they_were(system: lp.System, tmp_path: Path):
+    figure, _, _ = parabola()
+    lp.report_html(system, tmp_path / "page.html", figures={"known": figure})
+    assert all(line.get_gid() is None for axis in figure.axes for line in axis.lines)
+
+
+def test_marks_of_a_source_are_read_with_value_and_unit():
+    found = {c.name: c for c in constants("pilger_mill")}
+    assert found["RADIUS"][1:] == (0.59, "m", "P", "R")
+    assert found["SETS['P']['m1']"][1:4] == (8431.17, "", "I")
+    assert {c.mark for c in constants("rotary_arm")} == {"P", "A"}
+
+
+@pytest.fixture(scope="module")
+def mill(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("command") / "mill.html"
+    assert main(["report", "reversing_mill", "-o", str(file)]) == 0
+    return file
+
+
+def test_command_writes_a_whole_page_with_published_and_computed_numbers(mill: Path):
+    found = Page(mill)
+    place = found.cells.index("upper branch, gap open, f1")
+    assert found.cells[place + 1 : place + 3] == ["Hz", "39.8"]
+    assert float(found.cells[place + 3]) == pytest.approx(39.8, rel=0.006)
+    assert not re.search(r"https?:", found.text)
+
+
+def test_command_refuses_an_unknown_machine(capsys: pytest.CaptureFixture[str]):
+    assert main(["report", "reversing_mil"]) == 2
+    assert "reversing_mill" in capsys.readouterr().err.partition("Nearest:")[2]
+
+
+# -- in a browser ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory):
+    if PROGRAM is None:
+        pytest.skip("no Chromium: set LUMPED_CHROMIUM to its path, or have 'chromium' on the PATH")
+    found = Browser(PROGRAM, tmp_path_factory.mktemp("profile"))
+    yield found
+    found.close()
+
+
+def view(browser: Browser, k: int) -> list[float]:
+    text = browser.value(f"document.querySelectorAll('figure svg')[{k}].getAttribute('viewBox')")
+    return [float(v) for v in text.split()]
+
+
+def on_screen(browser: Browser, k: int, x: float, y: float) -> tuple[float, float]:
+    """Where a point of a picture is seen, after scrolling there."""
+    code = f"""(() => {{
+        const svg = document.querySelectorAll('figure svg')[{k}];
+        svg.scrollIntoView({{block: 'center'}});
+        const p = new DOMPoint({x}, {y}).matrixTransform(svg.getScreenCTM());
+        return [p.x, p.y];
+    }})()"""
+    return tuple(browser.value(code))
+
+
+def test_page_renders_without_errors_and_without_requests(browser: Browser, page: Path):
+    browser.open(page)
+    assert browser.errors == []
+    assert all(url.startswith(("file:", "data:")) for url in browser.requests)
+    assert browser.value("document.title") == "Rig <1>"
+    sizes = browser.value(
+        "[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().height)"
+    )
+    assert len(sizes) == 3
+    assert min(sizes) > 100
+
+
+def test_value_under_the_pointer_is_that_of_the_nearest_point(browser: Browser, page: Path):
+    browser.open(page)
+    figure, x, y = parabola()
+    figure.draw_without_rendering()
+    axis = figure.axes[1]
+    curves = {"square": (axis, "way, m", y), "decades": (figure.axes[0], "size, 1", 10**x)}
+    for i, name in itertools.product((1, 4, 7), curves):
+        axis, unit, y = curves[name]
+        px, py = axis.transData.transform((x[i], y[i])) * 72 / figure.dpi
+        place = on_screen(browser, 1, px + 1.5, 72 * 5 - py - 1.5)
+        browser.mouse("mouseMoved", *place)
+        received = browser.value("document.querySelectorAll('figure output')[1].textContent")
+        found = re.fullmatch(rf"{name}: time, s (\S+); {unit} (\S+)", received)
+        assert found, received
+        assert [float(v) for v in found.groups()] == pytest.approx([x[i], y[i]], rel=3e-3)
+
+
+def test_wheel_zooms_about_the_pointer(browser: Browser, page: Path):
+    browser.open(page)
+    x, y, width, height = view(browser, 1)
+    px, py = x + 0.25 * width, y + 0.6 * height
+    place = on_screen(browser, 1, px, py)
+    browser.mouse("mouseWheel", *place, deltaX=0, deltaY=-120)
+    expected = [px - 0.8 * (px - x), py - 0.8 * (py - y), 0.8 * width, 0.8 * height]
+    deadline = time.monotonic() + 5
+    while view(browser, 1) == [x, y, width, height] and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert view(browser, 1) == pytest.approx(expected, abs=0.3)  # half a pixel
+
+
+def test_drag_moves_the_picture_and_reset_shows_all_again(browser: Browser, page: Path):
+    browser.open(page)
+    home = view(browser, 1)
+    buttons = "document.querySelectorAll('figure')[1].querySelectorAll('button')"
+    assert browser.value(f"[...{buttons}].map(b => b.textContent)") == ["+", "\u2212", "reset"]
+    browser.value(f"{buttons}[0].click()")
+    inner = view(browser, 1)
+    assert inner[2:] == pytest.approx([0.7 * home[2], 0.7 * home[3]])
+    a = on_screen(browser, 1, home[0] + 0.5 * home[2], home[1] + 0.5 * home[3])
+    browser.mouse("mousePressed", *a, button="left", clickCount=1)
+    browser.mouse("mouseMoved", a[0] + 40, a[1] - 25, button="left")
+    browser.mouse("mouseReleased", a[0] + 40, a[1] - 25, button="left", clickCount=1)
+    scale = browser.value("document.querySelectorAll('figure svg')[1].getScreenCTM().a")
+    moved = [inner[0] - 40 / scale, inner[1] + 25 / scale, *inner[2:]]
+    assert view(browser, 1) == pytest.approx(moved, abs=0.5)
+    code = f"(() => {{ const r = {buttons}[2].getBoundingClientRect();"
+    x, y = browser.value(f"{code} return [r.x + r.width / 2, r.y + r.height / 2]; }})()")
+    browser.mouse("mousePressed", x, y, button="left", clickCount=1)
+    browser.mouse("mouseReleased", x, y, button="left", clickCount=1)
+    assert view(browser, 1) == home
+    assert browser.errors == []
+
+
+def test_page_shows_all_without_scripts(browser: Browser, page: Path):
+    browser.open(page, scripts=False)
+    document = browser.call("DOM.getDocument", depth=-1)["root"]
+    found = Counter()
+    stack = [document]
+    while stack:
+        node = stack.pop()
+        found[node["nodeName"].lower()] += 1
+        stack += node.get("children", [])
+    assert found["svg"] == 3
+    assert found["table"] >= 5
+    assert found["button"] == 0
+
+
+def test_report_of_a_machine_renders_without_errors(browser: Browser, mill: Path):
+    browser.open(mill)
+    assert browser.errors == []
+    figures = browser.value("document.querySelectorAll('figure').length")
+    assert figures > 3
+    assert browser.value("document.querySelectorAll('figure button').length") == 3 * figures

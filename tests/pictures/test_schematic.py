@@ -1,0 +1,266 @@
+"""Schematics show every component once, and wires that join what the model joins."""
+
+import importlib
+import inspect
+import itertools
+import pkgutil
+import xml.etree.ElementTree as ET
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lumped as lp
+import lumped.components
+from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.connection import label
+from lumped.models import MACHINES, machine
+from lumped.models.carrousel_coiler_turret import Turret
+from lumped.models.reversing_mill_scenes import StripGap, TrimmedStand
+from lumped.pictures.netlist import netlist
+from lumped.pictures.placing import place
+from lumped.pictures.routing import Routed, route
+from lumped.pictures.symbols import SYMBOLS
+from lumped.port import Port
+
+SVG = "{http://www.w3.org/2000/svg}"
+HALF = 0.2  # inch, within every symbol's cell
+
+
+def library() -> list[type[lp.Component]]:
+    found = {}
+    for info in pkgutil.iter_modules(lumped.components.__path__, "lumped.components."):
+        for _, cls in inspect.getmembers(importlib.import_module(info.name), inspect.isclass):
+            if issubclass(cls, lp.Component) and cls.__module__.startswith("lumped.components"):
+                found[cls] = None
+    return list(found)
+
+
+class Box(lp.Component):
+    """Four shafts that come together."""
+
+    a = lp.Flange(free=True)
+    b = lp.Flange(free=True)
+    c = lp.Flange(free=True)
+    d = lp.Flange(free=True)
+
+
+def random_net(seed: int) -> lp.Component:
+    """Bodies joined at random by springs and boxes: loops, stars and separate parts."""
+    rng = np.random.default_rng(seed)
+    bodies, springs = int(rng.integers(3, 12)), int(rng.integers(3, 18))
+    boxes = int(rng.integers(0, 8))
+    ends = rng.integers(0, bodies + 1, (springs, 2))
+    ends[0] = (bodies, 0)
+    corners = rng.integers(0, bodies + 1, (boxes, 4))
+
+    def connections(model):
+        if boxes:
+            flanges = [*(body.flange_b for body in model.bodies), model.ground.flange]
+            for box, targets in zip(model.boxes, corners, strict=True):
+                for own, target in zip((box.a, box.b, box.c, box.d), targets, strict=True):
+                    yield lp.connect(own, flanges[target])
+        flanges = [*(body.flange_b for body in model.bodies), model.ground.flange]
+        for spring, (a, b) in zip(model.springs, ends, strict=True):
+            yield lp.connect(spring.flange_a, flanges[a])
+            yield lp.connect(spring.flange_b, flanges[b])
+
+    return lp.compose(
+        bodies=[Inertia(J=1.0) for _ in range(bodies)],
+        springs=[Spring(c=1.0) for _ in range(springs)],
+        ground=Fixed(),
+        **({"boxes": [Box() for _ in range(boxes)]} if boxes else {}),
+        connections=connections,
+    )
+
+
+MODELS = {
+    **{name: machine(name).model() for name in MACHINES},
+    "turret": Turret(),
+    "trimmed mill": TrimmedStand(),
+    **{f"random {seed}": random_net(seed) for seed in range(20)},
+}
+
+
+def every(model: lp.Component, path: str = ""):
+    """Path and component of a model and of all its parts."""
+    yield path, model
+    for name, part in model._children():
+        yield from every(part, f"{path}.{name}" if path else name)
+
+
+def groups(pairs) -> list[frozenset]:
+    """What is joined by pairs, directly or not."""
+    home = {}
+    for a, b in pairs:
+        one, other = home.setdefault(a, {a}), home.setdefault(b, {b})
+        if one is not other:
+            one |= other
+            home.update(dict.fromkeys(other, one))
+    return [frozenset(g) for g in {id(g): g for g in home.values()}.values()]
+
+
+def joined(model: lp.Component) -> set[frozenset[str]]:
+    """Ports and signals of components without parts that meet, from the connections as written."""
+    pairs, ends = [], {}
+    for path, component in every(model):
+        for name in component._ports:
+            if component._parts:
+                own = f"{path}.{name}" if path else name
+                pairs.append(((own, True), (own, False)))
+            else:
+                ends[(f"{path}.{name}", False)] = f"{path}.{name}"
+        for name in component._quantities:
+            if not component._parts:
+                ends[(f"{path}.{name}", False)] = f"{path}.{name}"
+        for connection in component.connections():
+            seen = [
+                (label(end), isinstance(end, Port) and label(end).rpartition(".")[0] == path)
+                for end in connection.ends
+            ]
+            pairs += itertools.pairwise(seen)
+    found = ({ends[e] for e in group if e in ends} for group in groups(pairs))
+    return {frozenset(g) for g in found if len(g) > 1}
+
+
+def drawn(routed: Routed) -> set[frozenset[str]]:
+    """Ports that are joined by lines on paper."""
+    pairs = [pair for wire in routed.wires for pair in wire]
+    names = {}
+    for port, point in routed.ports:
+        if port.net >= 0 and port.item.symbol != "port":
+            names.setdefault(point, set()).add(f"{port.item.path}.{port.port}")
+    found = (set().union(*(names.get(p, set()) for p in group)) for group in groups(pairs))
+    return {frozenset(g) for g in found if len(g) > 1}
+
+
+def routed_of(model: lp.Component, depth: int | None = None) -> Routed:
+    plan = netlist(model, depth)
+    return route(plan, place(plan))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_lines_join_the_ports_that_the_model_joins(name: str):
+    assert drawn(routed_of(MODELS[name])) == joined(MODELS[name])
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_lines_of_different_nets_cross_but_never_lie_on_each_other(name: str):
+    pieces = {0: {}, 1: {}}
+    for net, wire in enumerate(routed_of(MODELS[name]).wires):
+        for a, b in wire:
+            axis = 0 if a[0] == b[0] else 1  # 0: vertical
+            assert a[axis] == b[axis]
+            low, high = sorted((a[1 - axis], b[1 - axis]))
+            pieces[axis].setdefault(round(a[axis], 9), []).append((low, high, net))
+    for at in (at for lines in pieces.values() for at in lines.values()):
+        for (low, high, net), (lo, hi, other) in itertools.combinations(at, 2):
+            assert net == other or high < lo or hi < low
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_no_line_runs_through_a_symbol(name: str):
+    routed = routed_of(MODELS[name])
+    for a, b in (piece for wire in routed.wires for piece in wire):
+        for item, (x, y) in routed.centres.items():
+            beside = max(a[0], b[0]) < x - HALF or min(a[0], b[0]) > x + HALF
+            above = max(a[1], b[1]) < y - HALF or min(a[1], b[1]) > y + HALF
+            assert beside or above, item.path
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_picture_names_every_component_once(name: str, tmp_path: Path):
+    file = tmp_path / "model.svg"
+    lp.schematic(MODELS[name], file)
+    received = Counter(node.get("id") for node in ET.parse(file).iter() if node.get("id"))
+    expected = [path for path, _ in every(MODELS[name]) if path]
+    assert {path: received[path] for path in expected} == dict.fromkeys(expected, 1)
+
+
+@pytest.mark.parametrize("name", [*MACHINES, "turret", "trimmed mill"])
+def test_frames_hold_their_own_parts_only(name: str):
+    routed = routed_of(MODELS[name])
+    for frame, (x0, y0), (x1, y1) in routed.frames:
+        within = {
+            item.path for item, (x, y) in routed.centres.items() if x0 < x < x1 and y0 < y < y1
+        }
+        below = {item.path for item in routed.centres if item.path.startswith(f"{frame.path}.")}
+        assert within == below
+
+
+def test_collapsed_model_shows_its_parts_and_what_joins_them():
+    plan = netlist(StripGap(), 1)
+    assert {item.path for item in plan.top.all_items()} == {
+        path for path, _ in every(StripGap()) if path and "." not in path
+    }
+    received = {frozenset(f"{item.path}.{port}" for item, port, _ in net.ends) for net in plan.nets}
+    assert received == {
+        frozenset({"lower.barrel", "ratio.flange_a", "lower_load.flange"}),
+        frozenset({"ratio.flange_b", "gap.flange_a"}),
+        frozenset({"gap.flange_b", "upper.barrel", "upper_load.flange"}),
+    }
+
+
+def test_shaft_line_runs_from_left_to_right_at_one_height():
+    class Rig(lp.Component):
+        """A chain with a branch."""
+
+        drive: Torque = Torque(tau=1.0)
+        rotor: Inertia = Inertia(J=1.0)
+        shaft: SpringDamper = SpringDamper(c=1.0, d=1.0)
+        load: Inertia = Inertia(J=1.0)
+        branch: Spring = Spring(c=1.0)
+        ground: Fixed = Fixed()
+
+        def connections(self):
+            yield from lp.chain(self.drive, self.rotor, self.shaft, self.load)
+            yield from lp.chain(self.load, self.branch, self.ground)
+
+    centres = {item.path: point for item, point in routed_of(Rig()).centres.items()}
+    line = [centres[p] for p in ("drive", "rotor", "shaft", "load", "branch", "ground")]
+    assert [x for x, _ in line] == sorted({x for x, _ in line})
+    assert len({y for _, y in line}) == 1
+
+
+def test_system_and_model_give_the_same_picture(tmp_path: Path):
+    model = StripGap()
+    for name, source in (("model", model), ("system", lp.assemble(model))):
+        lp.schematic(source, tmp_path / f"{name}.svg")
+    assert (tmp_path / "model.svg").read_bytes() == (tmp_path / "system.svg").read_bytes()
+
+
+@pytest.mark.parametrize("cls", library(), ids=lambda cls: f"{cls.__module__[18:]}.{cls.__name__}")
+def test_every_component_of_the_library_has_a_symbol_or_the_box(cls: type[lp.Component]):
+    assert cls.symbol in SYMBOLS
+
+
+def test_unknown_symbol_is_answered_with_the_component_and_the_known_ones():
+    class Odd(Inertia):
+        """An inertia with a slip."""
+
+        symbol = "inertja"
+
+    with pytest.raises(lp.errors.OptionError, match=r"body \(Odd\).*'inertja'.*inertia"):
+        lp.schematic(lp.compose(body=Odd(J=1.0)))
+
+
+@pytest.mark.parametrize("depth", [0, -1, 1.5])
+def test_depth_that_shows_nothing_is_refused(depth: float):
+    with pytest.raises(lp.errors.OptionError, match="depth"):
+        lp.schematic(StripGap(), depth=depth)
+
+
+@pytest.mark.parametrize(("count", "noted"), [(29, False), (31, True)])
+def test_picture_of_more_than_sixty_symbols_says_so(count: int, noted: bool):
+    model = lp.compose(
+        bodies=[Inertia(J=1.0) for _ in range(count + 1)],
+        springs=[Spring(c=1.0) for _ in range(count)],
+        connections=lambda m: [
+            joint
+            for i in range(count)
+            for joint in lp.chain(m.bodies[i], m.springs[i], m.bodies[i + 1])
+        ],
+    )
+    texts = " ".join(text.get_text() for text in lp.schematic(model).axes[0].texts)
+    assert (f"{2 * count + 1} symbols are more than" in texts) == noted
