@@ -44,6 +44,8 @@ from lumped.assemble import assemble
 from lumped.component import Component
 from lumped.connection import Connection, chain, compose, connect
 from lumped.dimension import check_units
+from lumped.exchange.fmu import ExportedFMU, export_fmu
+from lumped.exchange.modelica import export_modelica
 from lumped.expression import Equation, Expr, der, time
 from lumped.parameter_file import read_parameters, write_parameters
 from lumped.pictures.motion import animate
@@ -66,6 +68,7 @@ __all__ = [
     "Equation",
     "EquilibriumSensitivity",
     "Event",
+    "ExportedFMU",
     "Expr",
     "Flange",
     "Flywheel",
@@ -118,6 +121,8 @@ __all__ = [
     "eigen_sensitivity",
     "equilibrium",
     "equilibrium_sensitivity",
+    "export_fmu",
+    "export_modelica",
     "expression",
     "flywheel",
     "frequency_response",

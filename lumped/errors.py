@@ -13,6 +13,7 @@ __all__ = [
     "ConnectError",
     "DeclarationError",
     "EquationError",
+    "ExportError",
     "LumpedError",
     "OptimisationError",
     "OptionError",
@@ -81,6 +82,10 @@ class SolverError(LumpedError):
     def __init__(self, text: str, partial: Trajectory | None = None) -> None:
         super().__init__(text)
         self.partial = partial
+
+
+class ExportError(LumpedError):
+    """A model cannot be written for another tool."""
 
 
 class OptimisationError(LumpedError):

@@ -81,6 +81,13 @@ def test_wheel_is_typed(wheel: Path):
     assert "lumped/py.typed" in content(wheel)
 
 
+def test_wheel_holds_the_c_sources_of_exported_models(wheel: Path):
+    folder = ROOT / "lumped" / "exchange" / "c"
+    expected = {f"lumped/exchange/c/{file.name}" for file in folder.iterdir()}
+    assert {name for name in content(wheel) if name.endswith((".c", ".h"))} == expected
+    assert len(expected) > 10
+
+
 def test_wheel_installs_nothing_beside_lumped(wheel: Path):
     received = {name.split("/")[0] for name in content(wheel)}
     assert received == {"lumped", f"lumped-{lumped.__version__}.dist-info"}

@@ -23,7 +23,7 @@ from lumped.table import number, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FrequencyResponse", "Peak", "frequency_response"]
+__all__ = ["FrequencyResponse", "Peak", "frequency_response", "needing_rates"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -296,20 +296,29 @@ def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
     return scipy.sparse.csc_array(2j * np.pi * hertz * unit - A)
 
 
+def needing_rates(system: System) -> frozenset[int]:
+    """Places of the parameters that stand in equations of which the time derivative is used."""
+    if "needing rates" not in system.made:
+        incidence, times = system._reduced.incidence, system._reduced.times
+        touched: set[int] = set()
+        for group, e, instances, first in incidence.blocks:
+            rows = instances[times[first : first + len(instances)] > 0]
+            symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+            if len(rows) and symbols.numel():
+                present = ca.which_depends(group.template.residual(e).expression, symbols)
+                touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
+        p = system._flat.parameters
+        values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
+        places = ca.jacobian_sparsity(values, p.theta).get_triplet()[1]
+        system.made["needing rates"] = frozenset(places)
+    found: frozenset[int] = system.made["needing rates"]
+    return found
+
+
 def _refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
     """Refuse inputs that stand in equations of which the model uses the time derivative."""
-    incidence, times = system._reduced.incidence, system._reduced.times
-    touched: set[int] = set()
-    for group, e, instances, first in incidence.blocks:
-        rows = instances[times[first : first + len(instances)] > 0]
-        symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
-        if len(rows) and symbols.numel():
-            present = ca.which_depends(group.template.residual(e).expression, symbols)
-            touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
-    p = system._flat.parameters
-    values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
     for name, place in zip(inputs, system.places(inputs), strict=True):
-        if ca.jacobian(values, p.theta[place]).nnz():
+        if place in needing_rates(system):
             raise OptionError(
                 f"{system.name}: the response to {name} would need its rate of change, but the "
                 "model holds parameters constant. Let a torque or force vary instead, or prescribe "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -17,7 +18,7 @@ from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 from lumped.units import converted, has_unit
 
-__all__ = ["start_point", "start_slopes"]
+__all__ = ["StartForm", "start_form", "start_point", "start_slopes"]
 
 
 def start_point(
@@ -102,6 +103,56 @@ def start_slopes(
     begin = _Start(system, theta, start, [])
     x = begin.solve()
     return x[system._in_use], begin.slopes(x, seed, varied)[system._in_use]
+
+
+@dataclass(frozen=True, eq=False)
+class StartForm:
+    """States at the time zero as expressions of the parameters, before any impact there.
+
+    Attributes
+    ----------
+    states : SX, shape (all states, 1)
+        Those that are given or take their defaults; numbers for those that must be searched for.
+    miss : SX
+        What must vanish: targets less what is wanted, relative to that if it is above one;
+        expressions of all states, parameters, time and settings.
+    rows, columns : list of int
+        Targets and states of a regular system of as many equations as states.
+    guesses : ndarray
+        Where the search for implicit quantities begins.
+    """
+
+    states: ca.SX
+    miss: ca.SX
+    rows: list[int]
+    columns: list[int]
+    guesses: np.ndarray
+
+
+def start_form(system: System, start: Changes) -> StartForm:
+    """How the states at the time zero follow from the parameters; some start values are set."""
+    begin = _Start(system, system.theta(None), start, [])
+    x, flat, reduced = begin.solve(), system._flat, begin.reduced
+
+    def signed(unknown: int) -> ca.SX:
+        given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
+        return float(reduced.aliases.signs[unknown]) * ca.SX(given[unknown])
+
+    states = ca.SX.zeros(len(x))
+    for unknown in (*flat.starts, *(u for u, _ in begin.fixed.values())):
+        node = reduced.node(unknown)
+        if node in begin.position:
+            states[begin.position[node]] = signed(unknown)
+    guesses = begin.settings[len(begin.settings) - len(begin.guesses) :]
+    if begin.search is None:
+        return StartForm(states, ca.SX(0, 1), [], [], guesses)
+    rows, columns = begin.search.regular(x)
+    states[columns] = ca.DM(x[columns])
+    wanted = ca.SX.zeros(begin.search.value.numel())
+    for i, (unknown, _) in enumerate(begin.targets.values()):
+        wanted[i] = signed(unknown)
+    miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
+    return StartForm(states, miss, rows, columns, guesses)
 
 
 class _Start:

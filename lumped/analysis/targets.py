@@ -117,6 +117,16 @@ class Targets:
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
 
+    @property
+    def value(self) -> ca.SX:
+        """What the targets are, as an expression of all states, parameters, time and settings."""
+        return self._evaluate.expression
+
+    def regular(self, z: np.ndarray) -> tuple[list[int], list[int]]:
+        """Targets and as many states that they determine near states that meet them."""
+        columns, rows = self._columns(self._at(z)[1])
+        return rows.tolist(), list(columns)
+
     def _parameters(self, z: np.ndarray) -> np.ndarray:
         theta = self.theta.copy()
         theta[self.free] = z[self.count :]
@@ -313,13 +323,15 @@ class _Function:
         Where each initial equation stands.
     entries : tuple of ndarray
         Rows and columns of the derivatives that are not always zero.
+    expression : SX
+        Values as an expression.
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
         values, inputs = system._values, system._inputs[1:]
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
-        self._inputs, self._expression = [values.states, *inputs], expression
+        self._inputs, self.expression = [values.states, *inputs], expression
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]
@@ -332,7 +344,7 @@ class _Function:
     @cached_property
     def by_parameters(self) -> ca.Function:
         """Derivatives by all parameters: (all states, p, t, m)."""
-        found = ca.jacobian(self._expression, self._inputs[1])
+        found = ca.jacobian(self.expression, self._inputs[1])
         return ca.Function("by_parameters", self._inputs, [found])
 
     def __call__(

@@ -4,7 +4,6 @@ import re
 import sys
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pytest
 
@@ -21,7 +20,6 @@ PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "inverse.md").read_tex
 def test_the_page_prints_what_stands_there_and_agrees_with_torques_by_hand(
     capsys, tmp_path, monkeypatch
 ):
-    matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(compile(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)[0], "page", "exec"), names)

@@ -1,0 +1,314 @@
+/* Functional Mock-up Interface 2.0: model exchange and co-simulation. */
+#include <stdlib.h>
+#include <string.h>
+#include "lumped.h"
+#ifndef fmi2Functions_h
+#include "fmi2_types.h"
+#endif
+
+typedef struct {
+    Run run;
+    fmi2CallbackFunctions callbacks;
+    char *name;
+    fmi2Type type;
+} Instance;
+
+#define RUN(c) (&((Instance *)(c))->run)
+
+static fmi2Status told(fmi2Component c, bool well)
+{
+    Instance *instance = c;
+    if (well) return fmi2OK;
+    if (instance->callbacks.logger) /* not by "%s": many importers read no further arguments */
+        instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name,
+                                   fmi2Error, "error", instance->run.message);
+    return fmi2Error;
+}
+
+/* Of functions for what this model does not have. */
+static fmi2Status none(fmi2Component c, size_t count)
+{
+    return told(c, count == 0 || fail(RUN(c), "all variables are real, continuous in time"));
+}
+
+FMI2 const char *fmi2GetTypesPlatform(void) { return "default"; }
+FMI2 const char *fmi2GetVersion(void) { return "2.0"; }
+
+FMI2 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
+                                    const fmi2String categories[])
+{
+    (void)c, (void)on, (void)count, (void)categories;
+    return fmi2OK;
+}
+
+FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
+                                   fmi2String resources, const fmi2CallbackFunctions *functions,
+                                   fmi2Boolean visible, fmi2Boolean logging)
+{
+    (void)resources, (void)visible, (void)logging;
+    if (!guid || strcmp(guid, model_token) != 0) {
+        if (functions && functions->logger)
+            functions->logger(functions->componentEnvironment, name, fmi2Error, "error",
+                              "the GUID is not that of the model description");
+        return NULL;
+    }
+    Instance *instance = calloc(1, sizeof *instance);
+    if (!instance) return NULL;
+    if (functions) instance->callbacks = *functions;
+    instance->name = calloc(strlen(name) + 1, 1);
+    if (instance->name) strcpy(instance->name, name);
+    instance->type = type;
+    reset(&instance->run);
+    return instance;
+}
+
+FMI2 void fmi2FreeInstance(fmi2Component c)
+{
+    if (c) free(((Instance *)c)->name);
+    free(c);
+}
+
+FMI2 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined,
+                                    fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
+                                    fmi2Real stop)
+{
+    experiment(RUN(c), tolerance_defined, tolerance, start, stop_defined, stop);
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    RUN(c)->phase = INITIALIZING;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    bool well = ensure_started(RUN(c));
+    RUN(c)->phase = ((Instance *)c)->type == fmi2ModelExchange ? EVENTS : STEPPING;
+    return told(c, well);
+}
+
+FMI2 fmi2Status fmi2Terminate(fmi2Component c)
+{
+    RUN(c)->phase = TERMINATED;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2Reset(fmi2Component c)
+{
+    reset(RUN(c));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[])
+{
+    return told(c, get_values(RUN(c), r, n, v));
+}
+
+FMI2 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                            const fmi2Real v[])
+{
+    return told(c, set_values(RUN(c), r, n, v));
+}
+
+#define NO_VALUES(name, type)                                                                      \
+    FMI2 fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+                                  type v[])                                                        \
+    {                                                                                              \
+        (void)r, (void)v;                                                                          \
+        return none(c, n);                                                                         \
+    }                                                                                              \
+    FMI2 fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+                                  const type v[])                                                  \
+    {                                                                                              \
+        (void)r, (void)v;                                                                          \
+        return none(c, n);                                                                         \
+    }
+
+NO_VALUES(Integer, fmi2Integer)
+NO_VALUES(Boolean, fmi2Boolean)
+NO_VALUES(String, fmi2String)
+
+FMI2 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) return fmi2Error;
+    memcpy(*state, RUN(c), sizeof(Run));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    memcpy(RUN(c), state, sizeof(Run));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)c;
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    (void)c, (void)state;
+    *size = sizeof(Run);
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
+                                      size_t size)
+{
+    if (size < sizeof(Run)) return told(c, fail(RUN(c), "too few bytes for a state"));
+    memcpy(bytes, state, sizeof(Run));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                        fmi2FMUstate *state)
+{
+    if (size != sizeof(Run)) return told(c, fail(RUN(c), "these are not the bytes of a state"));
+    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) return fmi2Error;
+    memcpy(*state, bytes, sizeof(Run));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
+                                             size_t unknowns, const fmi2ValueReference known[],
+                                             size_t knowns, const fmi2Real seed[],
+                                             fmi2Real sensitivity[])
+{
+    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)sensitivity;
+    return told(c, fail(RUN(c), "directional derivatives are not provided"));
+}
+
+/* ---- model exchange ----------------------------------------------------------------------- */
+
+FMI2 fmi2Status fmi2EnterEventMode(fmi2Component c)
+{
+    RUN(c)->phase = EVENTS;
+    RUN(c)->settled = false;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    bool moved, well = update(RUN(c), &moved, &info->nextEventTime);
+    info->newDiscreteStatesNeeded = fmi2False;
+    info->terminateSimulation = !well;
+    info->nominalsOfContinuousStatesChanged = fmi2False;
+    info->valuesOfContinuousStatesChanged = moved;
+    info->nextEventTimeDefined = isfinite(info->nextEventTime);
+    return told(c, well);
+}
+
+FMI2 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    RUN(c)->phase = CONTINUOUS;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
+                                            fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
+{
+    bool event, well = step_completed(RUN(c), &event);
+    (void)no_set_prior;
+    *enter_event_mode = event;
+    *terminate = !well;
+    return told(c, well);
+}
+
+FMI2 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t)
+{
+    RUN(c)->t = t;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
+{
+    memcpy(RUN(c)->x, x, n * sizeof(double));
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n)
+{
+    (void)n;
+    return told(c, rates_of(RUN(c), rates));
+}
+
+FMI2 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
+{
+    (void)n;
+    return told(c, watch(RUN(c), z));
+}
+
+FMI2 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
+{
+    bool well = ensure_started(RUN(c));
+    memcpy(x, RUN(c)->x, n * sizeof(double));
+    return told(c, well);
+}
+
+FMI2 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n)
+{
+    (void)c;
+    memcpy(nominals, state_nominal, n * sizeof(double));
+    return fmi2OK;
+}
+
+/* ---- co-simulation ------------------------------------------------------------------------ */
+
+FMI2 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_prior)
+{
+    (void)no_set_prior;
+    return told(c, ensure_started(RUN(c)) && advance(RUN(c), t + step));
+}
+
+FMI2 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                                            const fmi2Integer order[], const fmi2Real v[])
+{
+    (void)r, (void)order, (void)v;
+    return told(c, n == 0 || fail(RUN(c), "inputs are constant within a step"));
+}
+
+FMI2 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[],
+                                             size_t n, const fmi2Integer order[], fmi2Real v[])
+{
+    (void)r, (void)order, (void)v;
+    return told(c, n == 0 || fail(RUN(c), "derivatives of outputs are not provided"));
+}
+
+FMI2 fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    return told(c, fail(RUN(c), "a step is over when its function returns"));
+}
+
+FMI2 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    *value = RUN(c)->t;
+    return fmi2OK;
+}
+
+FMI2 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    (void)c;
+    if (kind != fmi2Terminated) return fmi2Discard;
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+#define NO_STATUS(name, type)                                                                      \
+    FMI2 fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
+    {                                                                                              \
+        (void)c, (void)kind, (void)value;                                                          \
+        return fmi2Discard;                                                                        \
+    }
+
+NO_STATUS(Status, fmi2Status)
+NO_STATUS(IntegerStatus, fmi2Integer)
+NO_STATUS(StringStatus, fmi2String)

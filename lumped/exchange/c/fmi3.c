@@ -1,0 +1,276 @@
+/* Functional Mock-up Interface 3.0: model exchange and co-simulation. */
+#include <stdlib.h>
+#include <string.h>
+#include "fmi3.h"
+
+fmi3Status told3(fmi3Instance c, bool well)
+{
+    Instance *instance = c;
+    if (well) return fmi3OK;
+    if (instance->log)
+        instance->log(instance->environment, fmi3Error, "error", instance->run.message);
+    return fmi3Error;
+}
+
+static fmi3Instance instance_of(fmi3String token, bool exchange, fmi3InstanceEnvironment environment,
+                                fmi3LogMessageCallback log)
+{
+    if (!token || strcmp(token, model_token) != 0) {
+        if (log)
+            log(environment, fmi3Error, "error",
+                "the instantiation token is not that of the model description");
+        return NULL;
+    }
+    Instance *instance = calloc(1, sizeof *instance);
+    if (!instance) return NULL;
+    instance->environment = environment;
+    instance->log = log;
+    instance->exchange = exchange;
+    reset(&instance->run);
+    return instance;
+}
+
+FMI3 const char *fmi3GetVersion(void) { return "3.0"; }
+
+FMI3 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
+                                    const fmi3String categories[])
+{
+    (void)c, (void)on, (void)n, (void)categories;
+    return fmi3OK;
+}
+
+FMI3 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
+                                               fmi3String resources, fmi3Boolean visible,
+                                               fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment,
+                                               fmi3LogMessageCallback log)
+{
+    (void)name, (void)resources, (void)visible, (void)logging;
+    return instance_of(token, true, environment, log);
+}
+
+FMI3 fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3Boolean event_mode_used, fmi3Boolean early_return_allowed,
+    const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment environment,
+    fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback intermediate)
+{
+    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode_used;
+    (void)early_return_allowed, (void)required, (void)n, (void)intermediate;
+    return instance_of(token, false, environment, log);
+}
+
+FMI3 fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
+    fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    (void)environment, (void)log, (void)clock, (void)lock, (void)unlock;
+    return NULL;
+}
+
+FMI3 void fmi3FreeInstance(fmi3Instance c)
+{
+    free(c);
+}
+
+FMI3 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined,
+                                            fmi3Float64 tolerance, fmi3Float64 start,
+                                            fmi3Boolean stop_defined, fmi3Float64 stop)
+{
+    experiment(RUN(c), tolerance_defined, tolerance, start, stop_defined, stop);
+    RUN(c)->phase = INITIALIZING;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
+{
+    bool well = ensure_started(RUN(c));
+    RUN(c)->phase = ((Instance *)c)->exchange ? EVENTS : STEPPING;
+    return told3(c, well);
+}
+
+FMI3 fmi3Status fmi3EnterEventMode(fmi3Instance c)
+{
+    RUN(c)->phase = EVENTS;
+    RUN(c)->settled = false;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3Terminate(fmi3Instance c)
+{
+    RUN(c)->phase = TERMINATED;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3Reset(fmi3Instance c)
+{
+    reset(RUN(c));
+    return fmi3OK;
+}
+
+/* ---- values ------------------------------------------------------------------------------- */
+
+FMI3 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
+                               fmi3Float64 values[], size_t n_values)
+{
+    (void)n_values;
+    return told3(c, get_values(RUN(c), r, n, values));
+}
+
+FMI3 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
+                               const fmi3Float64 values[], size_t n_values)
+{
+    (void)n_values;
+    return told3(c, set_values(RUN(c), r, n, values));
+}
+
+FMI3 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) return fmi3Error;
+    memcpy(*state, RUN(c), sizeof(Run));
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
+{
+    memcpy(RUN(c), state, sizeof(Run));
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    (void)c;
+    free(*state);
+    *state = NULL;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
+{
+    (void)c, (void)state;
+    *size = sizeof(Run);
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[],
+                                      size_t size)
+{
+    if (size < sizeof(Run)) return told3(c, fail(RUN(c), "too few bytes for a state"));
+    memcpy(bytes, state, sizeof(Run));
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
+                                        fmi3FMUState *state)
+{
+    if (size != sizeof(Run)) return told3(c, fail(RUN(c), "these are not the bytes of a state"));
+    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) return fmi3Error;
+    memcpy(*state, bytes, sizeof(Run));
+    return fmi3OK;
+}
+
+/* ---- model exchange ----------------------------------------------------------------------- */
+
+FMI3 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update,
+                                         fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
+                                         fmi3Boolean *values_changed, fmi3Boolean *next_defined,
+                                         fmi3Float64 *next)
+{
+    bool well = update(RUN(c), values_changed, next);
+    *needs_update = *nominals_changed = false;
+    *terminate = !well;
+    *next_defined = isfinite(*next);
+    return told3(c, well);
+}
+
+FMI3 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
+{
+    RUN(c)->phase = CONTINUOUS;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
+                                            fmi3Boolean *enter_event_mode, fmi3Boolean *terminate)
+{
+    bool well = step_completed(RUN(c), enter_event_mode);
+    (void)no_set_prior;
+    *terminate = !well;
+    return told3(c, well);
+}
+
+FMI3 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t)
+{
+    RUN(c)->t = t;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n)
+{
+    memcpy(RUN(c)->x, x, n * sizeof(double));
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n)
+{
+    (void)n;
+    return told3(c, rates_of(RUN(c), rates));
+}
+
+FMI3 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
+{
+    (void)n;
+    return told3(c, watch(RUN(c), z));
+}
+
+FMI3 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n)
+{
+    bool well = ensure_started(RUN(c));
+    memcpy(x, RUN(c)->x, n * sizeof(double));
+    return told3(c, well);
+}
+
+FMI3 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
+{
+    (void)c;
+    memcpy(nominals, state_nominal, n * sizeof(double));
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
+{
+    (void)c;
+    *n = N_MARGINS;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
+{
+    (void)c;
+    *n = N_STATES;
+    return fmi3OK;
+}
+
+/* ---- co-simulation ------------------------------------------------------------------------ */
+
+FMI3 fmi3Status fmi3EnterStepMode(fmi3Instance c)
+{
+    RUN(c)->phase = STEPPING;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 step,
+                           fmi3Boolean no_set_prior, fmi3Boolean *event_needed,
+                           fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)
+{
+    bool well = ensure_started(RUN(c)) && advance(RUN(c), t + step);
+    (void)no_set_prior;
+    *event_needed = *early = false;
+    *terminate = !well;
+    *reached = RUN(c)->t;
+    return told3(c, well);
+}

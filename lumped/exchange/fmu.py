@@ -1,0 +1,235 @@
+"""Export of a model as a functional mock-up unit (FMU)."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time as clock
+import uuid
+import zipfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from lumped.analysis.watch import may_be_unfit
+from lumped.errors import ExportError, OptionError
+from lumped.exchange.description import build_description, model_description
+from lumped.exchange.interface import Interface
+from lumped.exchange.tables import coefficients, model_files
+from lumped.system import Changes, Name, System
+
+__all__ = ["ExportedFMU", "export_fmu"]
+
+_SOURCES = ("access.c", "events.c", "holds.c", "integrate.c", "settle.c", "start.c")
+_HEADERS = ("holds.h", "lumped.h")
+_OWN = {
+    "2.0": (("fmi2.c",), ("fmi2_types.h",)),
+    "3.0": (("fmi3.c", "fmi3_absent.c"), ("fmi3.h", "fmi3_types.h")),
+}
+_KINDS = ("model_exchange", "co_simulation")
+_LARGE = 40_000
+"""Operations from which on a compiler takes too long to optimise."""
+
+
+@dataclass(frozen=True)
+class ExportedFMU:
+    """What was written.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    version : str
+        Of the interface.
+    kinds : tuple of str
+        "model_exchange", "co_simulation".
+    counts : dict of str to int
+        Parameters, inputs, outputs, states, event indicators, operations of all functions.
+    platform : str
+        For which it is compiled; empty if there was no compiler.
+    seconds : float
+        Wall time.
+    remarks : tuple of str
+        What the unit cannot do.
+    """
+
+    path: Path
+    version: str
+    kinds: tuple[str, ...]
+    counts: dict[str, int]
+    platform: str
+    seconds: float
+    remarks: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{n} {what}" for what, n in self.counts.items())
+        made = f"compiled for {self.platform}" if self.platform else "sources only"
+        head = f"{self.path}: FMI {self.version}, {' and '.join(self.kinds)}, {made}"
+        return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.remarks])
+
+
+def export_fmu(
+    system: System,
+    path: str | Path,
+    *,
+    version: str = "3.0",
+    kind: str | Iterable[str] = _KINDS,
+    inputs: Iterable[Name] = (),
+    outputs: Iterable[Name] = (),
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+) -> ExportedFMU:
+    """Write a model as an FMU for other tools.
+
+    The functions of the system become C by CasADi's code generator; a small runtime in C adds the
+    interface, events, the search for modes that fit (sticking and sliding, impacts, jumps), and for
+    co-simulation the method DOP853 with events located inside steps. All sources are in the file;
+    they are compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
+
+    Parameters of the model can be set before the run, and during it if no equation that holds them
+    was differentiated. States can be set before the run where they follow from nothing else.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    path : path
+        File to write, ``*.fmu``.
+    version : {"3.0", "2.0"}
+        Of the Functional Mock-up Interface.
+    kind : "model_exchange", "co_simulation" or both
+        With the integrator of the importing tool, or with an own one.
+    inputs : iterable of names
+        Parameters, or inputs given as numbers, that vary from outside. Co-simulation holds them
+        within a step.
+    outputs : iterable of names
+        Quantities to give out. States are always visible.
+    start : mapping of name to float, optional
+        Start values to set or change, as for `simulate`.
+    rtol : float
+        Relative tolerance of co-simulation where the importing tool gives none.
+
+    Returns
+    -------
+    ExportedFMU
+
+    Raises
+    ------
+    OptionError
+        If an option makes no sense, or the rate of an input would matter.
+    UnknownNameError
+        If an input or output does not exist.
+    StartError
+        If the start values contradict each other.
+    ExportError
+        If the compiler refuses the sources.
+    """
+    begin = clock.perf_counter()
+    kinds = (kind,) if isinstance(kind, str) else tuple(kind)
+    if version not in _OWN:
+        raise OptionError(f"export_fmu: version = {version!r}: choose '3.0' or '2.0'.")
+    if not kinds or not set(kinds) <= set(_KINDS):
+        raise OptionError(f"export_fmu: kind = {kind!r}: choose from {', '.join(_KINDS)}.")
+    if not 1e-13 <= rtol < 1:
+        raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
+    interface = Interface(system, inputs, outputs, start or {})
+    identifier = re.sub(r"\W", "_", system.name)
+    files, operations = model_files(interface, "{token}", rtol)
+    token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
+    files["model.c"] = files["model.c"].replace("{token}", token, 1)
+    files["dop853.h"] = coefficients()
+    own, headers = _OWN[version]
+    folder = resources.files("lumped.exchange") / "c"
+    for name in (*_SOURCES, *_HEADERS, *own, *headers):
+        files[name] = (folder / name).read_text()
+    sources = ("model.c", *_SOURCES, *own)
+    described = model_description(
+        interface,
+        version=version,
+        kinds=[k for k in _KINDS if k in kinds],
+        identifier=identifier,
+        token=token,
+        rtol=rtol,
+        sources=sources,
+    )
+    if version == "3.0":
+        files["buildDescription.xml"] = build_description(identifier, sources)
+    place, suffix = _platform(version)
+    library = _compiled(files, sources, "-O0" if operations > _LARGE else "-O1", suffix)
+    path = Path(path)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", described)
+        for name, text in files.items():
+            archive.writestr(f"sources/{name}", text)
+        if library is not None:
+            archive.writestr(f"binaries/{place}/{identifier}{suffix}", library)
+    roles = [v.role for v in interface.variables]
+    counts = {
+        "parameters": roles.count("parameter"),
+        "inputs": roles.count("input"),
+        "outputs": sum(v.is_output for v in interface.variables),
+        "states": roles.count("state"),
+        "event indicators": interface.margins,
+        "operations": operations,
+    }
+    remarks = _remarks(system, library is not None)
+    seconds = clock.perf_counter() - begin
+    compiled = place if library is not None else ""
+    return ExportedFMU(path, version, kinds, counts, compiled, seconds, remarks)
+
+
+def _remarks(system: System, compiled: bool) -> tuple[str, ...]:
+    remarks = []
+    if not compiled:
+        remarks.append(
+            "No C compiler was found (CC, cc), so the unit holds sources only. Install one and "
+            "export again, or use a tool that compiles them."
+        )
+    if may_be_unfit(system):
+        remarks.append(
+            "A linkage or mechanism leads other motions by a varying ratio: a run that comes to a "
+            "dead centre ends with an error, as states cannot change places in an FMU."
+        )
+    return tuple(remarks)
+
+
+def _platform(version: str) -> tuple[str, str]:
+    """Folder of the binaries of this machine, and suffix of shared libraries."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+        platform.machine().lower(), platform.machine().lower()
+    )
+    system, suffix = {"win32": ("windows", ".dll"), "darwin": ("darwin", ".dylib")}.get(
+        sys.platform, ("linux", ".so")
+    )
+    if version == "2.0" and machine == "x86_64":
+        return {"windows": "win64"}.get(system, f"{system}64"), suffix
+    return f"{machine}-{system}", suffix
+
+
+def _compiled(
+    files: dict[str, str], sources: Iterable[str], level: str, suffix: str
+) -> bytes | None:
+    """The shared library, or None without a compiler."""
+    compiler = os.environ.get("CC") or shutil.which("cc")
+    if not compiler:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in files.items():
+            (Path(folder) / name).write_text(text)
+        options = ["-std=c99", level, "-fPIC", "-fvisibility=hidden", "-shared"]
+        command = [*compiler.split(), *options, "-o", f"model{suffix}", *sources, "-lm"]
+        try:
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
+        if done.returncode:
+            raise ExportError(
+                f"export_fmu: {compiler} refuses the sources:\n{done.stderr.strip()[:2000]}"
+            )
+        return (Path(folder) / f"model{suffix}").read_bytes()

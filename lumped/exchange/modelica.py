@@ -1,0 +1,203 @@
+"""Export of a model as flat Modelica text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import ExportError
+from lumped.exchange.interface import Interface, Shown
+from lumped.exchange.terms import Term, Writer, real
+from lumped.system import Changes, Name, System
+
+__all__ = ["export_modelica"]
+
+
+def export_modelica(
+    system: System,
+    path: str | Path,
+    *,
+    inputs: Iterable[Name] = (),
+    outputs: Iterable[Name] = (),
+    start: Changes | None = None,
+) -> Path:
+    """Write the reduced equations of a model as one flat Modelica model.
+
+    States have a ``der``, their start values follow from parameters where they do in the model;
+    names are those of lumped in quotes. Functions of time and conditions become ``if``, changes of
+    states ``when`` and ``reinit``.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    path : path
+        File to write, ``*.mo``.
+    inputs, outputs : iterable of names
+        Parameters, or inputs given as numbers, that become inputs; quantities to give out.
+    start : mapping of name to float, optional
+        Start values to set or change, as for `simulate`.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ExportError
+        If the model has constraints that hold or slide (friction, clutches, stops), closed linkages
+        that are solved by iteration, or an operation that Modelica lacks; write an FMU then.
+    OptionError, StartError, UnknownNameError
+        As for `export_fmu`.
+    """
+    interface = Interface(system, inputs, outputs, start or {})
+    _refuse(system)
+    path = Path(path)
+    path.write_text(_Text(interface).model())
+    return path
+
+
+def _refuse(system: System) -> None:
+    other = "Modelica text has no equations for that; write an FMU by export_fmu."
+    if system.switching.names:
+        names = ", ".join(dict.fromkeys(system.switching.names))
+        raise ExportError(f"{system.name}: {names} can hold and slide. {other}")
+    if system._values.implicit:
+        names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+        raise ExportError(
+            f"{system.name}: {names} follow from a closed linkage by iteration. {other}"
+        )
+
+
+class _Text:
+    def __init__(self, interface: Interface) -> None:
+        self.interface, self.system = interface, interface.system
+        self.shown: dict[str, list[Shown]] = {}
+        for variable in interface.variables:
+            self.shown.setdefault(variable.role, []).append(variable)
+        self.given = [v for v in interface.variables if v.role in ("parameter", "input")]
+        self.states = self.shown.get("state", [])
+        self.outputs = self.shown.get("output", [])
+        self.writer = Writer()
+
+    def model(self) -> str:
+        system = self.system
+        name = re.sub(r"\W", "_", system.name)
+        body = self._equations()
+        about = (type(system.model).__doc__ or system.name).split("\n")[0]
+        lines = [f"model {name} {_string(about)}", *self._declarations(), "equation", *body]
+        return "\n".join([*lines, f"end {name};", ""])
+
+    def _equations(self) -> list[str]:
+        """All equations; afterwards the writer knows the variables that they need."""
+        system, switching = self.system, self.system.switching
+        x, p, t, m = system._inputs
+        theta = [Term(_quoted(v.name)) for v in self.given]
+        results = [
+            system.rates,
+            self.interface.output_expressions,
+            system._in_states(switching.greater),
+            system._in_states(switching.less),
+            system._in_states(switching.values),
+        ]
+        ends = np.cumsum([0, *(r.numel() for r in results)]).tolist()
+        shared = ca.vertsplit(ca.cse(ca.densify(ca.vertcat(*results))), ends)
+        function = ca.Function("all", [x, p, t, m], shared)
+        self.modes = self._modes(theta)
+        given = [[Term(_quoted(v.name)) for v in self.states], theta, [Term("time")], self.modes]
+        rates, outputs, greater, less, values = self.writer.written(function, given)
+        relations = []
+        for k, mode in enumerate(switching.relation_modes.tolist()):
+            sign = ">" if switching.strict[k] else ">="
+            sides = f"{_side(greater[k])} {sign} {_side(less[k])}"
+            relations.append(f"  {self.modes[mode].text} = {sides};")
+        lines = [f"  {name} = {term.text};" for name, term in self.writer.variables]
+        lines += relations
+        for shown, rate in zip(self.states, rates, strict=True):
+            lines.append(f"  der({_quoted(shown.name)}) = {real(rate).text};")
+        for shown, value in zip(self.outputs, outputs, strict=True):
+            lines.append(f"  {_quoted(shown.name)} = {real(value).text};")
+        return lines + self._jumps(values)
+
+    def _modes(self, theta: list[Term]) -> list[Term]:
+        """What each mode is: a comparison of the time, or a condition of its own."""
+        system = self.system
+        function, directions = system._flat.thresholds
+        relations = {int(m): k for k, m in enumerate(system.switching.relation_modes)}
+        p = system._inputs[1]
+        instants = function(p) if system._flat.mode_count else ca.SX(0, 1)
+        timed = [i for i in range(system._flat.mode_count) if i not in relations]
+        picked = ca.Function("instants", [p], [ca.densify(instants[timed])])
+        (found,) = self.writer.written(picked, [theta], inline=True)
+        terms = {
+            i: Term(f"time {'>=' if directions[i] > 0 else '<'} {_side(term)}", 0, logical=True)
+            for i, term in zip(timed, found, strict=True)
+        }
+        for mode, k in relations.items():
+            terms[mode] = Term(f"c{k + 1}", logical=True)
+        return [terms[i] for i in range(len(terms))]
+
+    def _jumps(self, values: list[Term]) -> list[str]:
+        lines = []
+        for jump in self.system.switching.jumps:
+            lines.append(f"  when {self.modes[jump.mode].text} then")
+            for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
+                if node not in self.system.states:
+                    continue
+                name = _quoted(self.system.state_names[self.system.states.index(node)])
+                value = real(values[jump.first + i]).text
+                lines.append(f"    reinit({name}, {'-' if sign < 0 else ''}({value}));")
+            lines.append("  end when;")
+        return lines
+
+    def _declarations(self) -> list[str]:
+        lines = []
+        for v in self.given:
+            if v.role == "input":
+                lines.append(f"  input Real {_head(v, start=f'{v.start!r}')} {_string(v.text)};")
+            else:
+                value = f"{v.start!r}"
+                lines.append(f"  parameter Real {_head(v)} = {value} {_string(v.text)};")
+        for v, start in zip(self.states, self._starts(), strict=True):
+            lines.append(f"  Real {_head(v, start=start, fixed='true')} {_string(v.text)};")
+        for v in self.outputs:
+            lines.append(f"  output Real {_head(v)} {_string(v.text)};")
+        for k in range(len(self.system.switching.relation_modes)):
+            owner, text = self.system.switching.relation_text(k, True)
+            lines.append(f"  Boolean c{k + 1} {_string(f'{owner}: {text}')};")
+        for name, term in self.writer.variables:
+            lines.append(f"  {'Boolean' if term.logical else 'Real'} {name};")
+        return lines
+
+    def _starts(self) -> list[str]:
+        """Start value of each state as text."""
+        form, system = self.interface.form, self.system
+        picked = form.states[system._in_use] if system._in_use else ca.SX(0, 1)
+        function = ca.Function("starts", [system._inputs[1]], [ca.densify(picked)])
+        theta = [Term(_quoted(v.name)) for v in self.given]
+        (found,) = self.writer.written(function, [theta], inline=True)
+        return [real(term).text for term in found]
+
+
+def _side(term: Term) -> str:
+    return f"({term.text})" if term.binds == 0 else term.text
+
+
+def _head(shown: Shown, **more: str) -> str:
+    """Name and modifiers of a variable."""
+    facts = {"unit": f'"{shown.unit}"', **more}
+    facts |= {key: repr(shown.limits[key]) for key in ("min", "max") if key in shown.limits}
+    return f"{_quoted(shown.name)}({', '.join(f'{k}={v}' for k, v in facts.items())})"
+
+
+def _quoted(name: str) -> str:
+    return "'" + name.replace("\\", "\\\\").replace("'", "\\'") + "'"
+
+
+def _string(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,6 @@
+"""The reference cases are described in a folder of their own."""
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1] / "msl"))

@@ -1,0 +1,354 @@
+"""Exported models without events, their description, their C sources and what is refused."""
+
+import shutil
+import subprocess
+import xml.etree.ElementTree as Xml
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmus import fmpy, runs
+from scipy.linalg import expm
+
+import lumped as lp
+from lumped.components import (
+    BearingFriction,
+    DCMotor,
+    Ground,
+    IdealGear,
+    Inertia,
+    LinearTorque,
+    Position,
+    Spring,
+    SpringDamper,
+    Torque,
+    VoltageSource,
+)
+from lumped.errors import (
+    ExportError,
+    OptionError,
+    UnknownNameError,
+)
+from lumped.exchange.interface import rate_unit
+from lumped.exchange.si import base_powers
+from lumped.ops import where
+
+
+class Drive(lp.Component):
+    """Three masses and a gear: motor, pinion, load."""
+
+    w_0: lp.Param = lp.param("rad/s", "speed of the load at the start", 2.0)
+    ratio: lp.Param = lp.param("1", "gear ratio", 3.0, nonzero=True)
+    motor: Torque = Torque(tau=40.0)
+    rotor: Inertia = Inertia(J=0.5, w=3.0 * w_0)
+    shaft: SpringDamper = SpringDamper(c=4000.0, d=2.0)
+    pinion: Inertia = Inertia(J=0.3)
+    gear: IdealGear = IdealGear(ratio=ratio)
+    wheel: SpringDamper = SpringDamper(c=9000.0, d=5.0)
+    load: Inertia = Inertia(J=2.0, w=w_0)
+
+    def connections(self):
+        parts = (self.rotor, self.shaft, self.pinion, self.gear, self.wheel, self.load)
+        yield from lp.chain(self.motor.flange, *parts)
+
+
+def exact(t, w_0, J=2.0, tau=40.0, ratio=3.0):
+    """Speeds of rotor and load by the matrix exponential, angles from zero."""
+    M = np.diag([0.5, 0.3, J])
+    one, two = np.array([1.0, -1.0, 0.0]), np.array([0.0, 1.0 / ratio, -1.0])
+    C = 4000.0 * np.outer(one, one) + 9000.0 * np.outer(two, two)
+    D = 2.0 * np.outer(one, one) + 5.0 * np.outer(two, two)
+    A = np.zeros((7, 7))
+    A[:3, 3:6] = np.eye(3)
+    A[3:6, :3], A[3:6, 3:6] = -np.linalg.solve(M, C), -np.linalg.solve(M, D)
+    A[3, 6] = tau / 0.5
+    start = np.array([0, 0, 0, 3.0 * w_0, 0.0, w_0, 1.0])
+    return np.array([(expm(A * s) @ start)[[3, 5]] for s in t]).T
+
+
+@pytest.mark.parametrize("changed", [{}, {"w_0": 5.0, "load.J": 3.0, "motor.tau": -10.0}])
+def test_a_geared_drive_moves_as_the_matrix_exponential_says(tmp_path, changed):
+    """Start values follow from parameters that are set before the run."""
+    system = lp.assemble(Drive())
+    options = {"inputs": ["motor.tau"], "outputs": ["wheel.tau"], "start_values": changed}
+    terms = [changed.get(k, v) for k, v in (("w_0", 2.0), ("load.J", 2.0), ("motor.tau", 40.0))]
+    for version, kind, found in runs(system, tmp_path, until=1.0, **options):
+        rotor, load = exact(found["time"], *terms)
+        error = max(
+            np.abs(found["rotor.w"] - rotor).max() / np.abs(rotor).max(),
+            np.abs(found["load.w"] - load).max() / np.abs(load).max(),
+        )
+        print(f"{version} {kind}: {error:.1e}")
+        assert error < 1e-6
+
+
+class Electric(lp.Component):
+    """Direct-current motor behind a voltage, with friction, spring and load."""
+
+    ground: Ground = Ground()
+    source: VoltageSource = VoltageSource(v=24.0)
+    motor: DCMotor = DCMotor(J=0.02, k=0.5, R=0.8, L=0.01)
+    friction: BearingFriction = BearingFriction(characteristic=((0, 0.5), (50, 0.9)))
+    shaft: SpringDamper = SpringDamper(c=800.0, d=0.5)
+    load: Inertia = Inertia(J=0.1)
+    brake: LinearTorque = LinearTorque(tau_nominal=-3.0, w_nominal=30.0)
+
+    def connections(self):
+        yield lp.connect(self.source.p, self.motor.p)
+        yield lp.connect(self.source.n, self.motor.n, self.ground.pin)
+        parts = (self.friction, self.shaft, self.load, self.brake)
+        yield from lp.chain(self.motor.flange, *parts)
+
+
+def test_a_motor_follows_a_table_of_its_voltage(tmp_path):
+    """The voltage jumps from outside at instants at which it jumps in the model itself."""
+    late = where(lp.time >= 0.7, -12.0, 24.0)
+    own = Electric().with_({"source.v": where(lp.time >= 0.3, late, 0.0)})
+    run = lp.simulate(lp.assemble(own), until=1.0, grid=100, rtol=1e-11)
+    rows = [(0, 0.0), (0.3, 0.0), (0.3, 24.0), (0.7, 24.0), (0.7, -12.0), (1.0, -12.0)]
+    table = np.array(rows, dtype=[("time", float), ("source.v", float)])
+    system = lp.assemble(Electric())
+    options = {"until": 1.0, "inputs": ["source.v"], "outputs": ["motor.i"], "input": table}
+    changes = [e.time for e in run.events]
+    for version, kind, found in runs(system, tmp_path, **options):
+        smooth = [min(abs(t - c) for c in changes) > 1e-6 for t in found["time"]]
+        for name in ("motor.i", "load.w"):
+            expected = run[name][np.searchsorted(run.t, found["time"] - 1e-9)]
+            error = np.abs(found[name] - expected)[smooth].max() / np.abs(expected).max()
+            print(f"{version} {kind} {name}: {error:.1e}")
+            assert error < 1e-6
+
+
+def test_states_that_follow_from_nothing_else_can_be_set(tmp_path):
+    model = lp.compose(
+        a=Inertia(J=2.0, w=1.0),
+        shaft=Spring(c=300.0),
+        b=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+    )
+    changed = {"shaft.phi_rel": 0.1, "b.w": -2.0}
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=0.5, start=changed, grid=100, rtol=1e-11)
+    for _, _, found in runs(system, tmp_path, until=0.5, start_values=changed, versions=("3.0",)):
+        assert np.abs(found["b.w"] - run["b.w"]).max() < 1e-6
+
+
+def test_a_drive_without_states_gives_its_functions_of_time(tmp_path):
+    model = lp.compose(
+        turn=Position(phi=lp.time**2),
+        body=Inertia(J=2.0),
+        connections=lambda m: lp.chain(m.turn.flange, m.body),
+    )
+    system = lp.assemble(model)
+    assert not system.states
+    for _, _, found in runs(
+        system, tmp_path, until=1.0, versions=("3.0",), outputs=["body.w", "turn.flange.tau"]
+    ):
+        assert np.abs(found["body.w"] - 2 * found["time"]).max() < 1e-12
+        assert np.abs(np.abs(found["turn.flange.tau"]) - 4.0).max() < 1e-12
+
+
+# -- description -------------------------------------------------------------------------------
+
+
+def described(path):
+    with zipfile.ZipFile(path) as archive:
+        return Xml.fromstring(archive.read("modelDescription.xml"))
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fmu") / "drive.fmu"
+    result = lp.export_fmu(
+        lp.assemble(Drive()), path, inputs=["motor.tau"], outputs=["wheel.tau", "load.w"]
+    )
+    assert result.platform == "x86_64-linux" or result.platform
+    return result
+
+
+def test_the_description_names_units_roles_and_dependencies(exported):
+    root = described(exported.path)
+    known = {v.get("name"): v for v in root.find("ModelVariables")}
+    by_reference = {v.get("valueReference"): name for name, v in known.items()}
+    assert known["motor.tau"].get("causality") == "input"
+    assert known["load.J"].get("variability") == "tunable"
+    assert known["ratio"].get("variability") == "fixed"  # positions would jump with it
+    assert known["shaft.c"].get("unit") == "N.m/rad"
+    assert known["load.w"].get("causality") == "output"
+    assert known["load.w"].get("displayUnit") == "rpm"
+    assert known["rotor.w"].get("initial") == "calculated"  # follows from w_0
+    assert known["shaft.phi_rel"].get("initial") == "exact"
+    assert by_reference[known["der(load.w)"].get("derivative")] == "load.w"
+    needs = {
+        by_reference[e.get("valueReference")]: {
+            by_reference[r] for r in (e.get("dependencies") or "").split()
+        }
+        for e in root.find("ModelStructure")
+        if e.tag in ("Output", "ContinuousStateDerivative")
+    }
+    ends = {"shaft.phi_rel", "rotor.w", "pinion.w"}
+    assert needs["der(rotor.w)"] == {"motor.tau", *ends}
+    assert needs["der(load.w)"] == {"wheel.phi_rel", "pinion.w", "load.w"}
+    assert needs["load.w"] == {"load.w"}
+    units = {u.get("name"): u.find("BaseUnit").attrib for u in root.find("UnitDefinitions")}
+    assert units["N.m/rad"] == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
+
+
+@pytest.mark.parametrize(
+    ("unit", "powers"),
+    [
+        ("N.m.s/rad2", {"kg": 1, "m": 2, "s": -1, "rad": -2}),
+        ("rad/(s.N.m)", {"rad": 1, "s": 1, "kg": -1, "m": -2}),
+        ("1/s2", {"s": -2}),
+        ("V.s", {"kg": 1, "m": 2, "s": -2, "A": -1}),
+        ("parsec", None),
+    ],
+)
+def test_units_are_powers_of_base_units(unit, powers):
+    assert base_powers(unit) == powers
+
+
+@pytest.mark.parametrize(
+    ("unit", "rate"),
+    [("rad", "rad/s"), ("rad/s", "rad/s2"), ("m/s2", "m/s3"), ("1", "1/s"), ("W/K", "W/(K.s)")],
+)
+def test_units_of_derivatives(unit, rate):
+    assert rate_unit(unit) == rate
+
+
+# -- sources -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_sources_compile_without_warnings_and_agree_with_the_official_headers(tmp_path, version):
+    compiler = shutil.which("cc")
+    assert compiler, "a C compiler is needed"
+    path = tmp_path / "drive.fmu"
+    lp.export_fmu(lp.assemble(Electric()), path, version=version)
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    folder, official = tmp_path / "sources", Path(fmpy.__file__).parent / "c-code"
+    own = sorted(file.name for file in folder.glob("*.c"))
+    strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1"]
+    major = version[0]
+    header = ["-I", str(official), "-include", f"fmi{major}Functions.h"]
+    interface = [name for name in own if name.startswith("fmi")]
+    for call in (
+        [compiler, *strict, "-shared", "-fPIC", "-o", "x.so", *own, "-lm"],
+        [compiler, "-std=c99", "-Wall", "-Werror", *header, "-fsyntax-only", *interface],
+    ):
+        done = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+def test_without_a_compiler_the_unit_holds_sources_and_says_so(tmp_path, monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    result = lp.export_fmu(lp.assemble(Drive()), tmp_path / "drive.fmu")
+    assert "No C compiler was found" in repr(result)
+    with zipfile.ZipFile(result.path) as archive:
+        names = archive.namelist()
+    assert "sources/buildDescription.xml" in names
+    assert not [name for name in names if name.startswith("binaries")]
+
+
+def test_a_compiler_that_fails_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", "false")
+    with pytest.raises(ExportError, match="false refuses the sources"):
+        lp.export_fmu(lp.assemble(Drive()), tmp_path / "drive.fmu")
+
+
+# -- what is refused ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "text"),
+    [
+        ({"version": "1.0"}, OptionError, "choose '3.0' or '2.0'"),
+        ({"kind": "exchange"}, OptionError, "choose from model_exchange"),
+        ({"rtol": 0.0}, OptionError, "rtol = 0.0"),
+        ({"inputs": ["motor.torque"]}, UnknownNameError, "motor.torque"),
+        ({"inputs": ["load.w"]}, UnknownNameError, "cannot be an input"),
+        ({"inputs": ["ratio"]}, OptionError, "would need its rate of change"),
+        ({"outputs": ["load.speed"]}, UnknownNameError, "load.speed"),
+        ({"outputs": ["load.w", "load.w"]}, OptionError, "once"),
+    ],
+)
+def test_bad_options_are_refused(tmp_path, options, error, text):
+    with pytest.raises(error, match=text):
+        lp.export_fmu(lp.assemble(Drive()), tmp_path / "drive.fmu", **options)
+
+
+def slave(path, logged):
+    facts = fmpy.read_model_description(str(path))
+    folder = fmpy.extract(str(path))
+    unit = fmpy.fmi2.FMU2Slave(
+        guid=facts.guid,
+        unzipDirectory=folder,
+        modelIdentifier=facts.coSimulation.modelIdentifier,
+        instanceName="one",
+    )
+    callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(
+        lambda *message: logged.append(message[-1].decode())
+    )
+    callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.calloc)
+    callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
+    unit.instantiate(callbacks=callbacks)
+    unit.setupExperiment()
+    unit.enterInitializationMode()
+    return unit, {v.name: v.valueReference for v in facts.modelVariables}, folder
+
+
+@pytest.fixture(scope="module")
+def second(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fmu") / "drive.fmu"
+    lp.export_fmu(lp.assemble(Drive()), path, version="2.0", kind="co_simulation")
+    return path
+
+
+def test_values_out_of_range_are_refused_by_name(second):
+    logged: list[str] = []
+    unit, place, folder = slave(second, logged)
+    for name, value, text in (
+        ("load.J", -1.0, r"Drive: load.J = -1 is out of range: it must be greater than 0"),
+        ("shaft.c", np.nan, "must be a finite number"),
+        ("rotor.w", 3.0, "cannot be set now"),
+        ("der(load.w)", 3.0, "cannot be set now"),
+    ):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            unit.setReal([place[name]], [value])
+        assert text in logged[-1]
+    unit.exitInitializationMode()
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        unit.setReal([place["ratio"]], [2.0])
+    assert "can be set before the run only" in logged[-1]
+    unit.terminate()
+    unit.freeInstance()
+    shutil.rmtree(folder)
+
+
+def test_a_state_of_the_unit_can_be_kept_and_taken_up_again(second):
+    unit, place, folder = slave(second, [])
+    unit.exitInitializationMode()
+    seen = [place["rotor.w"], place["load.w"]]
+
+    def steps(begin, count):
+        for k in range(count):
+            unit.doStep(currentCommunicationPoint=begin + 0.01 * k, communicationStepSize=0.01)
+        return unit.getReal(seen)
+
+    steps(0.0, 30)
+    kept = unit.getFMUState()
+    stored = unit.serializeFMUState(kept)
+    first = steps(0.3, 20)
+    unit.setFMUState(kept)
+    assert steps(0.3, 20) == first
+    unit.setFMUState(unit.deSerializeFMUstate(stored))
+    assert steps(0.3, 20) == first
+    assert np.abs(np.array(first) - exact([0.5], 2.0)[:, 0]).max() < 1e-4
+    unit.freeFMUState(kept)
+    unit.terminate()
+    unit.freeInstance()
+    shutil.rmtree(folder)

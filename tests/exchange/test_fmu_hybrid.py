@@ -1,0 +1,199 @@
+"""Exported models with events: friction, impacts, contact, jumps of states, linkages."""
+
+import numpy as np
+import pytest
+import specification_gear  # noqa: F401 - loads
+from fmus import compare, fmpy, runs
+from specification import build, read
+from test_loops import double_rocker, four_bar, rocker_angle
+
+import lumped as lp
+from lumped.components import (
+    Backlash,
+    Brake,
+    Fixed,
+    Inertia,
+    SpringDamper,
+    Torque,
+    translation,
+)
+from lumped.models.reversing_mill_scenes import RATED, JoinedGap
+from lumped.ops import where
+
+
+def instants(found):
+    """Where events were recorded: rows at the same time."""
+    t = found["time"]
+    return np.unique(t[1:][np.diff(t) == 0])
+
+
+def test_clutches_follow_the_reference_and_change_at_its_instants(tmp_path):
+    case = read("rot_coupled_clutches")
+    speeds = [name for name in case.columns if name.endswith(".w")]
+    system = lp.assemble(build(case))
+    options = {"until": case.stop, "start": case.start, "outputs": speeds}
+    run = compare(system, tmp_path, **options)
+    changes = np.unique([e.time for e in run.events])
+    assert len(changes) >= 7
+    smooth = np.abs(case.t[:, None] - changes).min(axis=1) > 1e-5
+    for version, kind, found in runs(system, tmp_path, record_events=True, points=1000, **options):
+        for name in speeds:
+            near = np.interp(case.t, found["time"], found[name])
+            error = np.abs(near - case.columns[name])[smooth].max() / np.ptp(case.columns[name])
+            assert error < 1e-4, f"{version} {kind} {name}: {error:.1e}"
+        if kind == "ModelExchange":
+            late = max(np.abs(instants(found) - t).min() for t in changes[changes > 0])
+            print(f"{len(changes)} instants of change, the farthest off by {late:.1e} s")
+            assert late < 1e-8
+
+
+def test_one_step_of_co_simulation_goes_through_all_events(tmp_path):
+    case = read("rot_coupled_clutches")
+    system = lp.assemble(build(case))
+    run = compare(
+        system,
+        tmp_path,
+        until=case.stop,
+        start=case.start,
+        points=1,
+        versions=("3.0",),
+        kinds=("CoSimulation",),
+    )
+    assert len(run.events) > 7
+
+
+def test_strip_that_enters_joins_the_rolls_of_the_mill(tmp_path):
+    step = where(lp.time >= 0.02, RATED, 0.0)
+    drives = {"upper.drive.tau": step, "lower.drive.tau": step}
+    system = lp.assemble(JoinedGap().with_({"enters": 0.02} | drives))
+    turning = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "gap.w_rel")
+    options = {"until": 0.2, "start": dict.fromkeys(turning, 2.0), "versions": ("2.0",)}
+    run = compare(system, tmp_path, outputs=["upper.shaft.tau"], **options)
+    assert any(e.loss for e in run.events)
+
+
+def test_play_opens_and_closes(tmp_path):
+    case = read("rot_backlash")
+    options = {"until": case.stop, "start": case.start, "versions": ("3.0",)}
+    run = compare(lp.assemble(build(case)), tmp_path, **options)
+    assert len(run.events) > 10
+
+
+@pytest.mark.parametrize("restitution", [0.8, 0.4])
+def test_a_ball_bounces_as_the_closed_form_says(tmp_path, restitution):
+    height, g, until = 1.3, 9.81, 3.0
+    system = lp.assemble(
+        lp.compose(
+            floor=translation.Stop(restitution=0.5),
+            mass=translation.Mass(m=1.0, s=height, v=0.0),
+            weight=translation.Force(f=-g),
+            connections=lambda m: [
+                lp.connect(m.floor.flange_b, m.mass.flange_a, m.weight.flange),
+            ],
+        )
+    )
+    fall, e = np.sqrt(2 * height / g), restitution
+    hits = fall * (1 + 2 * e * (1 - e ** np.arange(60)) / (1 - e))
+
+    def position(t):
+        n = np.searchsorted(hits, t)
+        if n == 0:
+            return height - g * t**2 / 2
+        speed, since = e**n * g * fall, t - hits[n - 1]
+        return max(speed * since - g * since**2 / 2, 0.0) if n < len(hits) else 0.0
+
+    for version, kind, found in runs(
+        system,
+        tmp_path,
+        until=until,
+        versions=("3.0",),
+        start_values={"floor.restitution": restitution},
+    ):
+        expected = [position(t) for t in found["time"]]
+        error = np.abs(found["floor.gap"] - expected).max()
+        print(f"{version} {kind}: {error:.1e} m")
+        assert error < 1e-6
+
+
+def test_bounces_in_a_play_that_grow_ever_shorter_end(tmp_path):
+    """A disc in a play is thrown to and fro; every time its bounces accumulate."""
+    model = lp.compose(
+        drive=Torque(tau=5.0 * lp.ops.sin(20.0 * lp.time)),
+        rotor=Inertia(J=0.3),
+        play=Backlash(b=0.03, restitution=0.3),
+        disc=Inertia(J=0.2),
+        shaft=SpringDamper(c=80.0, d=0.3),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.drive.flange, m.rotor, m.play, m.disc, m.shaft, m.wall),
+    )
+    run = compare(lp.assemble(model), tmp_path, until=1.0, versions=("2.0",))
+    assert len(run.events) > 50
+
+
+def test_brakes_that_share_a_load_let_go_together(tmp_path):
+    """Limits of 1 and 2 N.m under 2 t N.m: sliding from 1.5 s on, with a = (2 t - 3) / J."""
+    brakes = [Brake(characteristic=((0, 1),), f_max=limit, u=1.0) for limit in (1.0, 2.0)]
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=2.0 * lp.time),
+            body=Inertia(J=1.5),
+            brake=brakes,
+            connections=lambda m: lp.chain(m.drive, m.body, *m.brake),
+        )
+    )
+    for _, kind, found in runs(system, tmp_path, until=3.0, versions=("2.0",)):
+        since = np.maximum(found["time"] - 1.5, 0.0)
+        error = np.abs(found["body.w"] - since**2 / 1.5).max()
+        print(f"{kind}: {error:.1e} rad/s")
+        assert error < 1e-6
+
+
+def test_a_clock_counts_its_ticks(tmp_path):
+    class Clock(lp.Component):
+        T: lp.Param = lp.param("s", "period", 0.3, above=0)
+        n: lp.Var = lp.var("1", "count", state="always")
+        t_next: lp.Var = lp.var("s", "next instant", state="always")
+
+        def equations(self):
+            yield lp.der(self.n) == 0
+            yield lp.der(self.t_next) == 0
+            changes = {self.n: self.n + 1, self.t_next: self.t_next + self.T}
+            yield lp.when(lp.time > self.t_next, changes)
+
+    system = lp.assemble(lp.compose(clock=Clock()))
+    options = {"until": 2.0, "points": 80, "versions": ("3.0",)}
+    for _, _, found in runs(system, tmp_path, start_values={"clock.T": 0.26}, **options):
+        periods = found["time"] / 0.26
+        between = np.abs(periods - np.round(periods)) > 1e-6
+        assert np.array_equal(found["clock.n"][between], np.ceil(periods)[between])
+
+
+def test_a_closed_linkage_turns_with_its_rocker(tmp_path):
+    """Freudenstein's closed form, and the energy."""
+    system = lp.assemble(four_bar(w=10.0))
+    outputs = ["rocker.phi", "rocker.w"]
+    for _, kind, found in runs(system, tmp_path, until=1.0, versions=("2.0",), outputs=outputs):
+        expected = rocker_angle(np.asarray(found["crank.phi"]))
+        error = np.abs(np.exp(1j * found["rocker.phi"]) - np.exp(1j * expected)).max()
+        energy = 2.0 * found["crank.w"] ** 2 + 3.0 * found["rocker.w"] ** 2
+        print(f"{kind}: {error:.1e} rad, energy {np.ptp(energy) / energy[0]:.1e}")
+        assert error < 1e-6
+        assert np.ptp(energy) < 1e-6 * energy[0]
+
+
+def test_a_crank_at_its_dead_centre_ends_the_run_with_a_reason(tmp_path, capsys):
+    system = lp.assemble(double_rocker(w=3.0))
+    told = []
+    for kind in ("ModelExchange", "CoSimulation"):
+        path = tmp_path / "swinging.fmu"
+        result = lp.export_fmu(system, path, version="2.0")
+        assert "dead centre" in repr(result)
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            fmpy.simulate_fmu(
+                str(path),
+                fmi_type=kind,
+                stop_time=2.0,
+                output_interval=1e-4,
+                logger=lambda *message: told.append(message[-1].decode()),
+            )
+        assert "should lead instead of crank.phi" in told[-1]

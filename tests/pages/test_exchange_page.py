@@ -1,0 +1,43 @@
+"""What docs/exchange.md shows is true."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lumped as lp
+
+PAGE = (Path(__file__).parents[2] / "docs" / "exchange.md").read_text()
+BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_page_runs_and_agrees_with_momentum_and_with_the_model_itself(tmp_path, monkeypatch):
+    pytest.importorskip("fmpy")
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for block in BLOCKS:
+        exec(compile(block, "exchange.md", "exec"), names)
+    system, rated, changed = names["system"], names["RATED"], names["changed"]
+    values = system.parameters
+    torque = lp.ops.where(lp.time >= 0.15, 0.0, 1.0)
+    given = {"upper.drive.tau": rated * torque, "lower.drive.tau": 0.4 * rated * torque}
+    own = lp.assemble(names["stand"].with_(given), keep=["gap.tau"])
+    run = lp.simulate(own, until=0.2, grid=200, rtol=1e-11, parameters=changed)
+    changes = np.unique([event.time for event in run.events])
+    assert any(event.after == "forward" for event in run.events)
+    for kind, found in names["runs"].items():
+        smooth = np.abs(found["time"][:, None] - changes).min(axis=1) > 1e-6
+        for name in ("upper.rolls.w", "upper.motor.w", "gap.tau"):
+            expected = run[name][np.searchsorted(run.t, found["time"] - 1e-9)]
+            error = np.abs(found[name] - expected)[smooth].max() / np.abs(expected).max()
+            print(f"{kind} {name}: {error:.1e}")
+            assert error < 1e-6
+    # momentum of both branches: driven for 150 ms, loaded for 100 ms
+    bodies = [n.removesuffix(".J") for n in values if n.endswith(".J")]
+    momentum = sum(values[f"{body}.J"] * run[f"{body}.w"][-1] for body in bodies)
+    impulse = 1.4 * rated * 0.15 - 2 * rated * 0.1
+    assert momentum == pytest.approx(impulse, rel=1e-6)
+    text = (tmp_path / "branch.mo").read_text()
+    assert text.startswith("model UpperBranch")
+    assert "input Real 'drive.tau'(unit=\"N.m\"" in text
