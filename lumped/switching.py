@@ -231,6 +231,7 @@ class Switching:
         for h, first in enumerate(self.first_modes.tolist()):
             stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
             shared = ca.if_else(compliance > 0, _SHARED, 0)
+            least = ca.if_else(compliance > 0, 1e-9, 1e-13)  # as where modes settle
             reaction = self.reaction[h]
             for kind, given, limit, sign in (
                 ("upper", self.has_upper[h], self.upper[h], 1),
@@ -239,7 +240,7 @@ class Switching:
                 if given:
                     size = ca.fabs(limit) + ca.fabs(reaction)
                     room = sign * (limit - reaction) + shared * size
-                    tolerance = (_COARSE + shared) * size + 1e-13
+                    tolerance = (_COARSE + shared) * size + least
                     add(ca.if_else(stuck, room, 1), tolerance, kind, h)
             if self.has_gap[h]:
                 add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.analysis.calls import called
-from lumped.analysis.crossing import Crossing, Step, first_crossing
+from lumped.analysis.crossing import CROWDED, Crossing, Step, first_crossing
 from lumped.analysis.dense import Method
 from lumped.analysis.machine import Machine, machine, patience
 from lumped.analysis.march import first_change, marched
@@ -119,6 +119,7 @@ class Advance:
         self.implicit_from = 0.0 if method == "implicit" else math.inf
         self.steps = self.rejected = self.evaluations = 0
         self.seconds = 0.0
+        self._stops = [math.nan, math.nan]
 
     def take(self, system: System) -> None:
         """Integrate the states of this system from now on."""
@@ -189,6 +190,7 @@ class Advance:
                 crossing = self._crossing(stepper, before, chunk, modes)
             if crossing is not None and crossing.row < row:
                 row = crossing.row
+                self._stops = [self._stops[1], crossing.time]
                 self._record(stepper, before, chunk.head(row + 1), modes, crossing.time)
                 return Reached(crossing.time, crossing.x, chunk.xs[row, len(x) :], crossing)
             self._record(stepper, before, chunk.head(row), modes)
@@ -242,7 +244,8 @@ class Advance:
         step = Step(
             before, xs[row, :n], chunk.dense[row], begin, end - begin, self._theta, settings
         )
-        return first_crossing(self._system, stepper.method, row, step)
+        crowded = abs(begin - self._stops[0]) <= CROWDED * (1.0 + abs(begin))
+        return first_crossing(self._system, stepper.method, row, step, crowded)
 
     def _unfit(self, chunk: _Chunk, modes: np.ndarray) -> tuple[Unfit | None, int]:
         """State that should not lead any more, and how many attempts of a chunk still count."""

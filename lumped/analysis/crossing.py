@@ -13,7 +13,10 @@ from lumped.analysis.calls import Call, called, expanded
 from lumped.analysis.dense import INSIDE, Method, doubtful, interpolated
 from lumped.system import System
 
-__all__ = ["Crossing", "Step", "first_crossing"]
+__all__ = ["CROWDED", "Crossing", "Step", "first_crossing"]
+
+CROWDED = 1e-14
+"""Relative distance of instants that differ by rounding."""
 
 _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
@@ -71,8 +74,15 @@ class Crossing:
     fired: list[tuple[str, int]]
 
 
-def first_crossing(system: System, method: Method, row: int, step: Step) -> Crossing | None:
-    """The first instant in a step at which a margin is used up, if there is one."""
+def first_crossing(
+    system: System, method: Method, row: int, step: Step, crowded: bool
+) -> Crossing | None:
+    """The first instant in a step at which a margin is used up, if there is one.
+
+    If modes changed twice where the step begins (`crowded`, to `CROWDED` of the time), a margin
+    that is below zero there within its tolerance is used up where it leaves that: rounding alone
+    would change them again.
+    """
     values = (*step[:2], step.dense.ravel(), *step[3:])
     probe, margins = _function(system, method, "probe", step), called(system, "margins")
     span = _first_below(probe, values)
@@ -88,7 +98,7 @@ def first_crossing(system: System, method: Method, row: int, step: Step) -> Cros
         choice[margin] = 1.0
         fired = {margin}
         begin = low or _risen(system, method, step, margin, high)
-        found = float(locate(begin, high, 0.0, choice, *values)[0][0])
+        found = float(locate(begin, high, float(crowded), choice, *values)[0][0])
         if not begin - _FINEST <= found <= high:
             # zero within its tolerance all the time before, as where rounding alone moves a rest
             found = float(locate(begin, high, 1.0, choice, *values)[0][0])

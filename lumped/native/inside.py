@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lumped.native.layout import (
+    CROSSINGS,
     DENSE,
     ENDS,
     FIRED,
@@ -17,9 +18,11 @@ from lumped.native.layout import (
     NEW,
     NK,
     NUMBER,
+    RING,
     SAMPLES,
     SLOPES,
     STACK,
+    STORM_SIZE,
     SUSPECT,
     T_CROSS,
     T_NEW,
@@ -36,6 +39,7 @@ __all__ = ["crossing", "interpolate", "suspected"]
 _FINEST = 1e-3
 _LOCATING = 40
 _ROUNDING = 2.0**-53
+_CROWDED = 1e-14
 
 
 @kernel
@@ -245,6 +249,15 @@ def _risen(Z: Integers, R: Numbers, k: int, end: float) -> float:
 
 
 @kernel
+def _crowded(Z: Integers, R: Numbers) -> float:
+    """1 if modes changed twice where the step begins (see `lumped.analysis.crossing`), else 0."""
+    k, ring = Z[CROSSINGS], at(R, Z[RING])
+    if k < 2 or abs(R[T] - ring[(k - 2) % STORM_SIZE]) > _CROWDED * (1.0 + abs(R[T])):
+        return 0.0
+    return 1.0
+
+
+@kernel
 def crossing(Z: Integers, R: Numbers) -> bool:
     """Find the first instant in the step at which a margin is used up; whether there is one.
 
@@ -261,12 +274,12 @@ def crossing(Z: Integers, R: Numbers) -> bool:
         if suspect[k] == 1:
             last = k
             break
-    previous = -1
+    previous, crowded = -1, _crowded(Z, R)
     x = at(R, Z[INNER])
     # bit 1: suspect; bit 2: not used up any more at an earlier root
     while last >= 0:
         begin = low if low > 0.0 else _risen(Z, R, last, high)
-        found = _locate(Z, R, last, begin, high, 0.0)
+        found = _locate(Z, R, last, begin, high, crowded)
         if not (begin - _FINEST <= found and found <= high):
             # zero within its tolerance all the time before, as where rounding alone moves a rest
             found = _locate(Z, R, last, begin, high, 1.0)
