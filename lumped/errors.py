@@ -14,6 +14,7 @@ __all__ = [
     "DeclarationError",
     "EquationError",
     "ExportError",
+    "Interrupted",
     "LumpedError",
     "OptimisationError",
     "OptionError",
@@ -100,6 +101,20 @@ class OptimisationError(LumpedError):
     def __init__(self, text: str, status: str) -> None:
         super().__init__(text)
         self.status = status
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run was interrupted (Ctrl-C).
+
+    Attributes
+    ----------
+    partial : Trajectory
+        What was computed until then.
+    """
+
+    def __init__(self, text: str, partial: Trajectory) -> None:
+        super().__init__(text)
+        self.partial = partial
 
 
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:

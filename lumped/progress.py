@@ -9,11 +9,15 @@ __all__ = ["Progress"]
 
 _FIRST, _EVERY = 1.0, 0.2  # s
 
+_open: list[Progress] = []
+"""The work that shows itself."""
+
 
 class Progress:
     """A line that says how much is done and how long the rest will take.
 
-    It appears after a second, and only if standard error is a terminal.
+    It appears after a second, and only if standard error is a terminal. Of work within work only
+    the outermost shows itself.
 
     Parameters
     ----------
@@ -26,13 +30,20 @@ class Progress:
     def __init__(self, what: str, total: float) -> None:
         self._what, self._total = what, total
         self._begin = clock.monotonic()
-        self._next = self._begin + _FIRST if sys.stderr.isatty() else float("inf")
+        self._outermost = not _open
+        self._next = float("inf")
+        if self._outermost:
+            _open.append(self)
+            if sys.stderr.isatty():
+                self._next = self._begin + _FIRST
         self._shown = False
 
     def at(self, done: float) -> None:
         """Say how much is done."""
+        if self._next == float("inf") or not done:
+            return
         now = clock.monotonic()
-        if now < self._next or not done:
+        if now < self._next:
             return
         left = (now - self._begin) * (self._total / done - 1.0)
         text = f"{self._what}: {100 * done / self._total:.0f} %, {_spoken(left)} left"
@@ -42,6 +53,8 @@ class Progress:
 
     def close(self) -> None:
         """Take the line away."""
+        if self._outermost:
+            _open.clear()
         if self._shown:
             sys.stderr.write("\r" + " " * 78 + "\r")
             sys.stderr.flush()

@@ -12,6 +12,7 @@ from lumped.analysis.functionals import Designed
 from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
+from lumped.progress import Progress
 from lumped.system import Name
 from lumped.table import number, table
 
@@ -122,6 +123,11 @@ def pareto(
         best((1.0, 0.0), alone[1], second=least[1] + _SLACK * sizes[1]),
     )
     designs = [ends[0]]
-    for bound in np.linspace(ends[0].values[second], ends[1].values[second], count)[1:-1]:
-        designs.append(best((1.0, 0.0), designs[-1], second=float(bound)))
+    progress = Progress(f"{run.system.name}: designs", count)
+    try:
+        for bound in np.linspace(ends[0].values[second], ends[1].values[second], count)[1:-1]:
+            designs.append(best((1.0, 0.0), designs[-1], second=float(bound)))
+            progress.at(len(designs))
+    finally:
+        progress.close()
     return Front((first, second), (*designs, ends[1]))

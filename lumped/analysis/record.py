@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.analysis.result import Piece
 from lumped.errors import OptionError
+from lumped.progress import Progress
 from lumped.system import System
 
 __all__ = ["Recorder", "output_times"]
@@ -53,6 +54,8 @@ class Recorder:
         Output times; None for the steps of the solver.
     both_sides : bool
         Both ends of each segment are recorded, besides the output times between them.
+    progress : Progress
+        Is told how far the run has come.
 
     Attributes
     ----------
@@ -60,8 +63,11 @@ class Recorder:
         Output times that were handed out.
     """
 
-    def __init__(self, until: float, times: np.ndarray | None, both_sides: bool) -> None:
+    def __init__(
+        self, until: float, times: np.ndarray | None, both_sides: bool, progress: Progress
+    ) -> None:
         self.until, self.times, self.both_sides = until, times, both_sides
+        self._progress = progress
         self.taken = 0
         self._parts: list[tuple[System, list[_Rows]]] = []
 
@@ -77,6 +83,8 @@ class Recorder:
     def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
         self._parts[-1][1].append((t, x, settings))
+        if len(t):
+            self._progress.at(float(t[-1]))
 
     def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
         """An end of a segment; grid points that coincide with it are left out."""

@@ -16,7 +16,8 @@ from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError
+from lumped.progress import Progress
 from lumped.system import Changes, Name, System
 
 __all__ = ["simulate"]
@@ -100,6 +101,8 @@ def simulate(
         If the start values contradict each other.
     SolverError
         If the run cannot be completed; its `partial` holds the run up to there.
+    Interrupted
+        If it is interrupted (Ctrl-C); with `partial` too.
     """
     _check(until, rtol, atol, method)
     times = output_times(grid, until)
@@ -112,16 +115,22 @@ def simulate(
         point = start
     else:
         point = start_point(system, parameters, start, free)
-    output = Recorder(until, times, grid is None or isinstance(grid, int))
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
+    progress = Progress(system.name, until)
+    output = Recorder(until, times, grid is None or isinstance(grid, int), progress)
     advance: Advance | Exact
     if used == "exact":
         advance = Exact(point.theta, rtol, output)
     else:
         advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
     run = Run(point, until, rtol, advance, output)
-    run.go()
+    try:
+        run.go()
+    except KeyboardInterrupt:
+        raise _interrupted(run) from None
+    finally:
+        progress.close()
     system.made["runs"] = system.made.get("runs", 0) + 1
     found = run.trajectory()
     if not certify:
@@ -147,6 +156,12 @@ def simulate(
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
     return certified(found, tighter, tight, energy)
+
+
+def _interrupted(run: Run) -> Interrupted:
+    partial = run.trajectory()
+    name, last = run.system.name, partial.t[-1] if len(partial.t) else 0.0
+    return Interrupted(f"{name}: interrupted at t = {last:.6g} s; `partial` is the run.", partial)
 
 
 def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:

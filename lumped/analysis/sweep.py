@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.analysis.machine import machine, patience
 from lumped.analysis.pool import outcomes
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
@@ -25,6 +26,11 @@ from lumped.system import Name, System
 from lumped.table import number, table
 
 __all__ = ["Sweep", "sweep"]
+
+_MANY = 20
+"""Runs from which machine code pays."""
+
+_ABSENT = object()
 
 Measure = Callable[[Trajectory], float]
 Point = dict[str, float]
@@ -146,7 +152,7 @@ def sweep(
     points, shape = _points(system, over)
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
-    job = Job(system, until, dict(of), options)
+    job = Job(system, until, dict(of), options, len(points) >= _MANY)
     done = _Store(store, job).opened()
     begin, busy = clock.perf_counter(), 0.0
     count = workers or os.cpu_count() or 1
@@ -164,6 +170,7 @@ def sweep(
     finally:
         progress.close()
         done.close()
+        job.release()
     names = tuple(points[0])
     values = np.full((len(points), len(of)), np.nan)
     failures = {}
@@ -188,12 +195,27 @@ class Job:
     of : dict of str to callable
     options : dict
         As for `sweep`.
+    native : bool
+        Whether all runs are made in machine code, or none: both differ by rounding.
     """
 
     def __init__(
-        self, system: System, until: float, of: dict[str, Measure], options: dict[str, Any]
+        self,
+        system: System,
+        until: float,
+        of: dict[str, Measure],
+        options: dict[str, Any],
+        native: bool,
     ) -> None:
         self.system, self.until, self.of, self.options = system, until, of, options
+        self._native, self._before = native, system.made.get("machine", _ABSENT)
+        if not (native and np.isfinite(patience(system)) and machine(system)):
+            system.made["machine"] = None
+
+    def release(self) -> None:
+        """Let other runs of the system choose again."""
+        if self._before is _ABSENT and self.system.made["machine"] is None:
+            del self.system.made["machine"]
 
     def __call__(self, point: Point) -> list[float] | str:
         """Numbers of one run, or why there are none."""
@@ -209,15 +231,15 @@ class Job:
         import cloudpickle
 
         model, outputs, keep = self.system.origin
-        parts = (model, outputs, keep, self.until, self.of, self.options)
+        parts = (model, outputs, keep, self.until, self.of, self.options, self._native)
         return _restored, (cloudpickle.dumps(parts),)
 
 
 def _restored(payload: bytes) -> Job:
     import cloudpickle
 
-    model, outputs, keep, until, of, options = cloudpickle.loads(payload)
-    return Job(assemble(model, outputs=outputs, keep=keep), until, of, options)
+    model, outputs, keep, until, of, options, native = cloudpickle.loads(payload)
+    return Job(assemble(model, outputs=outputs, keep=keep), until, of, options, native)
 
 
 def _points(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Fixed, Inertia, Spring
+from lumped.components import Fixed, Inertia, Spring, SwingingMass
 from lumped.errors import OptionError, UnknownNameError
 
 
@@ -49,6 +49,29 @@ def test_a_grid_agrees_with_the_closed_form_whoever_works(system, workers):
     assert found["x"][5] == last(alone)
     frame = found.to_pandas()
     assert (frame["body.J"].to_numpy() == found["body.J"]).all()
+
+
+@pytest.mark.parametrize("count", [6, 30])
+def test_results_are_the_same_to_the_last_bit_whoever_works(count):
+    """Few runs are made without machine code, many with it; never some with and some without."""
+    model = lp.compose(
+        ground=Fixed(),
+        shaft=Spring(c=100.0),
+        arm=SwingingMass(m=1.0, R=0.4),
+        connections=lambda m: [
+            lp.connect(m.ground.flange, m.shaft.flange_a),
+            lp.connect(m.shaft.flange_b, m.arm.flange),
+        ],
+    )
+    system = lp.assemble(model.with_({"arm.w": 3.0}))
+    over = {"shaft.c": np.linspace(20.0, 90.0, count)}
+    found = [
+        lp.sweep(system, over=over, until=3.0, of={"x": last}, workers=n)["x"] for n in (2, 1, 3)
+    ]
+    assert (found[0] == found[1]).all()
+    assert (found[0] == found[2]).all()
+    run = lp.simulate(system, until=3.0, rtol=1e-10, parameters={"shaft.c": 20.0})
+    assert found[0][0] == pytest.approx(last(run), abs=1e-5)
 
 
 def test_failures_are_set_apart_with_their_reason(system):
