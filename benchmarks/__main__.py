@@ -3,7 +3,7 @@
     python -m benchmarks [name ...]
 
 Each script writes its tables to ``results`` as CSV; this one sets them in ``results/README.md``,
-with the machine and the versions.
+with the machine and the versions, and the most telling numbers in the README.
 """
 
 import csv
@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 import benchmarks
+from benchmarks import summary
 
 RESULTS = Path(__file__).parent / "results"
 VERSIONS = ("casadi", "numpy", "scipy", "numba", "llvmlite")
@@ -79,6 +80,7 @@ def main(wanted: list[str]) -> None:
         importlib.import_module(f"benchmarks.{name}").main()
         print(f"({time.perf_counter() - begin:.0f} s)", flush=True)
     write_page(questions)
+    summary.write(Path(__file__).parents[1] / "README.md")
 
 
 if __name__ == "__main__":
