@@ -15,27 +15,19 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from benchmarks.hybrid import Coupled
-from lumped.models.carrousel_coiler_scenes import elastic_winding
-from lumped.models.eccentric_shear_scenes import free_run
-from lumped.models.pilger_mill_drive import start_up
-from lumped.models.reversing_mill_scenes import skidding
-from lumped.models.rotary_arm_control import controlled
+from lumped.models import MACHINES, machine
 from lumped.table import table
 
 
 def three_clutches(**options) -> lp.Trajectory:
     """Four inertias and three clutches."""
-    return lp.simulate(lp.assemble(Coupled()), **options)
+    return lp.simulate(lp.assemble(Coupled()), until=1.5, **options)
 
 
 RESULTS = Path(__file__).parent / "results"
-SCENES: dict[str, tuple[Callable[..., lp.Trajectory], float]] = {
-    "reversing mill, skidding": (skidding, 0.4),
-    "pilger mill, start-up": (start_up, 3.0),
-    "carrousel coiler, elastic strip": (elastic_winding, 30.0),
-    "rotary arm, position control": (controlled, 4.0),
-    "eccentric shear, free speed": (free_run, 6.0),
-    "three clutches": (three_clutches, 1.5),
+SCENES: dict[str, Callable[..., lp.Trajectory]] = {
+    **{text: machine(name).scene for name, text in MACHINES.items()},
+    "Three clutches": three_clutches,
 }
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 
@@ -46,8 +38,9 @@ def main() -> None:
     rows = []
     figure = Figure((10.0, 9.0), layout="constrained")
     axes = figure.subplots(3, 2, sharey=True).ravel()
-    for axis, (name, (scene, until)) in zip(axes, SCENES.items(), strict=True):
-        run = scene(until=until, grid=1)
+    for axis, (name, scene) in zip(axes, SCENES.items(), strict=True):
+        run = scene(grid=1)
+        until = float(run.t[-1])
         found = lp.work_precision(
             run.system, until=until, tolerances=TOLERANCES, start=run.point(0.0)
         )

@@ -70,12 +70,20 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+_TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
+
+
 def _report(name: str, file: Path) -> None:
     chosen = machine(name)
+    from lumped.analysis.work_precision import work_precision
     from lumped.assemble import assemble
     from lumped.models.sources import constants
     from lumped.pictures.page import report_html
 
+    run = chosen.scene(grid=1)
+    accuracy = work_precision(
+        run.system, until=float(run.t[-1]), start=run.point(0.0), tolerances=_TOLERANCES
+    )
     written = report_html(
         assemble(chosen.model()),
         file,
@@ -83,6 +91,7 @@ def _report(name: str, file: Path) -> None:
         figures={text.replace("_", " "): figure for text, figure in chosen.plots().items()},
         compared=chosen.rows(),
         given=constants(name),
+        accuracy=accuracy,
     )
     print(f"written: {written}")
 

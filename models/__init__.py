@@ -7,13 +7,15 @@ if not __name__.startswith("lumped."):
     )
 
 from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from lumped.analysis.result import Trajectory
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
@@ -75,6 +77,9 @@ class Machine(Protocol):
 
     def model(self) -> Component:
         """The machine to draw and to report on."""
+
+    def scene(self, **options: Any) -> "Trajectory":
+        """The run whose error is shown against its time; options as for `lumped.simulate`."""
 
 
 def machine(name: str) -> Machine:

@@ -9,7 +9,7 @@ as the source does not give it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -177,6 +177,11 @@ def _extremes() -> Iterator[Row]:
 def model() -> UnderTension:
     """The machine to draw and to report on."""
     return UnderTension()
+
+
+def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against its time."""
+    return elastic_winding(until=until, **options)
 
 
 def plots() -> dict[str, Figure]:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import lumped as lp
 from lumped.models import Row
 from lumped.models.eccentric_shear_scenes import (
     SLOW,
@@ -198,6 +199,11 @@ def _at_the_change() -> Iterator[float]:
         at = np.flatnonzero(run.t == first)
         for side in sides:
             yield float((motions(run, shear)[at[side]] ** 2).sum() / 1e3)
+
+
+def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against its time."""
+    return free_run(until=until, **options)
 
 
 def plots() -> dict[str, Figure]:

@@ -7,14 +7,14 @@ The drive and its source are described in `lumped.models.pilger_mill_stand`, its
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.models import Row
 from lumped.models.pilger_mill_balance import Balance, balance
-from lumped.models.pilger_mill_drive import GEAR, Driven, running
+from lumped.models.pilger_mill_drive import GEAR, Driven, running, start_up
 from lumped.models.pilger_mill_stand import (
     DESIGNS,
     OFFSET,
@@ -83,6 +83,11 @@ def rows() -> list[Row]:
 def model() -> Driven:
     """The machine to draw and to report on."""
     return Driven(wanted=GEAR * SPEED["P"])
+
+
+def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against its time."""
+    return start_up(until=until, **options)
 
 
 def plots() -> dict[str, Figure]:

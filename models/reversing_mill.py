@@ -7,7 +7,7 @@ the roll gap sticks, skids and opens in `lumped.models.reversing_mill_scenes`, i
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -181,6 +181,11 @@ def model() -> StripGap:
 
 def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
+
+
+def scene(until: float = 0.4, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against its time."""
+    return skidding(until=until, **options)
 
 
 def plots() -> dict[str, Figure]:

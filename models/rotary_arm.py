@@ -8,7 +8,7 @@ Marks: [P] printed, [R] restored by derivation, [A] assumed as the source does n
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -231,6 +231,11 @@ def jump(run: lp.Trajectory, instant: float) -> float:
 def model() -> Controlled:
     """The machine to draw and to report on."""
     return Controlled()
+
+
+def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
+    """The run whose error is shown against its time."""
+    return controlled(until=until, **options)
 
 
 def plots() -> dict[str, Figure]:
