@@ -1,0 +1,411 @@
+"""How long does the same run take elsewhere?
+
+The smooth drive of three masses and the chain of 300 of `native`, by lumped and by other packages
+(the extra `bench`), each with the tolerance that brings its error near 1e-6, against the reference
+of `native`. Packages without components get the right-hand side of `native` in NumPy. SciPy has
+the method that it has there, the others the fastest found. Set-up goes from the description to the
+end of the first run, less the best time of a run and without the imports; lumped makes its machine
+code anew. What a package does again in each run counts as run. jaxonomy has the three masses
+alone: `flatten_time --peers` shows how its set-up grows.
+Each row is the best of all runs in some seconds of a process of its own; read the ratios.
+
+    python -m benchmarks.run_peers
+"""
+
+import importlib
+import itertools
+import os
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+import lumped as lp
+from benchmarks.hybrid import write
+from benchmarks.native import MASSES, Chain, Drive, by_scipy, chain, three
+from lumped.table import table
+
+SECONDS, ROUNDS, LIMIT = 4.0, 300, 90.0  # of the runs, at most so many; of the whole process
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Masses in a row on damped shafts: a sine turns the first, steps of torque the last."""
+
+    model: type[lp.Component]
+    rate: Callable[[float, np.ndarray], np.ndarray]
+    J: tuple[float, ...]
+    c: tuple[float, ...]
+    d: tuple[float, ...]
+    amplitude: float
+    frequency: float
+    edges: tuple[float, ...]
+    loads: tuple[float, ...]
+
+    @property
+    def states(self) -> int:
+        """Twists and speeds."""
+        return 2 * len(self.J) - 1
+
+
+PROBLEMS = {
+    "three masses, 2 s": Problem(
+        *(Drive, three, (2.0, 0.5, 1.0), (2e4, 1e4), (4.0, 3.0), 40.0, 30.0),
+        edges=(0.0, 0.5, 1.2, 2.0),
+        loads=(0.0, -100.0, -30.0),
+    ),
+    "300 masses, 1 s": Problem(
+        *(Chain, chain, (1.0,) * MASSES, (1e4,) * (MASSES - 1), (0.5,) * (MASSES - 1), 1.0, 20.0),
+        edges=(0.0, 1.0),
+        loads=(0.0,),
+    ),
+}
+
+Way = tuple[Callable[[], Any], Callable[[Any], np.ndarray]]
+"""A run, and what finds the twists and speeds at its end."""
+
+
+def in_lumped(problem: Problem, rtol: float, native: str) -> Way:
+    """Assembled, with explicit steps."""
+    os.environ["LUMPED_NATIVE"] = native
+    system, until, n = lp.assemble(problem.model()), problem.edges[-1], len(problem.J)
+    wanted = [f"shaft[{i}].phi_rel" for i in range(n - 1)] + [f"body[{i}].w" for i in range(n)]
+
+    def run() -> lp.Trajectory:
+        found = lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
+        if native == "1" and not found.statistics.native:
+            raise RuntimeError("no machine code; install the extra fast")
+        return found
+
+    return run, lambda found: np.array([found[name][-1] for name in wanted])
+
+
+def in_scipy(problem: Problem, rtol: float) -> Way:
+    """SciPy's DOP853."""
+    return by_scipy(problem.rate, problem.edges, problem.states, rtol), np.asarray
+
+
+def in_cvode(problem: Problem, rtol: float, **options: object) -> Way:
+    """CVODE's Adams method; twists and speeds alternate, so that its matrices are banded."""
+    from sksundae.cvode import CVODE
+
+    n = problem.states
+    order = np.concatenate([np.arange(1, n, 2), np.arange(0, n, 2)])  # of twists, then speeds
+
+    def rate(t: float, y: np.ndarray, yp: np.ndarray) -> None:
+        yp[order] = problem.rate(t, y[order])
+
+    solver = CVODE(
+        rate, method="Adams", rtol=rtol, atol=rtol * 1e-3, max_num_steps=100_000, **options
+    )
+
+    def run() -> np.ndarray:
+        y = np.zeros(n)
+        for begin, end in itertools.pairwise(problem.edges):
+            found = solver.solve(np.array([begin, np.nextafter(end, begin)]), y)
+            if not found.success:
+                raise RuntimeError(found.message)
+            y = found.y[-1]
+        return y
+
+    return run, lambda y: y[order]
+
+
+def in_exudyn(problem: Problem, rtol: float, matrices: str) -> Way:
+    """Items of one coordinate, the motor's torque as a symbolic function of exudyn, DOPRI5."""
+    import exudyn as exu
+    from exudyn import itemInterface as items  # noqa: N813
+    from exudyn.utilities import CreateSymbolicUserFunction
+
+    container = exu.SystemContainer()
+    system, last = container.AddSystem(), len(problem.J) - 1
+    markers = []
+    for inertia in problem.J:
+        node = system.AddNode(items.Node1D())
+        system.AddObject(items.Mass1D(mass=inertia, nodeNumber=node))
+        markers.append(system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)))
+    for ends, c, d in zip(itertools.pairwise(markers), problem.c, problem.d, strict=True):
+        system.AddObject(
+            items.CoordinateSpringDamper(markerNumbers=[*ends], stiffness=c, damping=d)
+        )
+
+    def torque(mbs: object, t: Any, load: object) -> Any:
+        return problem.amplitude * exu.symbolic.sin(problem.frequency * t)
+
+    motor = CreateSymbolicUserFunction(
+        system, torque, "loadUserFunction", itemTypeName="LoadCoordinate"
+    )
+    system.AddLoad(items.LoadCoordinate(markerNumber=markers[0], loadUserFunction=motor))
+    load = system.AddLoad(items.LoadCoordinate(markerNumber=markers[last], load=0.0))
+    system.Assemble()
+
+    settings = exu.SimulationSettings()
+    settings.linearSolverType = getattr(exu.LinearSolverType, matrices)
+    settings.solution.file.write = False
+    integration = settings.timeIntegration
+    integration.numberOfSteps = 1  # one as a limit: the tolerance sets their length
+    integration.initialStepSize, integration.minimumStepSize = 1e-4, 1e-10
+    integration.relativeTolerance, integration.absoluteTolerance = rtol, rtol * 1e-3
+    integration.explicit.computeEndOfStepAccelerations = False
+    rest, initial, data = np.zeros(last + 1), exu.ConfigurationType.Initial, system.systemData
+
+    def run() -> tuple[np.ndarray, np.ndarray]:
+        assert motor is not None  # exudyn does not keep the function alive
+        data.SetODE2Coordinates(rest, initial)
+        data.SetODE2Coordinates_t(rest, initial)
+        sections = itertools.pairwise(problem.edges)
+        for (begin, end), value in zip(sections, problem.loads, strict=True):
+            system.SetLoadParameter(load, "load", value)
+            integration.startTime, integration.endTime = begin, end
+            if not system.SolveDynamic(
+                settings, exu.DynamicSolverType.DOPRI5, updateInitialValues=True
+            ):
+                raise RuntimeError("the solver stopped")
+        return data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
+
+    return run, lambda found: np.concatenate([np.diff(found[0]), found[1]])
+
+
+MODELICA = """
+connector Flange
+  Real phi;
+  flow Real tau;
+end Flange;
+model Inertia
+  Flange flange_a, flange_b;
+  parameter Real J = 1;
+  Real phi, w;
+equation
+  phi = flange_a.phi;
+  phi = flange_b.phi;
+  w = der(phi);
+  J * der(w) = flange_a.tau + flange_b.tau;
+end Inertia;
+model Shaft
+  Flange flange_a, flange_b;
+  parameter Real c = 1, d = 1;
+  Real phi_rel, tau;
+equation
+  phi_rel = flange_b.phi - flange_a.phi;
+  tau = c * phi_rel + d * der(phi_rel);
+  flange_b.tau = tau;
+  flange_a.tau = -tau;
+end Shaft;
+model Torque
+  Flange flange;
+  Real tau;
+equation
+  flange.tau = -tau;
+end Torque;
+model Drive
+  Inertia body[{n}](J = {J});
+  Shaft shaft[{n} - 1](c = {c}, d = {d});
+  Torque motor, load;
+equation
+  motor.tau = {amplitude} * sin({frequency} * time);
+  load.tau = {load};
+  connect(motor.flange, body[1].flange_a);
+  for i in 1:{n} - 1 loop
+    connect(body[i].flange_b, shaft[i].flange_a);
+    connect(shaft[i].flange_b, body[i + 1].flange_a);
+  end for;
+  connect(body[{n}].flange_b, load.flange);
+end Drive;
+"""
+
+
+def in_rumoca(problem: Problem, rtol: float) -> Way:
+    """Compiled Modelica, with the explicit one of its solvers."""
+    import rumoca
+
+    n, load = len(problem.J), str(problem.loads[-1])
+    for edge, value in reversed(list(zip(problem.edges[1:-1], problem.loads, strict=False))):
+        load = f"if time < {edge} then {value} else ({load})"
+    values: dict[str, object] = {"n": n, "load": load}
+    values |= {"amplitude": problem.amplitude, "frequency": problem.frequency}
+    for name in ("J", "c", "d"):
+        values[name] = "{" + ", ".join(str(value) for value in getattr(problem, name)) + "}"
+    source = MODELICA
+    for name, value in values.items():
+        source = source.replace("{" + name + "}", str(value))
+    model = rumoca.Session().loads(source, model="Drive")
+    config = rumoca.SimConfig(solver="rk-like", rtol=rtol, atol=rtol * 1e-3)
+    wanted = [f"shaft[{i}].phi_rel" for i in range(1, n)]
+    wanted += [f"body[{i}].w" for i in range(1, n + 1)]
+    return (
+        lambda: model.simulate((0.0, problem.edges[-1]), config=config),
+        lambda found: np.array([found[name][-1] for name in wanted]),
+    )
+
+
+def in_jaxonomy(problem: Problem, rtol: float) -> Way:
+    """Acausal components, compiled by JAX; of its solvers, BDF alone takes the equations."""
+    import jax
+    import jax.numpy as jnp
+    import jaxonomy
+    from jaxonomy.acausal import AcausalCompiler, AcausalDiagram, EqnEnv, rotational
+    from jaxonomy.library import SourceBlock
+
+    env, diagram, n = EqnEnv(), AcausalDiagram(), len(problem.J)
+    rest = {"initial_angle_fixed": True, "initial_velocity_fixed": True}
+    body = [rotational.Inertia(env, name=f"body_{i}", I=J, **rest) for i, J in enumerate(problem.J)]
+    for i, (c, d) in enumerate(zip(problem.c, problem.d, strict=True)):
+        parts = (
+            rotational.Spring(env, name=f"spring_{i}", K=c),
+            rotational.Damper(env, name=f"damper_{i}", D=d),
+        )
+        for part in parts:
+            diagram.connect(body[i], "flange", part, "flange_a")
+            diagram.connect(part, "flange_b", body[i + 1], "flange")
+    for i in range(n):
+        sensor = rotational.MotionSensor(
+            env, name=f"sensor_{i}", enable_flange_b=False, enable_angle_port=True
+        )
+        diagram.connect(body[i], "flange", sensor, "flange_a")
+    for name, at in (("motor", 0), ("load", n - 1)):
+        source = rotational.TorqueSource(
+            env, name=name, enable_torque_port=True, enable_flange_b=False
+        )
+        diagram.connect(source, "flange_a", body[at], "flange")
+    system = AcausalCompiler(env, diagram)()
+
+    def motor(t: Any, **_: object) -> Any:
+        return problem.amplitude * jnp.sin(problem.frequency * t)
+
+    def load(t: Any, **_: object) -> Any:
+        section = jnp.searchsorted(jnp.array(problem.edges[1:-1]), t, side="right")
+        return jnp.array(problem.loads)[section]
+
+    builder = jaxonomy.DiagramBuilder()
+    builder.add(system)
+    torques = {
+        "motor_tau": builder.add(SourceBlock(motor, name="motor")),
+        "load_tau": builder.add(SourceBlock(load, name="load")),
+    }
+    for port in system.input_ports:
+        builder.connect(torques[port.name].output_ports[0], port)
+    whole = builder.build()
+    start, until = whole.create_context(), problem.edges[-1]
+    options = jaxonomy.SimulatorOptions(
+        rtol=rtol, atol=rtol * 1e-3, ode_solver_method="bdf", max_major_steps=200
+    )
+    advance = jax.jit(jaxonomy.Simulator(whole, options=options).advance_to)
+
+    def at_end(found: Any) -> np.ndarray:
+        seen = {port.name: float(port.eval(found.context)) for port in system.output_ports}
+        phi = np.array([seen[f"sensor_{i}_ang_rel"] for i in range(n)])
+        return np.concatenate([np.diff(phi), [seen[f"sensor_{i}_w_rel"] for i in range(n)]])
+
+    return lambda: jax.block_until_ready(advance(until, start)), at_end
+
+
+Plan = tuple[str, str, Callable[..., Way], tuple[object, ...], dict[str, object]]
+"""Package, method, what makes the run, its tolerance and other arguments."""
+
+PLANS: dict[str, list[Plan]] = {
+    "three masses, 2 s": [
+        ("lumped", "machine code", in_lumped, (1e-5, "1"), {}),
+        ("lumped", "virtual machine", in_lumped, (1e-5, "0"), {}),
+        ("scipy", "DOP853, NumPy", in_scipy, (1e-5,), {}),
+        ("exudyn", "DOPRI5", in_exudyn, (1e-7, "EXUdense"), {}),
+        ("rumoca", "rk-like", in_rumoca, (3e-7,), {}),
+        ("jaxonomy", "BDF", in_jaxonomy, (2e-7,), {}),
+        ("scikit-sundae", "CVODE Adams, NumPy", in_cvode, (4e-6,), {}),
+    ],
+    "300 masses, 1 s": [
+        ("lumped", "machine code", in_lumped, (4e-8, "1"), {}),
+        ("lumped", "virtual machine", in_lumped, (4e-8, "0"), {}),
+        ("scipy", "DOP853, NumPy", in_scipy, (4e-8,), {}),
+        ("exudyn", "DOPRI5, sparse", in_exudyn, (5e-8, "EigenSparse"), {}),
+        ("rumoca", "rk-like", in_rumoca, (1e-7,), {}),
+        (
+            *("scikit-sundae", "CVODE Adams, banded, NumPy", in_cvode, (1e-8,)),
+            {"linsolver": "band", "lband": 2, "uband": 2},
+        ),
+    ],
+}
+
+
+def measure(pipe: Connection, problem: str, place: int) -> None:
+    """Send set-up and run in seconds with the states at the end, or what went wrong."""
+    package, _, make, arguments, options = PLANS[problem][place]
+    warnings.simplefilter("ignore")
+    try:
+        importlib.import_module({"scikit-sundae": "sksundae"}.get(package, package))
+        begin = time.perf_counter()
+        run, at_end = make(PROBLEMS[problem], *arguments, **options)
+        built = time.perf_counter()
+        found = run()
+        first = now = time.perf_counter()
+        best, rounds = np.inf, 0
+        while rounds == 0 or (now - first < SECONDS and rounds < ROUNDS):
+            found = run()
+            before, now, rounds = now, time.perf_counter(), rounds + 1
+            best = min(best, now - before)
+        setup = built - begin + max(first - built - best, 0.0)
+        pipe.send((setup, best, at_end(found)))
+    except Exception as error:
+        pipe.send(f"{type(error).__name__}: {error}".splitlines()[0][:80])
+
+
+def within_limit(problem: str, place: int) -> tuple[float, float, np.ndarray] | str:
+    """What a process of its own has measured, or the reason why there is nothing."""
+    try:
+        version(PLANS[problem][place][0])
+    except PackageNotFoundError:
+        return "not installed"
+    context = get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["LUMPED_CACHE"] = folder
+        process = context.Process(target=measure, args=(sender, problem, place))
+        process.start()
+        sender.close()
+        try:
+            found = receiver.recv() if receiver.poll(LIMIT) else f"over {LIMIT:.0f} s"
+        except EOFError:
+            found = "ended without a result"
+        process.kill()
+        process.join()
+    return found
+
+
+def rows_of(name: str) -> list[tuple[str, ...]]:
+    """All packages on one problem."""
+    problem, rows, own = PROBLEMS[name], [], np.nan
+    reference = by_scipy(problem.rate, problem.edges, problem.states, 1e-13)()
+    for place, (package, method, _, arguments, _) in enumerate(PLANS[name]):
+        found = within_limit(name, place)
+        if isinstance(found, str):
+            given = "" if found == "not installed" else f" {version(package)}"
+            rows.append((name, package + given, f"{method}: {found}", "", "", "", ""))
+            continue
+        setup, seconds, x = found
+        own = seconds if place == 0 else own
+        error = np.abs(x - reference).max() / np.abs(reference).max()
+        cells = (f"{method}, rtol {arguments[0]:.0e}", f"{error:.1e}", f"{seconds * 1e3:.3f}")
+        rows.append(
+            (name, f"{package} {version(package)}", *cells, f"{setup:.4f}", f"{seconds / own:.2f}")
+        )
+    return rows
+
+
+def main() -> None:
+    """Print the table and write it beside this script."""
+    begin = time.perf_counter()
+    rows = [row for name in PROBLEMS for row in rows_of(name)]
+    head = ("problem", "package", "method", "error", "ms", "set-up, s", "ratio to lumped")
+    print(table(head, rows))
+    write("run_peers.csv", head, rows)
+    print(f"\n{time.perf_counter() - begin:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
