@@ -51,7 +51,10 @@ class Progress:
         sys.stderr.flush()
         self._next, self._shown = now + _EVERY, True
 
-    def close(self) -> None:
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         """Take the line away."""
         if self._outermost:
             _open.clear()

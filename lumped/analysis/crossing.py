@@ -80,8 +80,8 @@ def first_crossing(
     """The first instant in a step at which a margin is used up, if there is one.
 
     If modes changed twice where the step begins (`crowded`, to `CROWDED` of the time), a margin
-    that is below zero there within its tolerance is used up where it leaves that: rounding alone
-    would change them again.
+    that is below zero there within its tolerance waits until it leaves that, as rounding alone
+    would change modes again. Speeds and gaps wait for half of it: where they stop they may stay.
     """
     values = (*step[:2], step.dense.ravel(), *step[3:])
     probe, margins = _function(system, method, "probe", step), called(system, "margins")
@@ -98,7 +98,8 @@ def first_crossing(
         choice[margin] = 1.0
         fired = {margin}
         begin = low or _risen(system, method, step, margin, high)
-        found = float(locate(begin, high, float(crowded), choice, *values)[0][0])
+        extra = crowded * (0.5 if system.switching.rows[margin][0] == "slide" else 1.0)
+        found = float(locate(begin, high, extra, choice, *values)[0][0])
         if not begin - _FINEST <= found <= high:
             # zero within its tolerance all the time before, as where rounding alone moves a rest
             found = float(locate(begin, high, 1.0, choice, *values)[0][0])

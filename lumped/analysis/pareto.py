@@ -123,11 +123,8 @@ def pareto(
         best((1.0, 0.0), alone[1], second=least[1] + _SLACK * sizes[1]),
     )
     designs = [ends[0]]
-    progress = Progress(f"{run.system.name}: designs", count)
-    try:
+    with Progress(f"{run.system.name}: designs", count) as progress:
         for bound in np.linspace(ends[0].values[second], ends[1].values[second], count)[1:-1]:
             designs.append(best((1.0, 0.0), designs[-1], second=float(bound)))
             progress.at(len(designs))
-    finally:
-        progress.close()
     return Front((first, second), (*designs, ends[1]))

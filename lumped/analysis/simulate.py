@@ -117,20 +117,18 @@ def simulate(
         point = start_point(system, parameters, start, free)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
-    progress = Progress(system.name, until)
-    output = Recorder(until, times, grid is None or isinstance(grid, int), progress)
-    advance: Advance | Exact
-    if used == "exact":
-        advance = Exact(point.theta, rtol, output)
-    else:
-        advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
-    run = Run(point, until, rtol, advance, output)
-    try:
-        run.go()
-    except KeyboardInterrupt:
-        raise _interrupted(run) from None
-    finally:
-        progress.close()
+    with Progress(system.name, until) as progress:
+        output = Recorder(until, times, grid is None or isinstance(grid, int), progress)
+        advance: Advance | Exact
+        if used == "exact":
+            advance = Exact(point.theta, rtol, output)
+        else:
+            advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
+        run = Run(point, until, rtol, advance, output)
+        try:
+            run.go()
+        except KeyboardInterrupt:
+            raise _interrupted(run) from None
     system.made["runs"] = system.made.get("runs", 0) + 1
     found = run.trajectory()
     if not certify:

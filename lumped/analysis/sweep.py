@@ -160,15 +160,14 @@ def sweep(
     found: dict[int, list[float] | str] = {
         i: done.known[_key(point)] for i, point in enumerate(points) if _key(point) in done.known
     }
-    progress = Progress(f"{system.name}: runs", len(points))
     try:
-        for i, outcome, seconds in outcomes(job, waiting, count, client):
-            found[i] = outcome
-            busy += seconds
-            done.add(points[i], outcome)
-            progress.at(len(found))
+        with Progress(f"{system.name}: runs", len(points)) as progress:
+            for i, outcome, seconds in outcomes(job, waiting, count, client):
+                found[i] = outcome
+                busy += seconds
+                done.add(points[i], outcome)
+                progress.at(len(found))
     finally:
-        progress.close()
         done.close()
         job.release()
     names = tuple(points[0])

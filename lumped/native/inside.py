@@ -40,6 +40,7 @@ _FINEST = 1e-3
 _LOCATING = 40
 _ROUNDING = 2.0**-53
 _CROWDED = 1e-14
+_SLIDE = 3
 
 
 @kernel
@@ -279,7 +280,8 @@ def crossing(Z: Integers, R: Numbers) -> bool:
     # bit 1: suspect; bit 2: not used up any more at an earlier root
     while last >= 0:
         begin = low if low > 0.0 else _risen(Z, R, last, high)
-        found = _locate(Z, R, last, begin, high, crowded)
+        extra = 0.5 * crowded if at(Z, Z[KIND])[last] == _SLIDE else crowded
+        found = _locate(Z, R, last, begin, high, extra)
         if not (begin - _FINEST <= found and found <= high):
             # zero within its tolerance all the time before, as where rounding alone moves a rest
             found = _locate(Z, R, last, begin, high, 1.0)
