@@ -266,8 +266,7 @@ class Flight:
         settings = np.concatenate([place.modes, run.guess])
         (f,) = called(system, "rhs")(place.x, theta, place.t, settings)
         if why == at.STORM:
-            ring = self._vector(at.RING, at.STORM_SIZE)
-            run.storm(place.t, float(ring[i[at.CROSSINGS] % at.STORM_SIZE]))
+            run.storm(place.t)
         if why == at.NOT_FINITE:
             run.refuse(finite_fault(system, place.t, place.x, f))
         if why == at.SINGULAR:

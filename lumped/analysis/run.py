@@ -174,14 +174,14 @@ class Run:
         if len(self.crossings) > STORM_SIZE:
             first = self.crossings[-STORM_SIZE]
             if t - first <= 1e-9 * self.until:
-                self.storm(t, first)
+                self.storm(t)
         return x, modes
 
-    def storm(self, t: float, first: float) -> None:
+    def storm(self, t: float) -> None:
         """Stop where changes of modes follow each other without end."""
         recent = sorted({event.component for event in self.events[-STORM_SIZE:]})
         self.refuse(
-            f"{STORM_SIZE} changes of mode within {t - first:.2g} s before "
+            f"{STORM_SIZE} changes of mode within {1e-9 * self.until:.2g} s before "
             f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
             "dry friction and contacts that can rest need lumped.hold, which finds a "
             "standstill; a condition on a speed cannot."
