@@ -261,7 +261,7 @@ class Flight:
 
     def _fail(self, why: int) -> None:
         """Stop with what was computed so far."""
-        run, place, i = self._run, self._place(), self._integers
+        run, place = self._run, self._place()
         system, theta, cost = run.system, run.point.theta, self._cost
         settings = np.concatenate([place.modes, run.guess])
         (f,) = called(system, "rhs")(place.x, theta, place.t, settings)

@@ -87,8 +87,8 @@ def stiff(bodies):
     )
 
 
-@pytest.mark.parametrize(("bodies", "native"), [(3, True), (30, False)])
-def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies, native, monkeypatch):
+@pytest.mark.parametrize("bodies", [3, 30])
+def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies, monkeypatch):
     """Where the matrices are large, Python takes the rest of the run."""
     system = lp.assemble(stiff(bodies))
     a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=3.0, rtol=1e-8))
@@ -96,7 +96,6 @@ def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies, native, monke
     assert b.statistics.method == "explicit then implicit"
     assert b.statistics.native
     np.testing.assert_allclose(a.x, b.x, atol=1e-7 * np.abs(a.x).max())
-    assert (b.statistics.seconds < a.statistics.seconds) or not native
 
 
 @pytest.mark.parametrize("grid", [None, 500])
