@@ -39,6 +39,9 @@ def _shortest(crank: CrankSlider) -> Expr:
     return e - r if crank.assembly == 0 else r + e
 
 
+_NOTHING = 1e-300
+
+
 class CrankSlider(Component):
     """Crank, heavy rod, slider: ``s = r cos(q) + L cos(psi)``, ``L sin(psi) = e - r sin(q)``.
 
@@ -205,8 +208,9 @@ class StrokeLoad(Component):
         p, q = self.p, self.q
         s = self.flange.s - self.support.s
         yield self.v == der(s)
-        begin = maximum(s - self.s_0, 0.0) * (p + q) / (p * (self.s_1 - self.s_0))
-        end = maximum(self.s_1 - s, 0.0) * (p + q) / (q * (self.s_1 - self.s_0))
+        # not quite zero outside of the stroke, where a power has no derivative by its exponent
+        begin = maximum((s - self.s_0) * (p + q) / (p * (self.s_1 - self.s_0)), _NOTHING)
+        end = maximum((self.s_1 - s) * (p + q) / (q * (self.s_1 - self.s_0)), _NOTHING)
         back, forth = (minimum(maximum(u / self.v_0, 0.0), 1.0) for u in (-self.v, self.v))
         yield self.f == (self.backward * back - self.forward * forth) * begin**p * end**q
         yield self.flange.f == -self.f

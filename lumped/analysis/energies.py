@@ -51,7 +51,8 @@ class ModalEnergies:
     components : tuple of str
         Paths of the components that store energy or dissipate it.
     elastic, kinetic : ndarray, shape (k, len(components))
-        Shares in the elastic and the kinetic energy; each sums to 1 in every mode.
+        Shares in the elastic and the kinetic energy; each sums to 1 in every mode, and to 0 in a
+        mode of currents alone.
     damping : ndarray, shape (k, len(components))
         Contributions to the damping ratio, which is their sum; negative where a component feeds
         the vibration.
@@ -120,7 +121,9 @@ class ModalEnergies:
             "kinetic energy",
             "damping ratio",
         )
-        missed = np.abs(self.damping.sum(axis=1) - self.modes.damping).max(initial=0.0)
+        moves = self.kinetic.any(axis=1)
+        gaps = np.abs(self.damping.sum(axis=1) - self.modes.damping)
+        missed = gaps[moves].max(initial=0.0)
         text = f"{self.modes.system.name}: {self.modes.accuracy}; "
         text += f"contributions miss the damping ratio by {missed:.1e}\n"
         return text + table(head, rows)
@@ -195,10 +198,13 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     loss[np.abs(loss * angular) <= _ROUNDLESS * size] = 0.0
     elastic = np.maximum(elastic, 0.0)
     used = np.flatnonzero((elastic + kinetic + np.abs(loss)).any(axis=1))
+    # currents alone oscillate in a mode without mechanical energy, which has no shares
+    moves = (elastic.sum(axis=0) > 0) & (kinetic.sum(axis=0) > 0)
+    all_elastic, all_kinetic = (np.where(moves, e.sum(axis=0), np.inf) for e in (elastic, kinetic))
     return ModalEnergies(
         modes,
         tuple(tree.nodes[i].path for i in used.tolist()),
-        (elastic[used] / elastic.sum(axis=0)).T,
-        (kinetic[used] / kinetic.sum(axis=0)).T,
-        (loss[used] * angular / (2 * kinetic.sum(axis=0))).T,
+        (elastic[used] / all_elastic).T,
+        (kinetic[used] / all_kinetic).T,
+        (loss[used] * angular / (2 * all_kinetic)).T,
     )

@@ -333,7 +333,11 @@ def _chained(
                 seed[place, column] = 1.0
         units = {unknown: unit[own] for unknown, unit in varied.items()}
         S = slopes_at_zero(run, start, seed, units)
-        found[:, own] = by_states.T @ S + by_parameters.T @ seed
+        found[:, own] = by_states.T @ S
+    # one by one: what has no derivative by one parameter may have one by others
+    for column, place in enumerate(places):
+        if place >= 0:
+            found[:, column] += by_parameters[place]
     return found
 
 

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Fixed, IdealGear, Inertia, Spring, SpringDamper, translation
+from lumped.components import (
+    Capacitor,
+    Fixed,
+    Ground,
+    IdealGear,
+    Inductor,
+    Inertia,
+    Spring,
+    SpringDamper,
+    translation,
+)
 from lumped.errors import OptionError
 
 
@@ -198,3 +208,26 @@ def test_participation_is_the_derivative_by_the_diagonal_of_the_state_matrix():
         assert found.factors[:, i] == pytest.approx(difference, rel=1e-6, abs=1e-8)
     assert found.ranked(0)[0][1] == pytest.approx(np.abs(found.factors[0]).max())
     assert "participation" in repr(found)
+
+
+def test_a_mode_of_currents_alone_has_no_shares():
+    circuit = lp.compose(
+        ground=Ground(),
+        coil=Inductor(L=0.1),
+        buffer=Capacitor(C=1e-3),
+        wall=Fixed(),
+        shaft=Spring(c=50.0),
+        body=Inertia(J=1.0),
+        connections=lambda m: [
+            lp.connect(m.ground.pin, m.coil.n, m.buffer.n),
+            lp.connect(m.coil.p, m.buffer.p),
+            *lp.chain(m.wall, m.shaft, m.body),
+        ],
+    )
+    modes = lp.modes(lp.assemble(circuit))
+    received = lp.modal_energies(modes)
+    assert modes.hertz * 2 * np.pi == pytest.approx([np.sqrt(50.0), 100.0])
+    assert received.kinetic.sum(axis=1).tolist() == [1.0, 0.0]
+    assert received.elastic.sum(axis=1).tolist() == [1.0, 0.0]
+    assert not received.damping.any()
+    assert "nan" not in repr(received)

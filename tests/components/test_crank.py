@@ -13,6 +13,7 @@ from lumped.components import (
     Position,
     RotatingMass,
     Speed,
+    SpringDamper,
     StrokeLoad,
     translation,
 )
@@ -406,3 +407,34 @@ class TestWrong:
         )
         with pytest.raises(ParameterError, match=r"load\.s_1 = 0 m"):
             lp.start_point(lp.assemble(model))
+
+
+def test_peaks_under_a_stroke_load_have_derivatives_by_all_parameters():
+    """Outside of the stroke the load is zero to a power that is a parameter."""
+    system = lp.assemble(
+        lp.compose(
+            wheel=Inertia(J=5.0, w=12.0),
+            shaft=SpringDamper(c=2e4, d=5.0),
+            disc=Inertia(J=1.0),
+            crank=CrankSlider(r=0.05, L=0.4, m=10.0),
+            stone=StrokeLoad(forward=3e3, backward=10.0, s_0=0.36, s_1=0.45, p=1.0, q=1.5),
+            connections=lambda m: [
+                *lp.chain(m.wheel, m.shaft, m.disc),
+                lp.connect(m.disc.flange_b, m.crank.flange),
+                lp.connect(m.crank.slider, m.stone.flange),
+            ],
+        )
+    )
+    to = ["wheel.J", "stone.forward", "stone.p"]
+    of = lp.functionals.final("shaft.tau")
+    found = lp.gradient(system, of=[of], to=to, until=0.4, rtol=1e-11)
+    for name in to:
+        value = system.parameters[name]
+        ends = [
+            lp.simulate(system, until=0.4, rtol=1e-11, grid=1, parameters={name: value * (1 + h)})[
+                "shaft.tau"
+            ][-1]
+            for h in (1e-4, -1e-4)
+        ]
+        difference = (ends[0] - ends[1]) / (2e-4 * value)
+        assert found["final(shaft.tau)", name] == pytest.approx(difference, rel=1e-4)
