@@ -20,7 +20,7 @@ import benchmarks
 from benchmarks import summary
 
 RESULTS = Path(__file__).parent / "results"
-VERSIONS = ("casadi", "numpy", "scipy", "numba", "llvmlite")
+VERSIONS = ("casadi", "numpy", "scipy", "llvmlite")
 
 
 def scripts() -> dict[str, str]:

@@ -75,7 +75,7 @@ def summary() -> list[tuple[str, str, str]]:
         (
             f"gradient of three functionals by {cost['parameters']} parameters",
             "sensitivity",
-            f"{cost['runs']} runs",
+            f"{cost['runs']} runs without machine code",
         )
     )
     lowest = pick("modes", inertias="10000")

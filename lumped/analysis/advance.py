@@ -320,10 +320,11 @@ class Advance:
             scale = self.atol + self.rtol * np.abs(x)
             self._refuse(shrinking_fault(system, self._theta, t, x, f, settings, scale))
         if self.steps + self.rejected > self.max_steps:
+            other = "use method='implicit', " if self.method == "explicit" else ""
             self._refuse(
                 f"more than max_steps = {self.max_steps} steps before t = {end:g} s; stopped at "
-                f"t = {t:g} s with steps of {head[1]:.2g} s. Loosen rtol, use method='implicit', "
-                "or raise max_steps."
+                f"t = {t:g} s with steps of {head[1]:.2g} s. Loosen rtol, {other}or raise "
+                "max_steps."
             )
 
     def _refuse(self, fault: str | None) -> None:
