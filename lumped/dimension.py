@@ -17,8 +17,9 @@ from lumped.expression import (
     Equation,
     Expr,
     Partial,
-    Periodic,
+    Piecewise,
     Ref,
+    Smooth,
     Time,
     Where,
     text,
@@ -124,8 +125,12 @@ def _dimension(root: Expr) -> Dimension | None:
 
 
 def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
-    if isinstance(node, Datum | Periodic):
+    if isinstance(node, Datum):
         return None
+    if isinstance(node, Piecewise):
+        return _joined(parts[1:])
+    if isinstance(node, Smooth):
+        return parts[0]
     if isinstance(node, Constant):
         return None if node.value == 0 else _NUMBER
     if isinstance(node, Time):

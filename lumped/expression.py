@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn, Union
 
 from lumped.errors import EquationError
+from lumped.pieces import Pieces
 
 if TYPE_CHECKING:
     from lumped.quantity import Quantity
@@ -22,8 +23,9 @@ __all__ = [
     "Equation",
     "Expr",
     "Partial",
-    "Periodic",
+    "Piecewise",
     "Ref",
+    "Smooth",
     "der",
     "time",
 ]
@@ -263,27 +265,37 @@ class Where(Expr):
         return (self.condition.greater, self.condition.less, self.yes, self.no)
 
 
-class Periodic(Expr):
-    """Piecewise polynomial of an expression, repeated for ever.
+class Piecewise(Expr):
+    """Piecewise polynomial of an expression.
 
     Attributes
     ----------
-    knots : tuple of float, shape (n,)
-        Begins of the pieces, increasing, within one period.
-    rows : tuple of tuple of float, shape (n, degree + 1)
-        Coefficients of each piece by falling powers of the distance from its begin.
+    of : Expr
+        The argument.
+    pieces : Pieces
+        The polynomials.
+    heights : tuple of Expr
+        Values at the points of straight lines, where they are not numbers; the rows of `pieces`
+        hold zeros then.
     """
 
-    __slots__ = ("knots", "of", "period", "rows")
+    __slots__ = ("heights", "of", "pieces")
 
-    def __init__(
-        self,
-        of: Expr,
-        period: float,
-        knots: tuple[float, ...],
-        rows: tuple[tuple[float, ...], ...],
-    ) -> None:
-        self.of, self.period, self.knots, self.rows = of, period, knots, rows
+    def __init__(self, of: Expr, pieces: Pieces, heights: tuple[Expr, ...] = ()) -> None:
+        self.of, self.pieces, self.heights = of, pieces, heights
+
+    def children(self) -> tuple[Expr, ...]:
+        """The argument, then the heights."""
+        return (self.of, *self.heights)
+
+
+class Smooth(Expr):
+    """An expression whose kinks do not matter, by the word of the user."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Expr) -> None:
+        self.of = of
 
     def children(self) -> tuple[Expr, ...]:
         """The expression."""
@@ -346,8 +358,11 @@ def as_expr(value: object) -> Expr:
     return Constant(float(value))
 
 
-def walk(root: Expr) -> Iterator[Expr]:
-    """All nodes of an expression, operands before the node (no recursion limit)."""
+def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:
+    """All nodes of an expression, operands before the node (no recursion limit).
+
+    Operands of nodes of the type `closed` are left out.
+    """
     stack: list[tuple[Expr, bool]] = [(root, False)]
     seen: set[int] = set()
     while stack:
@@ -357,7 +372,8 @@ def walk(root: Expr) -> Iterator[Expr]:
         elif id(node) not in seen:
             seen.add(id(node))
             stack.append((node, True))
-            stack.extend((child, False) for child in reversed(node.children()))
+            if closed is None or not isinstance(node, closed):
+                stack.extend((child, False) for child in reversed(node.children()))
 
 
 _RANK = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "**": 4}
@@ -402,8 +418,11 @@ def _text_of(
     inner = [p[0] for p in parts]
     if isinstance(node, Der):
         return f"der({inner[0]})", 5
-    if isinstance(node, Periodic):
-        return f"periodic_spline({inner[0]})", 5
+    if isinstance(node, Piecewise):
+        kind = "interpolate" if node.pieces.period is None else "periodic_spline"
+        return f"{kind}({inner[0]})", 5
+    if isinstance(node, Smooth):
+        return f"smooth({inner[0]})", 5
     if isinstance(node, Partial):
         return f"d({inner[0]})/d({inner[1]})", 5
     if isinstance(node, Where):

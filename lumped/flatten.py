@@ -107,29 +107,6 @@ class FlatModel:
         found = np.asarray(evaluate(self.parameters.defaults)).ravel()
         return dict(zip(values, found.tolist(), strict=True))
 
-    @cached_property
-    def thresholds(self) -> tuple[ca.Function, np.ndarray]:
-        """Instants at which modes change as a function of p, and their directions.
-
-        Modes that do not depend on the time alone have no instant: it is infinite.
-        """
-        instants = ca.inf * ca.SX.ones(self.mode_count)
-        directions = np.ones(self.mode_count)
-        for group in self.groups:
-            template = group.template
-            places = np.array(list(template.thresholds))
-            if not len(places):
-                continue
-            symbols = ca.vertcat(ca.SX(0, 1), *template.parameter_symbols)
-            thresholds = ca.vertcat(*(t for t, _ in template.thresholds.values()))
-            function = ca.Function("thresholds", [symbols], [thresholds])
-            for i in range(len(group.nodes)):
-                own = (group.first_mode + i * len(template.modes) + places).tolist()
-                values = self.parameters.values[group.parameters[i].tolist()]
-                instants[own] = function(values)
-                directions[own] = [d for _, d in template.thresholds.values()]
-        return ca.Function("instants", [self.parameters.theta], [instants]), directions
-
     def origin(self, equation: int) -> tuple[Node, str]:
         """Component of a component equation, and the equation with full names."""
         for group in self.groups:
@@ -244,12 +221,7 @@ def _initial_groups(tree: Tree) -> list[Group]:
         key = template_key(node.component)
         if key not in alike:
             equations = node.component.initial_equations()
-            alike[key] = _group(tree, groups, node, equations, "initial_equations()")
-            if alike[key].template.modes:
-                raise EquationError(
-                    f"{node.label}: an initial equation cannot hold a condition. It holds at the "
-                    "time zero only; write the side that holds there."
-                )
+            alike[key] = _group(tree, groups, node, equations, initial=True)
         alike[key].nodes.append(number)
     for group in groups.values():
         _number(tree, group)
@@ -267,9 +239,11 @@ def _group(
     groups: dict[Template, Group],
     scope: Node,
     found: Iterable[Item] | None,
-    method: str = "equations()",
+    *,
+    initial: bool = False,
 ) -> Group:
     """Group of all instances with equations like those found, made if there is none."""
+    method = "initial_equations()" if initial else "equations()"
     if found is None:
         raise EquationError(
             f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
@@ -282,7 +256,9 @@ def _group(
                     f"{type(scope.component).__name__} yielded {item!r} as an equation; "
                     "each item must be an equation: left == right."
                 )
-        template = template_of(scope.component, lambda c: tree.below(c, scope), items)
+        template = template_of(
+            scope.component, lambda c: tree.below(c, scope), items, plain=initial
+        )
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
     return groups.setdefault(template, Group(template, list(_written(items))))

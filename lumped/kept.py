@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import fields
 
 from lumped.component import Component
-from lumped.expression import Call, Compare, Constant, Equation, Expr, Periodic, Ref, Where, walk
+from lumped.expression import Call, Compare, Constant, Equation, Expr, Piecewise, Ref, Where, walk
 from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
 from lumped.template import Place, Template
@@ -19,12 +19,14 @@ _MOST = 1000
 _known: dict[Hashable, Template] = {}
 
 
-def template_of(component: Component, place: Place, items: list[Single]) -> Template:
+def template_of(
+    component: Component, place: Place, items: list[Single], *, plain: bool = False
+) -> Template:
     """The template of some equations, made once for all models with equal ones."""
-    key = _content(place, tuple(items))
+    key = plain, _content(place, tuple(items))
     found = _known.get(key)
     if found is None:
-        found = Template(component, place, items)
+        found = Template(component, place, items, plain=plain)
         if len(_known) >= _MOST:
             del _known[next(iter(_known))]
         _known[key] = found
@@ -58,8 +60,8 @@ def _tree(place: Place, root: Expr) -> Hashable:
             what = repr(node.value)
         elif isinstance(node, Call):
             what = node.op
-        elif isinstance(node, Periodic):
-            what = node.period, node.knots, node.rows
+        elif isinstance(node, Piecewise):
+            what = node.pieces
         elif isinstance(node, Where):
             what = node.condition.strict
         elif isinstance(node, Ref):

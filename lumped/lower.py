@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import casadi as ca
 
@@ -15,22 +16,23 @@ from lumped.expression import (
     Der,
     Expr,
     Partial,
-    Periodic,
+    Piecewise,
+    Smooth,
     Time,
     Where,
     walk,
 )
+from lumped.pieces import FIXED
 
-__all__ = ["lower"]
+__all__ = ["Kinks", "Plain", "has_steps", "lower"]
 
 _UNARY = {
     "neg": lambda x: -x,
-    "abs": ca.fabs,
     **{
         name: getattr(ca, name)
         for name in (
             "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
-            "sqrt", "exp", "log", "sign",
+            "sqrt", "exp", "log",
         )
     },
 }  # fmt: skip
@@ -40,10 +42,42 @@ _BINARY = {
     "*": lambda x, y: x * y,
     "/": lambda x, y: x / y,
     "**": lambda x, y: x**y,
-    "min": ca.fmin,
-    "max": ca.fmax,
     "atan2": ca.atan2,
 }
+_STEPS = {
+    *(ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL),
+    *(ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_FMOD, ca.OP_COPYSIGN),
+}
+_KINKED = ("abs", "sign", "min", "max")
+
+
+class Kinks(Protocol):
+    """What becomes of expressions that are not smooth."""
+
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 while a relation holds, else 0; its lowered sides are given."""
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece that a place is in (see `Pieces.table`)."""
+
+
+class Plain:
+    """Kinks that nobody watches: the piece is chosen anew at each evaluation."""
+
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 where the relation holds."""
+        return greater > less if condition.strict else greater >= less
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece, selected by comparisons that all derivatives share."""
+        pieces = node.pieces
+        table, begin, back = ca.DM(pieces.table), pieces.begins[0], ca.SX(0)
+        if pieces.period is not None:
+            back = pieces.period * ca.floor((place - begin) / pieces.period)
+        beyond = ca.vertcat(1, place - back >= ca.DM(pieces.begins[1:]), 0)
+        selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, table).T
+        selected[1] += back
+        return selected
 
 
 def lower(
@@ -52,7 +86,7 @@ def lower(
     *,
     time: ca.SX | None = None,
     derivative: Callable[[ca.SX], ca.SX] | None = None,
-    relation: Callable[[Compare, ca.SX, ca.SX], ca.SX] | None = None,
+    kinks: Kinks | None = None,
 ) -> ca.SX:
     """The CasADi form of an expression.
 
@@ -66,8 +100,8 @@ def lower(
         Symbol of the time; without it the expression must not depend on the time.
     derivative : callable, optional
         Time derivative of an SX expression; without it ``der`` is refused.
-    relation : callable, optional
-        Mode (0 or 1) of a relation, from its lowered sides; without it ``where`` is refused.
+    kinks : Kinks, optional
+        What becomes of kinks; without it nobody watches them, as inside of `smooth`.
 
     Raises
     ------
@@ -75,14 +109,20 @@ def lower(
         If the expression holds something that has no meaning at this place.
     """
     done: dict[int, ca.SX] = {}
+    watched = kinks or Plain()
 
     def refuse(what: str) -> EquationError:
         return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
 
-    for node in walk(root):
+    for node in walk(root, closed=Smooth):
+        if isinstance(node, Smooth):
+            done[id(node)] = lower(node.of, leaf, time=time, derivative=derivative)
+            continue
         args = [done[id(child)] for child in node.children()]
         if isinstance(node, Constant):
             value = ca.SX(node.value)
+        elif isinstance(node, Call) and node.op in _KINKED:
+            value = _kinked(node, args, watched)
         elif isinstance(node, Call):
             table = _UNARY if len(args) == 1 else _BINARY
             value = table[node.op](*args)
@@ -94,31 +134,69 @@ def lower(
             if derivative is None:
                 raise refuse("a time derivative")
             value = derivative(args[0])
-        elif isinstance(node, Periodic):
-            value = _periodic(node, args[0])
+        elif isinstance(node, Piecewise):
+            value = _piecewise(node, args[0], args[1:], watched)
         elif isinstance(node, Partial):
             value = partials(args[0], args[1])
         elif isinstance(node, Where):
-            if relation is None:
-                raise refuse("a condition")
-            value = ca.if_else(relation(node.condition, args[0], args[1]), args[2], args[3])
+            value = ca.if_else(watched.mode(node.condition, args[0], args[1]), args[2], args[3])
         else:
             value = leaf(node)
         done[id(node)] = value
     return done[id(root)]
 
 
-def _periodic(node: Periodic, x: ca.SX) -> ca.SX:
-    """Piece by piece: of the coefficients, those of the piece that holds are selected.
+def _kinked(node: Call, args: list[ca.SX], kinks: Kinks) -> ca.SX:
+    """Functions that are conditions in short."""
+    zero = Constant(0.0)
+    x, y = args[0], args[-1]
+    if node.op == "abs":
+        return (2 * kinks.mode(Compare(node.args[0], zero), x, ca.SX(0)) - 1) * x
+    if node.op == "sign":
+        above = kinks.mode(Compare(node.args[0], zero, strict=True), x, ca.SX(0))
+        return above - kinks.mode(Compare(zero, node.args[0], strict=True), ca.SX(0), x)
+    ahead = kinks.mode(Compare(*node.args), x, y)
+    return ca.if_else(ahead, x, y) if node.op == "max" else ca.if_else(ahead, y, x)
 
-    The selection is exact, has no derivative, and is shared by all derivatives.
-    """
-    knots, rows = ca.DM(node.knots), ca.DM(node.rows)
-    begin = node.knots[0]
-    place = x - node.period * ca.floor((x - begin) / node.period)
-    beyond = ca.vertcat(1, place >= knots[1:], 0)
-    selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, ca.horzcat(knots, rows))
-    run, value = place - selected[0], selected[1]
-    for i in range(2, selected.numel()):
-        value = value * run + selected[i]
+
+def _piecewise(node: Piecewise, place: ca.SX, heights: list[ca.SX], kinks: Kinks) -> ca.SX:
+    """The polynomial of the piece that holds."""
+    if node.pieces.count == 1 and node.pieces.period is None:
+        kinks = Plain()
+    settings = kinks.piece(node, place)
+    run, coefficients = place - settings[1], settings[FIXED:]
+    if heights:
+        return _between(settings[0], run * coefficients[0], heights)
+    value = coefficients[0]
+    for i in range(1, coefficients.numel()):
+        value = value * run + coefficients[i]
     return value
+
+
+def _between(number: ca.SX, share: ca.SX, heights: list[ca.SX]) -> ca.SX:
+    """Between the two heights of a piece."""
+    left = right = ca.SX(0)
+    for i in range(len(heights) - 1):
+        here = number == i
+        left += ca.if_else(here, heights[i], 0)
+        right += ca.if_else(here, heights[i + 1], 0)
+    return left + share * (right - left)
+
+
+def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:
+    """Whether functions with jumps or kinks, such as a floor, stand over some of the symbols."""
+    rest = [s for s in ca.symvar(expression) if not ca.depends_on(symbols, s)]
+    function = ca.Function("f", [symbols, ca.vertcat(ca.SX(0, 1), *rest)], [expression])
+    moves = [False] * max(function.sz_w(), 1)
+    for k in range(function.n_instructions()):
+        operation, given = function.instruction_id(k), function.instruction_input(k)
+        if operation == ca.OP_OUTPUT:
+            continue
+        if operation == ca.OP_INPUT:
+            moving = given[0] == 0
+        else:
+            moving = any(moves[i] for i in given) and operation != ca.OP_CONST
+        if moving and operation in _STEPS:
+            return True
+        moves[function.instruction_output(k)[0]] = moving
+    return False

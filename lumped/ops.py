@@ -15,11 +15,16 @@ from lumped.expression import (
     Datum,
     Expr,
     Number,
-    Periodic,
+    Piecewise,
+    Ref,
+    Smooth,
+    Time,
     Where,
     as_expr,
     time,
+    walk,
 )
+from lumped.pieces import Pieces
 
 __all__ = [
     "acos",
@@ -38,6 +43,7 @@ __all__ = [
     "sign",
     "sin",
     "sinh",
+    "smooth",
     "sqrt",
     "table",
     "tan",
@@ -115,25 +121,26 @@ def log(x: Number) -> Expr:
 
 
 def sign(x: Number) -> Expr:
-    """Sign: -1, 0 or 1. The jump is not located; only for expressions that do not cross zero."""
+    """Sign: -1, 0 or 1; a run stops where it changes."""
     return Call("sign", (as_expr(x),))
 
 
 def minimum(x: Number, y: Number) -> Expr:
-    """The smaller of two."""
+    """The smaller of two; a run stops where the other one becomes it."""
     return Call("min", (as_expr(x), as_expr(y)))
 
 
 def maximum(x: Number, y: Number) -> Expr:
-    """The larger of two."""
+    """The larger of two; a run stops where the other one becomes it."""
     return Call("max", (as_expr(x), as_expr(y)))
 
 
 def where(condition: Compare, yes: Number, no: Number) -> Expr:
     """`yes` while the condition holds, else `no`.
 
-    A run stops exactly where the condition changes, and starts anew with the other branch. Where
-    both branches meet without a jump, `minimum`, `maximum` and `interpolate` do without a stop.
+    A run stops exactly where the condition changes, and starts anew with the other branch. So do
+    ``abs(x)``, `sign`, `minimum`, `maximum`, `interpolate` and `table`, which mean the same as the
+    `where` that says what they do; see `smooth`.
 
     Raises
     ------
@@ -147,39 +154,84 @@ def where(condition: Compare, yes: Number, no: Number) -> Expr:
     return Where(condition, as_expr(yes), as_expr(no))
 
 
-def interpolate(x: Number, xs: Sequence[float], ys: Sequence[float]) -> Expr:
+def smooth(x: Number) -> Expr:
+    """The same value, but a run does not stop where a part of it has a kink.
+
+    For kinks too small to matter, or so many that stops would cost more than the short steps
+    around them. Steps keep their tolerance; derivatives are those of the piece that a step is in,
+    and what the run's derivatives lose where a step passes a kink is not told.
+    """
+    return Smooth(as_expr(x))
+
+
+def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
     """Straight lines through points, the first and last extended; one point is a constant.
+
+    A run stops where one line meets the next. Of many lines it watches only the one it is on.
 
     Parameters
     ----------
     x : expression
         Where.
-    xs, ys : sequence of float, shape (n,)
-        Points; `xs` increasing.
+    xs : sequence of float, shape (n,)
+        Places, increasing.
+    ys : sequence of float or expression, shape (n,)
+        Values there; parameters may stand in them.
 
     Raises
     ------
     EquationError
-        If the lengths differ, there is no point, or `xs` does not increase.
+        If the lengths differ, there is no point, a number is not finite, or `xs` does not increase.
     """
-    places, heights = [float(v) for v in xs], [float(v) for v in ys]
-    if len(places) != len(heights) or not places:
+    places = _numbers("interpolate", "place", xs)
+    if len(places) != len(ys) or not places:
         raise EquationError(
-            f"interpolate: {len(places)} places and {len(heights)} values; as many of each, at "
+            f"interpolate: {len(places)} places and {len(ys)} values; as many of each, at "
             "least one."
         )
     for left, right in itertools.pairwise(places):
         if not right > left:
             raise EquationError(f"interpolate: the places must increase, but {left} -> {right}.")
-    argument: Expr = as_expr(x)
-    total: Expr = Datum(heights[0])
-    before = 0.0
-    for i, (left, right) in enumerate(itertools.pairwise(places)):
-        slope = (heights[i + 1] - heights[i]) / (right - left)
-        run = argument - Datum(left)
-        total = total + Datum(slope - before) * (maximum(0.0, run) if i else run)
-        before = slope
-    return total
+    argument = as_expr(x)
+    if any(isinstance(y, Expr) for y in ys):
+        return _with_heights(argument, places, [as_expr(y) for y in ys])
+    heights = _numbers("interpolate", "value", ys)
+    if len(places) == 1:
+        return Datum(heights[0])
+    slopes = (np.diff(heights) / np.diff(places)).tolist()
+    new = [i == 0 or slopes[i] != slopes[i - 1] for i in range(len(slopes))]
+    kept = [i for i in range(len(slopes)) if new[i]]
+    rows = tuple((slopes[i], heights[i]) for i in kept)
+    return Piecewise(argument, Pieces(tuple(places[i] for i in kept), rows))
+
+
+def _with_heights(argument: Expr, places: list[float], heights: list[Expr]) -> Expr:
+    for height in heights:
+        if any(isinstance(node, Time | Ref) and not _is_parameter(node) for node in walk(height)):
+            raise EquationError(
+                f"interpolate: the value '{height}' changes during a run; values are numbers or "
+                "expressions of parameters."
+            )
+    if len(places) == 1:
+        return heights[0]
+    rows = tuple((1.0 / length,) for length in np.diff(places).tolist())
+    return Piecewise(argument, Pieces(tuple(places[:-1]), rows), tuple(heights))
+
+
+def _is_parameter(node: Expr) -> bool:
+    return isinstance(node, Ref) and bool(node.quantity.kind == "parameter")
+
+
+def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
+    """Finite numbers of a table."""
+    try:
+        found = [float(v) for v in values]  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise EquationError(f"{name}: each {what} must be a number. {error}") from None
+    for i, value in enumerate(found):
+        if not np.isfinite(value):
+            raise EquationError(f"{name}: {what} {i} is {value}; finite numbers are needed.")
+    return found
 
 
 def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree: int = 3) -> Expr:
@@ -187,8 +239,8 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree:
 
     A cubic between each two points, with continuous slope and curvature everywhere; derivatives
     are exact. Its error falls with the fourth power of the distance of the points, that of degree
-    5 with the sixth, for points of a smooth function. Unlike for `where`, a run does not stop where
-    one piece ends.
+    5 with the sixth, for points of a smooth function. Where the argument depends on states, a run
+    does not stop where one piece ends; where it is a function of time and parameters, it does.
 
     Source: de Boor, A Practical Guide to Splines, 1978, ch. IV.
 
@@ -233,12 +285,8 @@ def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree:
     curve = scipy.interpolate.PPoly.from_spline(spline)
     inside = (curve.x[:-1] >= places[0]) & (curve.x[:-1] < places[-1]) & (np.diff(curve.x) > 0)
     rows = tuple(map(tuple, curve.c.T[inside].tolist()))
-    return Periodic(
-        as_expr(x),
-        float(places[-1] - places[0]),
-        tuple(curve.x[:-1][inside].tolist()),
-        rows,
-    )
+    begins = tuple(curve.x[:-1][inside].tolist())
+    return Piecewise(as_expr(x), Pieces(begins, rows, float(places[-1] - places[0])))
 
 
 def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
@@ -256,9 +304,9 @@ def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
     Raises
     ------
     EquationError
-        If the lengths differ, there is no point, or the times decrease.
+        If the lengths differ, there is no point, a number is not finite, or the times decrease.
     """
-    t, y = [float(x) for x in xs], [float(v) for v in ys]
+    t, y = _numbers("table", "time", xs), _numbers("table", "value", ys)
     if len(t) != len(y) or not t:
         raise EquationError(
             f"table: {len(t)} times and {len(y)} values; as many of each, at least one."
@@ -266,18 +314,9 @@ def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
     for before, after in itertools.pairwise(t):
         if not after >= before:
             raise EquationError(f"table: the times must not decrease, but {before} -> {after} s.")
-    pieces: list[tuple[float, Expr]] = []
+    pieces = [(t[0] - 1.0, 0.0, y[0])]
     for i in range(len(t) - 1):
         if t[i + 1] > t[i]:
-            slope = (y[i + 1] - y[i]) / (t[i + 1] - t[i])
-            pieces.append((t[i], Datum(y[i]) + Datum(slope) * (time - Datum(t[i]))))
-    pieces.append((t[-1], Datum(y[-1])))
-
-    def choose(low: int, high: int) -> Expr:
-        """Balanced choice among pieces[low:high], the one before `low` being -1."""
-        if high - low == 1:
-            return Datum(y[0]) if low < 0 else pieces[low][1]
-        middle = (low + high) // 2
-        return Where(time >= Datum(pieces[middle][0]), choose(middle, high), choose(low, middle))
-
-    return choose(-1, len(pieces))
+            pieces.append((t[i], (y[i + 1] - y[i]) / (t[i + 1] - t[i]), y[i]))
+    pieces.append((t[-1], 0.0, y[-1]))
+    return Piecewise(time, Pieces(tuple(p[0] for p in pieces), tuple(p[1:] for p in pieces)))

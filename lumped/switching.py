@@ -1,4 +1,9 @@
-"""What decides modes: conditions on states, constraints that hold or slide, changes of states."""
+"""What decides modes: functions of time, conditions on states, holds, changes of states.
+
+The one place that decides what becomes of a kink. A condition that depends on the time and on
+parameters only changes at instants that are known before the run (`timed`); any other has a margin
+that a run watches.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +16,11 @@ import numpy as np
 from lumped.errors import SingularModelError
 from lumped.flatten import Group
 from lumped.incidence import Occurrence
+from lumped.pieces import Pieces
 from lumped.template import Jump, Relation, Template
 from lumped.values import Values
 
-__all__ = ["Switching"]
+__all__ = ["Condition", "Switching"]
 
 _SHARP, _COARSE = 1e-12, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
@@ -34,17 +40,61 @@ class _Jumps:
     first: int
 
 
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """A relation of an instance.
+
+    Attributes
+    ----------
+    name : str
+        Its component.
+    mode : int
+        Its mode, or the first of the settings of its piece.
+    greater, less : SX
+        Its sides, as expressions of states, parameters, time and modes.
+    relation : Relation
+        What it is an instance of.
+    """
+
+    name: str
+    mode: int
+    greater: ca.SX
+    less: ca.SX
+    relation: Relation
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """Those of a piecewise polynomial."""
+        return self.relation.pieces
+
+    @property
+    def argument(self) -> ca.SX:
+        """What passes zero, or the borders of the pieces."""
+        return self.greater if self.pieces is not None else self.greater - self.less
+
+    @property
+    def modes(self) -> range:
+        """All its modes."""
+        return range(self.mode, self.mode + (1 if self.pieces is None else self.pieces.width))
+
+
 class Switching:
     """Relations, holds and jumps of all instances as expressions, in order of declaration.
 
     Attributes
     ----------
+    timed : list of Condition
+        Those that depend on the time and on parameters only, each after those that it needs.
+    needs : list of list of int
+        Numbers of those that each of them needs.
+    conditions : list of Condition
+        All others.
     relation_modes : ndarray of int, shape (r,)
-        Mode of each condition.
+        Mode of each of these, or first setting of its piece.
     strict : ndarray of bool, shape (r,)
         Conditions that are false where both sides are equal.
     greater, less : SX, shape (r, 1)
-        Their sides.
+        Their sides; or the argument of a table, and the begin of the piece it is in.
     first_modes : ndarray of int, shape (h,)
         First of the five modes of each hold (see `lumped.template.Stick`).
     engaged : ndarray of int, shape (h,)
@@ -73,10 +123,7 @@ class Switching:
     def __init__(self, values: Values) -> None:
         self._values, self.flat = values, values.flat
         self.rows: list[tuple[str, int]] = []
-        relation_modes: list[int] = []
-        sides: list[ca.SX] = []
-        strict: list[bool] = []
-        self._texts: list[tuple[str, Relation]] = []
+        found_conditions: list[Condition] = []
         first_modes: list[int] = []
         engaged: list[int] = []
         quantities: list[ca.SX] = []
@@ -99,10 +146,9 @@ class Switching:
                 own, mode = found[:, i], group.first_mode + i * width
                 name = group.names[i] or self.flat.name
                 for k, relation in enumerate(template.relations):
-                    relation_modes.append(mode + relation.mode)
-                    sides.append(own[2 * k : 2 * k + 2].T)
-                    strict.append(relation.strict)
-                    self._texts.append((name, relation))
+                    greater, less = own[2 * k], own[2 * k + 1]
+                    place = mode + relation.mode
+                    found_conditions.append(Condition(name, place, greater, less, relation))
                 for k, stick in enumerate(template.sticks):
                     place = 2 * offset + 7 * k
                     quantities.append(own[place : place + 7].T)
@@ -121,10 +167,11 @@ class Switching:
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
                     new_values += ca.vertsplit(own[place : place + len(jump.values)])
                     place += len(jump.values)
-        self.relation_modes = np.array(relation_modes, dtype=int)
-        self.strict = np.array(strict, dtype=bool)
-        both = ca.vertcat(ca.SX(0, 2), *sides)
-        self.greater, self.less = both[:, 0], both[:, 1]
+        self.timed, self.conditions = self._sorted(found_conditions)
+        self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
+        self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
+        self.greater = ca.vertcat(ca.SX(0, 1), *(c.greater for c in self.conditions))
+        self.less = ca.vertcat(ca.SX(0, 1), *(c.less for c in self.conditions))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
         flags = np.array(limits, dtype=bool).reshape(-1, 5).T
@@ -143,6 +190,25 @@ class Switching:
 
     def __bool__(self) -> bool:
         return bool(len(self.relation_modes) or len(self.first_modes) or self.jumps)
+
+    def _sorted(self, found: list[Condition]) -> tuple[list[Condition], list[Condition]]:
+        """Those that depend on the time alone, in the order of their needs, and the others."""
+        self.needs: list[list[int]] = []
+        if not found:
+            return [], []
+        owner = {mode: k for k, condition in enumerate(found) for mode in condition.modes}
+        v = self._values
+        inputs = [v.states, v.guesses, v.modes, self.flat.parameters.theta, v.time]
+        needs = _needs(ca.Function("sides", inputs, [c.argument for c in found]), owner)
+        timed: dict[int, int] = {}
+        count = -1
+        while count < len(timed):
+            count = len(timed)
+            for k, need in enumerate(needs):
+                if k not in timed and need is not None and need <= timed.keys():
+                    timed[k] = len(timed)
+        self.needs = [sorted(timed[i] for i in needs[k] or ()) for k in timed]
+        return [found[k] for k in timed], [c for k, c in enumerate(found) if k not in timed]
 
     def _instances(self, group: Group, expressions: ca.SX) -> ca.SX:
         """Expressions of a template for all its instances, one column each."""
@@ -192,12 +258,57 @@ class Switching:
             signs.append(float(reduced.aliases.signs[unknown]))
         return _Jumps(name, mode + jump.mode, nodes, signs, first)
 
-    def relation_text(self, number: int, holds: bool) -> tuple[str, str]:
-        """Component of a relation, and the relation or its contrary in words."""
-        name, relation = self._texts[number]
-        yes, no = (">", "<=") if relation.strict else (">=", "<")
+    def relation_text(self, number: int, mode: float) -> tuple[str, str]:
+        """Component of a condition, and what its mode or the number of its piece says in words."""
+        condition = self.conditions[number]
+        relation, pieces = condition.relation, condition.pieces
         left, right = relation.sides
-        return name, f"{left} {yes if holds else no} {right}"
+        if pieces is None:
+            yes, no = (">", "<=") if relation.strict else (">=", "<")
+            return condition.name, f"{left} {yes if mode > 0.5 else no} {right}"
+        piece = int(mode)
+        parts = [f"{left} >= {pieces.begins[piece]:.6g}"] if piece > 0 else []
+        if piece + 1 < pieces.count:
+            parts.append(f"{left} < {pieces.begins[piece + 1]:.6g}")
+        return condition.name, " and ".join(parts)
+
+    @cached_property
+    def is_table(self) -> np.ndarray:
+        """Whether each condition chooses a piece of a table, shape (r,)."""
+        return np.array([c.pieces is not None for c in self.conditions], dtype=bool)
+
+    @cached_property
+    def tables(self) -> list[tuple[int, Pieces]]:
+        """Numbers of the conditions that choose a piece of a table, and the pieces."""
+        return [(k, c.pieces) for k, c in enumerate(self.conditions) if c.pieces is not None]
+
+    def begin(self, modes: np.ndarray, greater: np.ndarray, less: np.ndarray) -> None:
+        """Set the modes of all conditions by their sides, with a slack in favour of false."""
+        slack = _SHARP * (np.abs(greater) + np.abs(less)) + 1e-13
+        modes[self.relation_modes] = greater - less > slack
+        for k, pieces in self.tables:
+            modes[self.conditions[k].modes] = pieces.settings(pieces.number(greater[k]))
+
+    def wrong(self, modes: np.ndarray, run: np.ndarray, slack: np.ndarray) -> np.ndarray:
+        """Which conditions do not say what their sides say, with the differences of these."""
+        on = modes[self.relation_modes] > 0.5
+        found: np.ndarray = np.where(on, run < -slack, run > slack)
+        for k, _ in self.tables:
+            k0, k1, k2 = modes[self.relation_modes[k] + 2 :][:3]
+            found[k] = k0 + run[k] * (k1 + k2 * run[k]) < -slack[k]
+        return found
+
+    def turn(self, modes: np.ndarray, number: int, run: float) -> None:
+        """Change a condition: to its contrary, or to the next piece."""
+        condition = self.conditions[number]
+        pieces, mode = condition.pieces, condition.mode
+        if pieces is None:
+            modes[mode] = 1.0 - modes[mode]
+            return
+        _, k1, k2 = modes[mode + 2 : mode + 5]
+        onward = k1 < 0 or k2 * run < -0.5
+        piece = int(modes[mode]) + (1 if onward else -1)
+        modes[condition.modes] = pieces.settings(np.array(min(max(piece, 0), pieces.count - 1)))
 
     def held(self, modes: np.ndarray) -> list[int]:
         """Nodes of the speeds that are held at zero in these modes."""
@@ -224,10 +335,15 @@ class Switching:
             tolerances.append(tolerance)
             rows.append((kind, number))
 
-        for k, mode in enumerate(self.relation_modes.tolist()):
-            greater, less = self.greater[k], self.less[k]
+        for k, condition in enumerate(self.conditions):
+            greater, less, mode = condition.greater, condition.less, condition.mode
             size = ca.fabs(greater) + ca.fabs(less)
-            add((2 * modes[mode] - 1) * (greater - less), _SHARP * size + 1e-13, "relation", k)
+            if condition.pieces is None:
+                margin = (2 * modes[mode] - 1) * (greater - less)
+            else:
+                run, (k0, k1, k2) = greater - less, ca.vertsplit(modes[mode + 2 : mode + 5])
+                margin = k0 + run * (k1 + k2 * run)
+            add(margin, _SHARP * size + 1e-13, "relation", k)
         for h, first in enumerate(self.first_modes.tolist()):
             stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
             shared = ca.if_else(compliance > 0, _SHARED, 0)
@@ -250,6 +366,38 @@ class Switching:
                 add(sliding + free, ca.SX(1e-13), "slide", h)
         empty = ca.SX(0, 1)
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
+
+
+def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:
+    """Conditions that each condition depends on; None if it depends on states or holds too.
+
+    A function of steps has no derivative, so dependence is followed through the operations.
+    """
+    states = 1
+    held: list[int] = [0] * sides.sz_w()
+    found = [0] * sides.n_out()
+    for i in range(sides.n_instructions()):
+        inputs, outputs = sides.instruction_input(i), sides.instruction_output(i)
+        operation = sides.instruction_id(i)
+        if operation == ca.OP_INPUT:
+            which, entry = inputs
+            if which == 2:
+                held[outputs[0]] = 2 << owner[entry] if entry in owner else states
+            else:
+                held[outputs[0]] = states if which < 2 else 0
+        elif operation == ca.OP_OUTPUT:
+            found[outputs[0]] |= held[inputs[0]]
+        elif operation == ca.OP_CONST:
+            held[outputs[0]] = 0
+        else:
+            bits = 0
+            for place in inputs:
+                bits |= held[place]
+            held[outputs[0]] = bits
+    return [
+        None if bits & states else {k - 1 for k in range(1, bits.bit_length()) if bits >> k & 1}
+        for bits in found
+    ]
 
 
 def _wanted(template: Template) -> list[ca.SX]:

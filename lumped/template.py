@@ -18,8 +18,9 @@ from lumped.component import Component
 from lumped.connection import label
 from lumped.derive import along, partials
 from lumped.errors import EquationError
-from lumped.expression import Compare, Expr, Ref, text
-from lumped.lower import lower
+from lumped.expression import Compare, Expr, Piecewise, Ref, text
+from lumped.lower import Plain, has_steps, lower
+from lumped.pieces import Pieces
 from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
 
@@ -120,13 +121,27 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class Relation:
-    """A condition on states: its mode is 1 while ``greater >= less``; sides are both in words."""
+    """What chooses among expressions.
+
+    Attributes
+    ----------
+    mode : int
+        Its mode, which is 1 while ``greater >= less`` (or ``>`` if `strict`), else 0; or the first
+        of the settings of a piece.
+    greater, less : SX
+        Sides; or the argument of a piecewise polynomial and the begin of the piece it is in.
+    sides : (str, str)
+        Both in words.
+    pieces : Pieces, optional
+        Of a piecewise polynomial.
+    """
 
     mode: int
     greater: ca.SX
     less: ca.SX
     strict: bool
     sides: tuple[str, str]
+    pieces: Pieces | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,20 +208,18 @@ class Template:
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
         The same for the parameters.
-    thresholds : dict of int to (SX, int)
-        Modes that depend on the time alone: instant of change, and +1 if the mode becomes 1
-        there, -1 if it becomes 0.
     relations, sticks, jumps : list
-        What changes modes or states at instants that are not known beforehand.
+        What changes modes or states.
     """
 
-    def __init__(self, component: Component, place: Place, items: Iterable[Single]) -> None:
+    def __init__(
+        self, component: Component, place: Place, items: Iterable[Single], *, plain: bool = False
+    ) -> None:
         self.count = 0
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
         self.modes: list[ca.SX] = []
-        self.thresholds: dict[int, tuple[ca.SX, int]] = {}
         self.relations: list[Relation] = []
         self.sticks: list[Stick] = []
         self.jumps: list[Jump] = []
@@ -216,7 +229,7 @@ class Template:
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
-        lowered = partial(self._lowered, component, place)
+        lowered = partial(self._lowered, component, place, plain)
         for item in items:
             if isinstance(item, Hold):
                 self._stick(item, lowered)
@@ -245,13 +258,13 @@ class Template:
             self._residuals[number, order] = found
         return found
 
-    def _lowered(self, component: Component, place: Place, expression: Expr) -> ca.SX:
+    def _lowered(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
         return lower(
             expression,
             lambda node: self._leaf(node, component, place),
             time=self.time,
             derivative=self._time_derivative,
-            relation=self._mode,
+            kinks=None if plain else self,
         )
 
     def _stick(self, item: Hold, lowered: Lowered) -> None:
@@ -304,7 +317,7 @@ class Template:
         self.jumps.append(Jump(mode, targets, values, repr(item.condition)))
 
     def _condition(self, condition: Compare, lowered: Lowered) -> int:
-        mode = self._mode(condition, lowered(condition.greater), lowered(condition.less))
+        mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))
         return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
@@ -350,25 +363,35 @@ class Template:
         rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
         return along(expression, symbols, rates)
 
-    def _mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
-        g = greater - less
-        slope = ca.jacobian(g, self.time)
-        number = len(self.modes)
-        if self.present(g) or not slope.is_constant():
-            for known in self.relations:
-                same = known.strict == condition.strict
-                if same and ca.is_equal(known.greater - known.less, g, 100):
-                    return self.modes[known.mode]
-            sides = text(condition.greater), text(condition.less)
-            self.relations.append(Relation(number, greater, less, condition.strict, sides))
-        else:
-            rate = float(slope)
-            at_zero = ca.substitute(g, self.time, 0)
-            holds = at_zero > 0 if condition.strict else at_zero >= 0
-            threshold = ca.if_else(holds, -ca.inf, ca.inf) if rate == 0.0 else -at_zero / rate
-            self.thresholds[number] = (threshold, -1 if rate < 0 else 1)
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 while a relation holds, else 0; its lowered sides are given."""
+        for known in self.relations:
+            same = known.pieces is None and known.strict == condition.strict
+            if same and ca.is_equal(known.greater - known.less, greater - less, 100):
+                return self.modes[known.mode]
+        sides = text(condition.greater), text(condition.less)
+        self.relations.append(Relation(len(self.modes), greater, less, condition.strict, sides))
         self.modes.append(ca.SX.sym("mode"))
-        return self.modes[number]
+        return self.modes[-1]
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece that a place is in.
+
+        The knots of a spline are watched only where they are known before the run: its slope and
+        curvature are continuous there, and steps keep their tolerance without a stop.
+        """
+        if node.pieces.period is not None and self.present(place):
+            return Plain().piece(node, place)
+        width = node.pieces.width
+        for known in self.relations:
+            if known.pieces == node.pieces and ca.is_equal(known.greater, place, 100):
+                return ca.vertcat(*self.modes[known.mode : known.mode + width])
+        first = len(self.modes)
+        self.modes += [ca.SX.sym("piece") for _ in range(width)]
+        sides = text(node.of), "a point of a table"
+        begin = self.modes[first + 1]
+        self.relations.append(Relation(first, place, begin, False, sides, node.pieces))
+        return ca.vertcat(*self.modes[first:])
 
     def _analyse(self, expression: ca.SX) -> Residual:
         keys = self.present(expression)
@@ -380,7 +403,9 @@ class Template:
         varying = ca.vertcat(symbols, self.time, *self.modes)
         for i in range(n):
             entry = gradient[i]
-            if entry.is_constant():
+            if entry.is_zero() and has_steps(expression, symbols[i]):
+                affine[i] = False  # its slope is zero, but it stands there
+            elif entry.is_constant():
                 kinds[i], values[i] = CONSTANT, float(entry)
             elif not any(ca.which_depends(entry, varying)):
                 kinds[i] = PARAMETRIC

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +68,7 @@ class Settler:
         for _ in range(3):
             look = self._holds.look(t, x, modes, guess)
             # not an instant after the start already, so that a clock ticks at zero
-            modes[s.relation_modes] = look.greater - look.less > look.slack()
+            s.begin(modes, look.greater, look.less)
         for h in np.flatnonzero(s.has_gap & (look.gap < -_INSIDE)):
             raise StartError(
                 f"{self._name}: {s.names[h]} starts {-look.gap[h]:.6g} "
@@ -90,7 +90,7 @@ class Settler:
         modes: np.ndarray,
         guess: np.ndarray,
         before: np.ndarray,
-        fired: Iterable[tuple[str, int]] = (),
+        fired: Sequence[tuple[str, int]] = (),
     ) -> tuple[np.ndarray, np.ndarray, list[Change]]:
         """States and modes just after an instant.
 
@@ -98,7 +98,7 @@ class Settler:
         ----------
         modes, before : ndarray
             Modes with those of functions of time as they are from now on; all as they were.
-        fired : iterable of (str, int)
+        fired : sequence of (str, int)
             Margins that are used up (see `Switching.margins`).
 
         Raises
@@ -126,12 +126,12 @@ class Settler:
     def _changes(self, at: Situation, before: np.ndarray, jumped: set[int]) -> list[Change]:
         """What is different from before."""
         s, word, found = self._s, self._holds.word, []
-        old, new = (modes[s.relation_modes] > 0.5 for modes in (before, at.modes))
+        old, new = (modes[s.relation_modes] for modes in (before, at.modes))
         made_jump = np.isin(s.relation_modes, list(jumped)) if jumped else False
         for k in np.flatnonzero((old != new) | made_jump).tolist():
-            was, now = bool(old[k]), bool(new[k])
+            was, now = float(old[k]), float(new[k])
             if s.relation_modes[k] in jumped:
-                was, now = False, True
+                was, now = 0.0, 1.0
             name, text = s.relation_text(k, was)
             found.append(Change(name, text, s.relation_text(k, now)[1]))
         changed = (self._holds.parts(before) != self._holds.parts(at.modes)).any(axis=0)

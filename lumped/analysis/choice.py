@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 
 from lumped.analysis.exact import closed
+from lumped.analysis.instants import instants
 from lumped.analysis.linear_form import linear_form
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settings import instants, modes_at
 from lumped.errors import OptionError
 
 __all__ = ["closed_form_pays", "stiff"]
@@ -36,10 +36,11 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
         form = linear_form(system)
     except OptionError:
         return False
-    inside = instants(system, theta)
-    edges = np.unique([0.0, *inside[(inside > 0) & (inside < until)], until])
-    for begin, end in itertools.pairwise(edges.tolist()):
-        modes = modes_at(system, theta, 0.5 * (begin + end))
+    found = instants(system, theta, 0.0, until)
+    edges = [0.0, *found.times.tolist(), until]
+    modes = np.zeros(system._flat.mode_count)
+    for (begin, end), now in zip(itertools.pairwise(edges), found.modes, strict=True):
+        modes[found.places] = now
         matrix, _ = form.at(theta, begin, modes)
         if not np.isfinite(matrix.data).all():
             return False

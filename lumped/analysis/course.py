@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.analysis.functionals import Designed, Final, Integral, Peak, Swing
+from lumped.analysis.instants import clocks
 from lumped.analysis.nlp import Programme
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError, SolverError
@@ -85,7 +86,8 @@ def smooth(run: Trajectory, why: str) -> None:
 def held_instants(system: System, varied: list[int]) -> None:
     """Refuse parameters that move an instant at which a function of time changes its piece."""
     theta = system._inputs[1]
-    moving = ca.jacobian_sparsity(system._flat.thresholds[0](theta), theta).get_triplet()[1]
+    clocked = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in clocks(system) if c.moves))
+    moving = ca.jacobian_sparsity(clocked, theta).get_triplet()[1]
     held = [n for i, n in enumerate(system.parameters) if i in moving and i in varied]
     if held:
         raise OptionError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -78,13 +78,17 @@ class Fitting:
         self._relations_wrong, self._holds_wrong = _Wrong(), _Wrong()
         self.jumped: set[int] = set()
 
-    def flip(self, fired: Iterable[tuple[str, int]]) -> None:
+    def flip(self, fired: Sequence[tuple[str, int]]) -> None:
         """Change what an event says changes."""
         at, s = self._at, self._s
+        tables = {k for k, _ in s.tables}
+        look = (
+            self._holds.look_at(at) if tables & {i for k, i in fired if k == "relation"} else None
+        )
         for kind, i in fired:
             if kind == "relation":
-                mode = s.relation_modes[i]
-                at.modes[mode] = 1.0 - at.modes[mode]
+                run = 0.0 if look is None else float(look.greater[i] - look.less[i])
+                s.turn(at.modes, i, run)
                 self._exempt[i] = True
             elif kind == "slide":
                 at.halted[i] = True
@@ -128,7 +132,7 @@ class Fitting:
             for h, name in enumerate(s.names)
         ]
         texts = [
-            "{}: {}".format(*s.relation_text(k, bool(at.modes[m] > 0.5)))
+            "{}: {}".format(*s.relation_text(k, at.modes[m]))
             for k, m in enumerate(s.relation_modes)
         ]
         return (
@@ -146,12 +150,12 @@ class Fitting:
             return False
         on = modes[s.relation_modes] > 0.5
         g, slack = look.greater - look.less, look.slack()
-        equal = (g == 0.0) & (on == s.strict) & ~self._exempt
-        wrong = np.flatnonzero(np.where(on, g < -slack, g > slack) | equal)
+        equal = (g == 0.0) & (on == s.strict) & ~self._exempt & ~s.is_table
+        wrong = np.flatnonzero(s.wrong(modes, g, slack) | equal)
         if not len(wrong):
             return False
-        changing = s.relation_modes[self._relations_wrong.to_change(wrong)]
-        modes[changing] = 1.0 - modes[changing]
+        for k in self._relations_wrong.to_change(wrong).tolist():
+            s.turn(modes, k, float(g[k]))
         self._exempt |= equal
         return True
 

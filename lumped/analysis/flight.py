@@ -12,7 +12,6 @@ from lumped.analysis.calls import called
 from lumped.analysis.holds import hold_words
 from lumped.analysis.machine import Machine
 from lumped.analysis.result import Event
-from lumped.analysis.settings import instants
 from lumped.analysis.stepper import GIVEN_UP
 from lumped.analysis.watch import finite_fault, followers, singular_fault, unfit_states
 from lumped.errors import SolverError
@@ -74,7 +73,7 @@ class Flight:
         self, run: Run, cost: Advance, machine: Machine, edges: np.ndarray, place: Place
     ) -> None:
         self._run, self._cost, self._machine, self._edges = run, cost, machine, edges
-        timed, values = self._timed(edges)
+        timed, values = run.instants.places, run.instants.modes
         settings = np.concatenate([place.modes, run.guess])
         more = len(edges) + values.size + 1
         i, d = machine.blocks(run.point.theta, place.x, settings, run.until, more)
@@ -101,15 +100,6 @@ class Flight:
     def _vector(self, vector: int, count: int) -> np.ndarray:
         first = int(self._integers[vector])
         return self._numbers[first : first + count]
-
-    def _timed(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Modes of functions of time, and their values in each segment."""
-        system = self._machine.system
-        found = instants(system, self._run.point.theta)
-        timed = np.flatnonzero(np.isfinite(found))
-        directions = system._flat.thresholds[1][timed]
-        middles = 0.5 * (edges[:-1] + edges[1:])
-        return timed, (directions * (middles[:, None] - found[timed]) >= 0).astype(float)
 
     def _outputs(self) -> None:
         """Room for what comes back."""
@@ -224,8 +214,8 @@ class Flight:
         t, loss = when
         s = self._machine.system.switching
         if kind == 0:
-            name, old = s.relation_text(number, bool(before))
-            return Event(t, name, old, s.relation_text(number, bool(after))[1])
+            name, old = s.relation_text(number, before)
+            return Event(t, name, old, s.relation_text(number, after)[1])
         words = hold_words(s, number)
         return Event(t, s.names[number], words[before], words[after], loss)
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settings import instants
+from lumped.analysis.instants import clocks
 from lumped.analysis.shooting import Guess, Problem
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError
@@ -33,7 +33,7 @@ def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Gu
     """
     system = problem.system
     theta = guess.point.theta
-    if np.isfinite(instants(system, theta)).any():
+    if any(clock.moves for clock in clocks(system)):
         raise OptionError(
             f"periodic: harmonic balance needs a smooth system, but functions of time in "
             f"{system.name} jump or have a kink. Use method='shooting'."

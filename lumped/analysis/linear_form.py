@@ -11,6 +11,7 @@ import scipy
 
 from lumped.analysis.watch import may_be_unfit
 from lumped.errors import OptionError
+from lumped.lower import has_steps
 from lumped.system import System
 
 __all__ = ["LinearForm", "linear_form"]
@@ -70,6 +71,8 @@ def _made(system: System) -> LinearForm:
         raise _refusal(system, "what its states lead is not linear in them")
     x, theta, t, settings = system._inputs
     rates = system.rates
+    if has_steps(rates, ca.vertcat(x, t)):
+        raise _refusal(system, "kinks stand in `smooth` or in a spline of a state")
     entries = ca.SX(ca.jacobian(rates, x).nz[:])
     moving = ca.vertcat(x, t)
     if entries.numel() and any(ca.which_depends(entries, moving, 1, False)):

@@ -47,8 +47,8 @@ class Machine:
         The block of integers as every run begins with it.
     count : int
         Numbers in the other block.
-    signs : ndarray
-        Of the states that jumps change.
+    signs, table : ndarray
+        Of the states that jumps change; settings of the pieces of tables.
     attempts : int
         Steps between two visits to Python, about half a second.
     """
@@ -57,6 +57,7 @@ class Machine:
     integers: np.ndarray
     count: int
     signs: np.ndarray
+    table: np.ndarray
     attempts: int
     _codes: list[object]
 
@@ -76,6 +77,7 @@ class Machine:
             (at.X, x),
             (at.M, settings),
             (at.SIGNS, self.signs),
+            (at.TABLE, self.table),
         ):
             r[z[place] : z[place] + len(values)] = values
         r[at.UNTIL], r[at.SOON], r[at.SHORTEST] = span, 1e-12 * span, 1e-10 * span
@@ -216,5 +218,6 @@ def _built(system: System) -> Machine:
     for name, address in code.addresses.items():
         blocks.put(places[name], address)
     signs = np.array([sign for jump in s.jumps for sign in jump.signs], dtype=float)
+    table = np.concatenate([np.zeros(0), *(pieces.table.ravel() for _, pieces in s.tables)])
     work = 50 * (system.rhs.n_instructions() + sizes.states) + sizes.states**3
-    return Machine(system, blocks.integers, blocks.count, signs, _HALF // work + 1, [code])
+    return Machine(system, blocks.integers, blocks.count, signs, table, _HALF // work + 1, [code])

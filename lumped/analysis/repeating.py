@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.analysis.result import OperatingPoint, Piece, Trajectory
-from lumped.analysis.settings import instants
+from lumped.analysis.instants import clocks
 from lumped.analysis.shooting import Guess, Problem, refuse_rest, sizes
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError
@@ -118,7 +118,7 @@ def needs_time(system: System, theta: np.ndarray) -> bool:
         parts.append(system._in_states(system.switching.needed()))
     return bool(
         ca.jacobian_sparsity(ca.vertcat(*parts), t).nnz()
-        or np.isfinite(instants(system, theta)).any()
+        or any(clock.moves for clock in clocks(system))
     )
 
 

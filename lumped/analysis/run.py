@@ -14,7 +14,8 @@ from lumped.analysis.exact import Exact
 from lumped.analysis.flight import Flight, Place
 from lumped.analysis.record import Recorder
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.settings import closed_with, instants, modes_at
+from lumped.analysis.instants import instants
+from lumped.analysis.settings import closed_with
 from lumped.analysis.watch import Unfit, jump_fault, unfit_states
 from lumped.errors import SolverError, StartError
 from lumped.native.layout import STORM_SIZE
@@ -79,7 +80,10 @@ class Run:
         SolverError
             With what was computed so far.
         """
-        edges = np.array([0.0, *self._instants(), self.until])
+        self.instants = instants(self.system, self.point.theta, 0.0, self.until)
+        times, names = self.instants.times.tolist(), self.instants.names
+        self.events += [Event(t, name) for t, name in zip(times, names, strict=True)]
+        edges = np.array([0.0, *times, self.until])
         modes = self.point.modes[: len(self.point.modes) - self.implicit]
         place = Place(0, 0.0, self.point.x, modes, settled=False)
         while place.segment < len(edges) - 1:
@@ -96,10 +100,8 @@ class Run:
         number, t, x, modes, settled = place
         begin, end = edges[number : number + 2].tolist()
         if not settled:
-            timed = np.isfinite(instants(self.system, self.point.theta))
             before, modes = modes, modes.copy()
-            now = modes_at(self.system, self.point.theta, 0.5 * (begin + end))
-            modes[timed] = now[timed]
+            modes[self.instants.places] = self.instants.modes[number]
             if number:
                 self.refuse_jump(begin, x, before, modes)
             x, modes = self.settled(begin, x, modes, before)
@@ -256,32 +258,7 @@ class Run:
         names = self.system.state_names
         return tuple(name for name, s in zip(names, small, strict=True) if s)
 
-    def _instants(self) -> list[float]:
-        found = instants(self.system, self.point.theta)
-        inside = (found > 0) & (found <= self.until)
-        edges: list[float] = []
-        if not inside.any():
-            return edges
-        for t in np.unique(found[inside]).tolist():
-            if not edges or t - edges[-1] > 1e-13 * self.until:
-                edges.append(self.until if self.until - t <= 1e-13 * self.until else t)
-        owners: list[dict[str, None]] = [{} for _ in edges]
-        near = np.abs(found[:, None] - edges) <= 1e-13 * self.until
-        for mode, k in np.argwhere(near).tolist():
-            owners[k][_owner(self.system, mode)] = None
-        self.events += [Event(t, ", ".join(names)) for t, names in zip(edges, owners, strict=True)]
-        return edges
-
     def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
         if fault:
             raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
-
-
-def _owner(system: System, mode: int) -> str:
-    """Component that a mode belongs to."""
-    for group in system._flat.groups:
-        number, width = mode - group.first_mode, len(group.template.modes)
-        if 0 <= number < width * len(group.names):
-            return group.names[number // width]
-    raise IndexError(mode)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.analysis.instants import clocks
 from lumped.analysis.result import Trajectory
 from lumped.errors import SolverError
 from lumped.system import System
@@ -118,9 +119,10 @@ class Saltation:
         self.system = system
         self.inputs = system._inputs
         x, p, _, _ = self.inputs
-        thresholds, _ = system._flat.thresholds
-        at = thresholds(p)
-        self.thresholds = ca.Function("at", [p], [at, ca.jacobian(at, p)])
+        self.clocks = [clock for clock in clocks(system) if clock.moves]
+        arguments = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in self.clocks))
+        slopes = [ca.densify(ca.jacobian(arguments, by)) for by in (self.inputs[2], p)]
+        self.clocked = ca.Function("clocked", self.inputs, [ca.densify(arguments), *slopes])
         margins = system._in_states(system.switching.margins[0])
         by_both = ca.jacobian(margins, ca.vertcat(x, p))
         self.margins = ca.Function("margins", self.inputs, [by_both])
@@ -167,16 +169,14 @@ class Saltation:
     ) -> tuple[np.ndarray, list[int]]:
         """Derivatives of an instant, and which margins are used up there."""
         system, point = self.system, (old[0], run.theta, t, old[1])
-        at, by_parameters = self.thresholds(run.theta)
-        at, n = np.asarray(at).ravel(), len(old[0])
-        changed = old[1][: len(at)] != new[1][: len(at)]
+        count, n = system._flat.mode_count, len(old[0])
+        changed = old[1][:count] != new[1][:count]
         left, tolerance = (np.asarray(v).ravel() for v in system.margins(*point))
         rates = np.asarray(system.margin_rates(*point)).ravel()
         used = np.flatnonzero((left <= _TOUCHED * tolerance) & (rates < 0)).tolist()
-        timed = np.flatnonzero(changed & (np.abs(at - t) <= 1e-12 * (1.0 + t)))
-        if len(timed):
-            rows = _sparse(by_parameters)[timed].toarray()
-            return np.hstack([np.zeros((len(timed), n)), rows]), used
+        rows = self._timed(run, point, changed)
+        if len(rows):
+            return np.hstack([np.zeros((len(rows), n)), rows]), used
         if used:
             rows = _sparse(self.margins(*point))[used].toarray()
             return -rows / rates[used, None], used
@@ -187,6 +187,29 @@ class Saltation:
                 run,
             )
         return np.zeros((0, n + len(run.theta))), used
+
+    def _timed(self, run: Trajectory, point: tuple[object, ...], changed: np.ndarray) -> np.ndarray:
+        """Derivatives by the parameters of an instant at which functions of time change."""
+        place, slope, by_parameters = (np.asarray(v) for v in self.clocked(*point))
+        rows = []
+        for k, clock in enumerate(self.clocks):
+            if not changed[clock.condition.mode]:
+                continue
+            here, fast = float(place[k, 0]), float(slope[k, 0])
+            number = clock.number(np.array([here]))
+            borders = clock.border(np.concatenate([number, number + 1]))
+            off = np.abs(borders - here).min()
+            if off > 1e-9 * (1.0 + abs(here) + abs(fast)):
+                continue  # it jumped there, because something else changed
+            if fast == 0.0:
+                raise SolverError(
+                    f"{self.system.name}: at t = {point[2]:.9g} s a function of time in "
+                    f"{clock.condition.name} touches the border at which it changes; the run has "
+                    "no derivative there.",
+                    run,
+                )
+            rows.append(-by_parameters[k] / fast)
+        return np.array(rows).reshape(len(rows), len(run.theta))
 
     def _changes(self, used: list[int], old: Side, new: Side) -> Iterator[ca.Function]:
         """What may become of the states: (x, p, t, m) -> states, derivatives by x and p, drift."""

@@ -4,32 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from lumped.analysis.instants import clocks, modes_at
 from lumped.errors import StartError
 from lumped.system import System
 
-__all__ = ["closed_with", "followed", "instants", "modes_at", "settings_at"]
+__all__ = ["closed_with", "followed", "settings_at"]
 
 _MOST_CLOSING = 20
 _RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
 """Distances from the given guesses at which the search for a linkage's position begins."""
-
-
-def instants(system: System, theta: np.ndarray) -> np.ndarray:
-    """Instants at which modes change with the time alone; infinite for others."""
-    key, known = theta.tobytes(), system.made.get("instants")
-    if known is None or known[0] != key:
-        function, _ = system._flat.thresholds
-        known = system.made["instants"] = key, np.asarray(function(theta)).ravel()
-    found: np.ndarray = known[1]
-    return found
-
-
-def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
-    """Modes of all conditions at a time that is not itself an instant of change."""
-    _, directions = system._flat.thresholds
-    if not len(directions):
-        return np.zeros(0)
-    return (directions * (time - instants(system, theta)) >= 0).astype(float)
 
 
 def settings_at(
@@ -51,7 +34,10 @@ def settings_at(
     """
     now = modes_at(system, theta, time)
     if modes is not None and len(now):
-        now = np.where(np.isfinite(instants(system, theta)), now, modes[: len(now)])
+        timed = [m for clock in clocks(system) for m in clock.condition.modes]
+        kept = modes[: len(now)].copy()
+        kept[timed] = now[timed]
+        now = kept
     return closed_with(system, x, theta, time, now, guesses)
 
 

@@ -12,7 +12,8 @@ from lumped.analysis.calls import Call
 from lumped.analysis.changeover import Change, Settler
 from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settings import modes_at, settings_at
+from lumped.analysis.instants import modes_at
+from lumped.analysis.settings import settings_at
 from lumped.analysis.targets import Targets
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
@@ -178,7 +179,7 @@ class _Start:
             if not np.isfinite(number):
                 raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
         self.guesses = self._first_guesses()
-        self.settings = np.concatenate([modes_at(system, theta, 1e-300), self.guesses])
+        self.settings = np.concatenate([modes_at(system, theta, 0.0), self.guesses])
         self.x = np.zeros(len(self.reduced.states))
         for unknown, value in self.starts.items():
             node = self.reduced.node(unknown)
@@ -237,7 +238,7 @@ class _Start:
                 self.system.check_parameters(self.theta)
         if len(self.guesses):
             x = self.x[self.system._in_use]
-            self.settings = settings_at(self.system, x, self.theta, 1e-300, self.guesses)
+            self.settings = settings_at(self.system, x, self.theta, 0.0, self.guesses)
         return self.x
 
     def slopes(

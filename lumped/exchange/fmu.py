@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+from lumped.analysis.instants import clocks
 from lumped.analysis.watch import may_be_unfit
 from lumped.errors import ExportError, OptionError
 from lumped.exchange.description import build_description, model_description
@@ -26,7 +27,7 @@ from lumped.system import Changes, Name, System
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
-_SOURCES = ("access.c", "events.c", "holds.c", "integrate.c", "settle.c", "start.c")
+_SOURCES = ("access.c", "events.c", "holds.c", "integrate.c", "pieces.c", "settle.c", "start.c")
 _HEADERS = ("holds.h", "lumped.h")
 _OWN = {
     "2.0": (("fmi2.c",), ("fmi2_types.h",)),
@@ -128,7 +129,8 @@ def export_fmu(
     StartError
         If the start values contradict each other.
     ExportError
-        If the compiler refuses the sources.
+        If the compiler refuses the sources, or a condition on a function of time that is not linear
+        in it changes at instants that only a run finds.
     """
     begin = clock.perf_counter()
     kinds = (kind,) if isinstance(kind, str) else tuple(kind)
@@ -139,6 +141,7 @@ def export_fmu(
     if not 1e-13 <= rtol < 1:
         raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
     interface = Interface(system, inputs, outputs, start or {})
+    _refuse(system)
     identifier = re.sub(r"\W", "_", system.name)
     files, operations = model_files(interface, "{token}", rtol)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
@@ -182,6 +185,19 @@ def export_fmu(
     seconds = clock.perf_counter() - begin
     compiled = place if library is not None else ""
     return ExportedFMU(path, version, kinds, counts, compiled, seconds, remarks)
+
+
+def _refuse(system: System) -> None:
+    """A unit finds the instants of functions that are linear in the time between two of them."""
+    for clock in clocks(system):
+        if clock.moves and not clock.even:
+            name, (left, right) = clock.condition.name, clock.condition.relation.sides
+            raise ExportError(
+                f"{system.name}: '{left}' against '{right}' in {name} is not linear in the time, "
+                "so a unit does not know beforehand when it changes. Give the instants by "
+                "lumped.ops.table or time >= ..., or write lumped.ops.smooth(...) around it if its "
+                "kinks do not matter."
+            )
 
 
 def _remarks(system: System, compiled: bool) -> tuple[str, ...]:

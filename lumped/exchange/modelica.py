@@ -12,6 +12,7 @@ import numpy as np
 from lumped.errors import ExportError
 from lumped.exchange.interface import Interface, Shown
 from lumped.exchange.terms import Term, Writer, real
+from lumped.switching import Condition
 from lumped.system import Changes, Name, System
 
 __all__ = ["export_modelica"]
@@ -112,12 +113,15 @@ class _Text:
         given = [[Term(_quoted(v.name)) for v in self.states], theta, [Term("time")], self.modes]
         rates, outputs, greater, less, values = self.writer.written(function, given)
         relations = []
-        for k, mode in enumerate(switching.relation_modes.tolist()):
+        for k, condition in enumerate(switching.conditions):
+            if condition.pieces is not None:
+                relations += self._piece(condition, greater[k])
+                continue
             sign = ">" if switching.strict[k] else ">="
             sides = f"{_side(greater[k])} {sign} {_side(less[k])}"
-            relations.append(f"  {self.modes[mode].text} = {sides};")
+            relations.append(f"  {self.modes[condition.mode].text} = {sides};")
         lines = [f"  {name} = {term.text};" for name, term in self.writer.variables]
-        lines += relations
+        lines += self.clocked + relations
         for shown, rate in zip(self.states, rates, strict=True):
             lines.append(f"  der({_quoted(shown.name)}) = {real(rate).text};")
         for shown, value in zip(self.outputs, outputs, strict=True):
@@ -125,22 +129,47 @@ class _Text:
         return lines + self._jumps(values)
 
     def _modes(self, theta: list[Term]) -> list[Term]:
-        """What each mode is: a comparison of the time, or a condition of its own."""
-        system = self.system
-        function, directions = system._flat.thresholds
-        relations = {int(m): k for k, m in enumerate(system.switching.relation_modes)}
-        p = system._inputs[1]
-        instants = function(p) if system._flat.mode_count else ca.SX(0, 1)
-        timed = [i for i in range(system._flat.mode_count) if i not in relations]
-        picked = ca.Function("instants", [p], [ca.densify(instants[timed])])
-        (found,) = self.writer.written(picked, [theta], inline=True)
-        terms = {
-            i: Term(f"time {'>=' if directions[i] > 0 else '<'} {_side(term)}", 0, logical=True)
-            for i, term in zip(timed, found, strict=True)
-        }
-        for mode, k in relations.items():
-            terms[mode] = Term(f"c{k + 1}", logical=True)
-        return [terms[i] for i in range(len(terms))]
+        """What each mode is: a comparison of the time, a condition or a setting of its own."""
+        system, s = self.system, self.system.switching
+        terms = [Term("0")] * system._flat.mode_count
+        for k, condition in enumerate(s.conditions):
+            terms[condition.mode] = Term(f"c{k + 1}", logical=True)
+        for condition in (*s.timed, *s.conditions):
+            for i, mode in enumerate(condition.modes if condition.pieces is not None else ()):
+                terms[mode] = Term(f"s{condition.mode}_{i}")
+        self.clocked: list[str] = []
+        v = system._values
+        for condition in s.timed:
+            sides = [ca.densify(condition.greater), ca.densify(condition.less)]
+            function = ca.Function("sides", [v.modes, system._inputs[1], v.time], sides)
+            given = [terms, theta, [Term("time")]]
+            (left,), (right,) = self.writer.written(function, given, inline=True)
+            if condition.pieces is not None:
+                self.clocked += self._piece(condition, left)
+                continue
+            sign = ">" if condition.relation.strict else ">="
+            terms[condition.mode] = Term(f"{_side(left)} {sign} {_side(right)}", 0, logical=True)
+        return terms
+
+    def _piece(self, condition: Condition, argument: Term) -> list[str]:
+        """Equations of the settings of the piece that an argument is in."""
+        pieces, name = condition.pieces, f"s{condition.mode}"
+        assert pieces is not None
+        place, lines = f"{name}_place", [f"  {name}_back = 0;"]
+        if pieces.period is not None:
+            turns = f"floor(({argument.text} - ({pieces.begins[0]!r})) / {pieces.period!r})"
+            lines = [f"  {name}_back = {pieces.period!r} * {turns};"]
+        lines.append(f"  {place} = {_side(argument)} - {name}_back;")
+        rows = pieces.table.tolist()
+        for i in range(pieces.width):
+            choices = [
+                f"if {place} < {begin!r} then {row[i]!r}"
+                for begin, row in zip(pieces.begins[1:], rows, strict=False)
+            ]
+            chosen = " else ".join([*choices, repr(rows[-1][i])])
+            shift = f" + {name}_back" if i == 1 else ""
+            lines.append(f"  {name}_{i} = ({chosen}){shift};")
+        return lines
 
     def _jumps(self, values: list[Term]) -> list[str]:
         lines = []
@@ -167,9 +196,16 @@ class _Text:
             lines.append(f"  Real {_head(v, start=start, fixed='true')} {_string(v.text)};")
         for v in self.outputs:
             lines.append(f"  output Real {_head(v)} {_string(v.text)};")
-        for k in range(len(self.system.switching.relation_modes)):
-            owner, text = self.system.switching.relation_text(k, True)
-            lines.append(f"  Boolean c{k + 1} {_string(f'{owner}: {text}')};")
+        s = self.system.switching
+        for k, condition in enumerate(s.conditions):
+            if condition.pieces is None:
+                owner, text = s.relation_text(k, 1.0)
+                lines.append(f"  Boolean c{k + 1} {_string(f'{owner}: {text}')};")
+        for condition in (*s.timed, *s.conditions):
+            if condition.pieces is not None:
+                listed = [*range(condition.pieces.width), "back", "place"]
+                names = ", ".join(f"s{condition.mode}_{i}" for i in listed)
+                lines.append(f"  Real {names} {_string(f'{condition.name}: piece of a table')};")
         for name, term in self.writer.variables:
             lines.append(f"  {'Boolean' if term.logical else 'Real'} {name};")
         return lines

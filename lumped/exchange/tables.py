@@ -9,9 +9,11 @@ import numpy as np
 import scipy
 
 from lumped.analysis.advance import nominals
+from lumped.analysis.instants import clocks
 from lumped.analysis.watch import followers, levers
 from lumped.exchange.generated import CFunction, c_text
 from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.switching import Switching
 from lumped.system import System
 
 __all__ = ["coefficients", "model_files"]
@@ -70,7 +72,9 @@ def _functions(interface: Interface) -> list[CFunction]:
     empty = ca.SX(0, 1)
     margins = system.margins(*here) if system.switching else (empty, empty)
     slopes = system.margin_rates(*here) if system.switching else empty
-    instants = system._flat.thresholds[0](p)
+    v, all_clocks = system._values, clocks(system)
+    places = ca.vertcat(empty, *(c.condition.argument for c in all_clocks))
+    speeds = ca.densify(ca.jacobian(places, v.time))
     return [
         usual("model_rates", [system.rates], ["rates"]),
         usual("model_look", [system.look(*here)], ["look"]),
@@ -80,7 +84,13 @@ def _functions(interface: Interface) -> list[CFunction]:
         usual("model_closure", list(system.closure(*here)), ["found", "step"]),
         usual("model_followers", [followers(system)[1](*here)], ["values"]),
         usual("model_levers", [levers(system)[1](*here)], ["ratios"]),
-        CFunction("model_instants", [p], [instants], ["p"], ["instants"]),
+        CFunction(
+            "model_clocks",
+            [v.time, p, here[3]],
+            [places, speeds],
+            ["t", "p", "m"],
+            ["places", "slopes"],
+        ),
         CFunction("model_bound", [p], [_bound(interface.system)], ["p"], ["values"]),
         CFunction("model_start", [p], [form.states], ["p"], ["states"]),
         CFunction(
@@ -104,6 +114,8 @@ def _sizes(interface: Interface, rtol: float) -> dict[str, int]:
         "N_OUTPUTS": len(interface.outputs),
         "N_MARGINS": interface.margins,
         "N_RELATIONS": len(s.relation_modes),
+        "N_CLOCKS": len(s.timed),
+        "CLOCK_LEVELS": _levels(s.needs),
         "N_HOLDS": len(s.first_modes),
         "N_JUMPS": len(s.jumps),
         "N_JUMP_VALUES": s.values.numel(),
@@ -140,9 +152,7 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
         _array("int", "state_place", system._in_use),
         _array("bool", "state_settable", interface.settable_states),
         _array("double", "guess_starts", form.guesses.tolist()),
-        _array("double", "instant_direction", system._flat.thresholds[1].tolist()),
-        _array("int", "relation_mode", s.relation_modes.tolist()),
-        _array("bool", "relation_strict", s.strict.tolist()),
+        *_conditions(s),
         _texts("hold_names", s.names),
         _array("int", "hold_modes", s.first_modes.tolist()),
         _array("int", "hold_engaged", s.engaged.tolist()),
@@ -165,6 +175,33 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
         _texts("follower_names", followers(system)[0]),
         _texts("lever_names", leads),
     ]
+
+
+def _levels(needs: list[list[int]]) -> int:
+    """How many rounds it takes until each function of time knows those that it needs."""
+    levels: list[int] = []
+    for need in needs:
+        levels.append(1 + max((levels[i] for i in need), default=0))
+    return max(levels, default=0)
+
+
+def _conditions(s: Switching) -> list[tuple[str, str]]:
+    """Tables of the conditions and of the functions of time, and the rows of both."""
+    found, rows = [], []
+    for name, conditions in (("relation", s.conditions), ("clock", s.timed)):
+        firsts, tables = [], [c.pieces for c in conditions]
+        for pieces in tables:
+            firsts.append(len(rows))
+            rows += [] if pieces is None else pieces.table.ravel().tolist()
+        found += [
+            _array("int", f"{name}_mode", [c.mode for c in conditions]),
+            _array("bool", f"{name}_strict", [c.relation.strict for c in conditions]),
+            _array("int", f"{name}_count", [p.count if p else 0 for p in tables]),
+            _array("int", f"{name}_first", firsts),
+            _array("int", f"{name}_width", [p.width if p else 1 for p in tables]),
+        ]
+    periods = [c.pieces.period or 0.0 if c.pieces else 0.0 for c in s.timed]
+    return [*found, _array("double", "clock_period", periods), _array("double", "piece_rows", rows)]
 
 
 def _grouped(rows: np.ndarray, columns: np.ndarray, count: int) -> tuple[list[int], list[int]]:

@@ -116,6 +116,12 @@ def laid_out(sizes: Sizes, s: Switching, states: list[int], uses: tuple[np.ndarr
     place_of = {node: i for i, node in enumerate(states)}
     b.table(at.RELATION_MODE, s.relation_modes)
     b.table(at.STRICT, s.strict)
+    tables = [c.pieces for c in s.conditions]
+    rows = [0 if p is None else p.count * p.width for p in tables]
+    b.table(at.PIECE_COUNT, [0 if p is None else p.count for p in tables])
+    b.table(at.PIECE_WIDTH, [1 if p is None else p.width for p in tables])
+    b.table(at.PIECE_FIRST, np.cumsum([0, *rows])[:-1])
+    b.numbers(at.TABLE, sum(rows))
     b.table(at.FIRST, s.first_modes)
     b.table(at.ENGAGED, s.engaged)
     b.table(at.UPPER, s.has_upper)
@@ -134,9 +140,9 @@ def laid_out(sizes: Sizes, s: Switching, states: list[int], uses: tuple[np.ndarr
     _jumps(b, s, place_of)
     b.table(at.USE_HOLD, uses[0])
     b.table(at.USE_STATE, uses[1])
-    rows = s.rows if nk else []
-    b.table(at.KIND, [("relation", "upper", "lower", "slide").index(kind) for kind, _ in rows])
-    b.table(at.NUMBER, [number for _, number in rows])
+    margins = s.rows if nk else []
+    b.table(at.KIND, [("relation", "upper", "lower", "slide").index(kind) for kind, _ in margins])
+    b.table(at.NUMBER, [number for _, number in margins])
     b.flags(at.FIRED_ROWS, nk)
     b.flags(at.SUSPECT, nk)
     b.flags(at.PIVOT, n)

@@ -12,6 +12,7 @@ from lumped.native.layout import (
     NH,
     NM,
     NR,
+    PIECE_COUNT,
     RELATION_MODE,
     STRUCK,
     TRIAL,
@@ -46,9 +47,13 @@ def doubt(Z: Integers, R: Numbers) -> int:
 def begin(Z: Integers, R: Numbers) -> int:
     """Find modes and states at the start, where they are tried out; 0 if Python should do it.
 
-    Python does what needs words: bodies inside each other, impacts, modes that do not fit.
+    Python does what needs words: bodies inside each other, impacts, modes that do not fit; and it
+    looks up tables.
     """
     nh, nr, m, lk = Z[NH], Z[NR], at(R, Z[M]), at(R, Z[LK])
+    for k in range(nr):
+        if at(Z, Z[PIECE_COUNT])[k] > 0:
+            return 0
     for _ in range(3):
         look(Z, R, at(R, Z[X]), m, lk)
         for k in range(nr):

@@ -45,7 +45,10 @@ found to be so."""
 (JUMP_MODE, JUMP_FIRST, JUMP_START, JUMP_PLACE, JUMP_RELATION, WAS_TRUE) = range(115, 121)
 (USE_HOLD, USE_STATE, KIND, NUMBER, FIRED_ROWS, SUSPECT, TIMED_MODE) = range(121, 128)
 (JAC_ROW, JAC_COLUMN, PIVOT) = range(128, 131)
-INTEGERS = 131
+(PIECE_COUNT, PIECE_FIRST, PIECE_WIDTH, TABLE) = range(131, 135)
+"""Of the pieces of tables: how many (0 for a relation), where they stand from TABLE on, which is a
+place of numbers, and how many settings each has."""
+INTEGERS = 135
 
 # -- numbers ---------------------------------------------------------------------------------
 (T, H, END, UNTIL, RTOL, LIMIT, T_NEW, T_CROSS, SOON, SHORTEST, KNOWN, CHANGED_AT, E5) = range(13)

@@ -110,8 +110,7 @@ def _settled(Z: Integers, R: Numbers) -> bool:
         return False
     before, after, places = at(R, Z[BEFORE]), at(R, Z[MS]), at(Z, Z[RELATION_MODE])
     for k in range(Z[NR]):
-        was = 1 if before[places[k]] > 0.5 else 0
-        now = 1 if after[places[k]] > 0.5 else 0
+        was, now = int(before[places[k]]), int(after[places[k]])
         if at(Z, Z[JUMPED])[k] == 1:
             was, now = 0, 1
         if was != now:

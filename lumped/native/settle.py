@@ -34,6 +34,9 @@ from lumped.native.layout import (
     NR,
     NUMBER,
     NV,
+    PIECE_COUNT,
+    PIECE_FIRST,
+    PIECE_WIDTH,
     PLACE,
     RELATION_FEWEST,
     RELATION_LEFT,
@@ -44,6 +47,7 @@ from lumped.native.layout import (
     STILL,
     STRICT,
     STRUCK,
+    TABLE,
     TRIAL,
     WAS_STUCK,
     WAS_TRUE,
@@ -78,6 +82,30 @@ def _to_change(Z: Integers, fewest: int, left: int, count: int) -> int:
 
 
 @kernel
+def _outside(Z: Integers, R: Numbers, k: int, run: float, slack: float) -> bool:
+    """Whether a condition does not say what its sides say, which differ by `run`."""
+    m = at(R, Z[MS] + at(Z, Z[RELATION_MODE])[k])
+    if at(Z, Z[PIECE_COUNT])[k] > 0:
+        return m[2] + run * (m[3] + m[4] * run) < -slack
+    return run < -slack if m[0] > 0.5 else run > slack
+
+
+@kernel
+def _turn(Z: Integers, R: Numbers, k: int, run: float) -> None:
+    """Change a condition: to its contrary, or to the next piece."""
+    m, count = at(R, Z[MS] + at(Z, Z[RELATION_MODE])[k]), at(Z, Z[PIECE_COUNT])[k]
+    if count == 0:
+        m[0] = 1.0 - m[0]
+        return
+    onward = m[3] < 0.0 or m[4] * run < -0.5
+    piece, width = int(m[0]) + (1 if onward else -1), at(Z, Z[PIECE_WIDTH])[k]
+    piece = min(max(piece, 0), count - 1)
+    row = at(R, Z[TABLE] + at(Z, Z[PIECE_FIRST])[k] + piece * width)
+    for i in range(width):
+        m[i] = row[i]
+
+
+@kernel
 def _relations(Z: Integers, R: Numbers) -> bool:
     """Turn conditions round that do not say what their sides say."""
     r = Z[NR]
@@ -91,7 +119,8 @@ def _relations(Z: Integers, R: Numbers) -> bool:
         g, size = lk[k] - lk[r + k], abs(lk[k]) + abs(lk[r + k])
         slack = _EQUAL * size + 1e-13
         equal = g == 0.0 and on == (strict[k] == 1) and exempt[k] == 0
-        if equal or (g < -slack if on else g > slack):
+        equal = equal and at(Z, Z[PIECE_COUNT])[k] == 0
+        if equal or _outside(Z, R, k, g, slack):
             wrong[count] = 2 * k + (1 if equal else 0)
             count += 1
     if count == 0:
@@ -100,7 +129,7 @@ def _relations(Z: Integers, R: Numbers) -> bool:
     for i in range(count):
         k = wrong[i] // 2
         if i < changing:
-            modes[places[k]] = 1.0 - modes[places[k]]
+            _turn(Z, R, k, lk[k] - lk[r + k])
         if wrong[i] % 2 == 1:
             exempt[k] = 1
     return True
@@ -220,12 +249,15 @@ def _rebalance(Z: Integers, R: Numbers) -> bool:
 def _flip(Z: Integers, R: Numbers) -> None:
     """Change what an event says changes."""
     kinds, numbers, fired = at(Z, Z[KIND]), at(Z, Z[NUMBER]), at(Z, Z[FIRED_ROWS])
-    modes, first = at(R, Z[MS]), at(Z, Z[FIRST])
+    modes, first, lk = at(R, Z[MS]), at(Z, Z[FIRST]), at(R, Z[LK])
+    seen = False
     for i in range(Z[FIRED]):
         kind, k = kinds[fired[i]], numbers[fired[i]]
         if kind == 0:
-            mode = at(Z, Z[RELATION_MODE])[k]
-            modes[mode] = 1.0 - modes[mode]
+            if not seen and at(Z, Z[PIECE_COUNT])[k] > 0:
+                look(Z, R, at(R, Z[XS]), modes, lk)
+                seen = True
+            _turn(Z, R, k, lk[k] - lk[Z[NR] + k] if seen else 0.0)
             at(Z, Z[EXEMPT])[k] = 1
         elif kind == 3:
             at(Z, Z[HALTED])[k] = 1

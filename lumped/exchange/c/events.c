@@ -55,15 +55,6 @@ double early_by(double t)
     return 2e-12 * fmax(1.0, fabs(t));
 }
 
-double next_instant(const Run *run, double early)
-{
-    double instants[N_MODES + 1], next = INFINITY;
-    instants_of(run, instants);
-    for (int i = 0; i < N_MODES; i++)
-        if (instants[i] > run->t + early) next = fmin(next, instants[i]);
-    return next;
-}
-
 /* Refuse positions and speeds that bodies would have to follow at a jump. */
 static bool followed(Run *run, const double *before)
 {
@@ -82,7 +73,7 @@ static bool followed(Run *run, const double *before)
 /* Change what changes at the present instant: functions of time, modes that fired, inputs. */
 bool change(Run *run, const bool *fired, double early)
 {
-    double before[N_MODES + N_GUESSES + 1], instants[N_MODES + 1];
+    double before[N_MODES + N_GUESSES + 1];
     bool timed = false;
     memcpy(before, run->m, sizeof before);
     if (run->inputs_new) {
@@ -90,13 +81,8 @@ bool change(Run *run, const bool *fired, double early)
         if (fault) return fail(run, "%s", fault);
         run->yielding = run->independent = -1;
     }
-    instants_of(run, instants);
-    for (int i = 0; i < N_MODES; i++) {
-        if (!isfinite(instants[i])) continue;
-        bool passed = instants[i] <= run->t + early;
-        run->m[i] = instant_direction[i] > 0 ? passed : !passed;
-        timed |= run->m[i] != before[i];
-    }
+    set_clocks(run, run->t + early);
+    for (int k = 0; k < N_CLOCKS; k++) timed |= run->m[clock_mode[k]] != before[clock_mode[k]];
     if (timed && !followed(run, before)) return false;
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
     if (HAS_SWITCHING && !settle(run, before, fired)) return false;

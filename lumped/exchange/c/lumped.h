@@ -52,7 +52,13 @@ bool fail(Run *run, const char *format, ...);
 void reset(Run *run);
 bool ensure_started(Run *run);
 bool close_guesses(Run *run, const double *x, double t, double *m);
-void instants_of(const Run *run, double *instants);
+
+/* pieces.c */
+bool outside(const Run *run, int k, double run_of, double slack);
+void turn(Run *run, int k, double run_of);
+void look_up(Run *run, int k, double greater, double less, double slack);
+void set_clocks(Run *run, double later);
+double next_instant(const Run *run, double early);
 
 /* settle.c: false with a message if no modes fit */
 bool settle_start(Run *run);
@@ -64,7 +70,6 @@ void arm(Run *run);
 void rearm(Run *run);
 void fired_now(Run *run, bool *fired);
 void indicators(const Run *run, const double *x, double t, const double *m, double *z);
-double next_instant(const Run *run, double early);
 double early_by(double t);
 bool fit_to_lead(Run *run);
 

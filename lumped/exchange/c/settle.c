@@ -31,12 +31,16 @@ static int to_change(Wrong *wrong, int count)
 /* Change what an event says changes. */
 static void flip(Run *run, const bool *fired, bool *exempt)
 {
+    Look look;
+    bool seen = false;
     for (int i = 0; i < N_MARGINS; i++) {
         int n = margin_number[i];
         if (!fired[i]) continue;
         switch (margin_kind[i]) {
         case RELATION:
-            run->m[relation_mode[n]] = 1.0 - run->m[relation_mode[n]];
+            if (!seen && relation_count[n]) look_with(run, run->m, &look);
+            seen |= relation_count[n] > 0;
+            turn(run, n, seen ? look.greater[n] - look.less[n] : 0.0);
             exempt[n] = true;
             break;
         case SLIDE:
@@ -61,16 +65,14 @@ static bool relations(Run *run, const Look *look, bool *exempt, Wrong *patience)
     for (int k = 0; k < N_RELATIONS; k++) {
         double g = look->greater[k] - look->less[k], slack = slack_of(look, k);
         bool on = run->m[relation_mode[k]] > 0.5;
-        bool equal = g == 0.0 && on == relation_strict[k] && !exempt[k];
-        if ((on ? g < -slack : g > slack) || equal) wrong[count++] = k;
+        bool equal = g == 0.0 && on == relation_strict[k] && !exempt[k] && !relation_count[k];
+        if (outside(run, k, g, slack) || equal) wrong[count++] = k;
         if (equal) exempt[k] = true;
     }
     if (!count) return false;
     count = to_change(patience, count);
-    for (int i = 0; i < count; i++) {
-        double *mode = &run->m[relation_mode[wrong[i]]];
-        *mode = 1.0 - *mode;
-    }
+    for (int i = 0; i < count; i++)
+        turn(run, wrong[i], look->greater[wrong[i]] - look->less[wrong[i]]);
     return true;
 }
 
@@ -203,7 +205,7 @@ bool settle_start(Run *run)
     for (int round = 0; round < 3; round++) {
         look_with(run, run->m, &look);
         for (int k = 0; k < N_RELATIONS; k++) /* not an instant after the start already */
-            run->m[relation_mode[k]] = look.greater[k] - look.less[k] > slack_of(&look, k);
+            look_up(run, k, look.greater[k], look.less[k], slack_of(&look, k));
     }
     for (int h = 0; h < N_HOLDS; h++)
         if (hold_has_gap[h] && look.gap[h] < -INSIDE_BY)

@@ -27,12 +27,6 @@ void reset(Run *run)
     run->phase = INSTANTIATED;
 }
 
-/* Instants at which modes change with the time alone; infinite for other modes. */
-void instants_of(const Run *run, double *instants)
-{
-    model_instants(run->p, instants);
-}
-
 /* Quantities of closed linkages in m, by Newton's method from where they are. */
 bool close_guesses(Run *run, const double *x, double t, double *m)
 {
@@ -116,15 +110,14 @@ static bool meet_targets(Run *run, double *all)
 /* Make states at the start follow from parameters and what was set, if they do not yet. */
 bool ensure_started(Run *run)
 {
-    double all[N_ALL_STATES + 1], instants[N_MODES + 1];
+    double all[N_ALL_STATES + 1];
     if (run->started) return true;
     const char *fault = bound_fault(run->p);
     if (fault) return fail(run, "%s", fault);
     run->t = run->start;
     run->yielding = run->independent = -1;
-    instants_of(run, instants);
-    for (int i = 0; i < N_MODES; i++)
-        run->m[i] = instant_direction[i] * (run->t + 1e-300 - instants[i]) >= 0;
+    memset(run->m, 0, N_MODES * sizeof(double));
+    set_clocks(run, run->t + early_by(run->t));
     memcpy(run->m + N_MODES, guess_starts, N_GUESSES * sizeof(double));
     model_start(run->p, all);
     for (int i = 0; i < N_STATES; i++)
