@@ -1,4 +1,4 @@
-"""Piecewise polynomials: the pieces, their borders, and what a run is told about the piece it is in."""
+"""Piecewise polynomials: their pieces and borders, and what a run is told about one of them."""
 
 from __future__ import annotations
 
@@ -80,8 +80,7 @@ class Pieces:
             found: np.ndarray = begins[np.clip(number, 0, self.count - 1)]
             return found
         cycle, inside = np.divmod(number, self.count)
-        found = begins[inside] + cycle * self.period
-        return found
+        return np.asarray(begins[inside] + cycle * self.period)
 
     def settings(self, number: np.ndarray) -> np.ndarray:
         """What a run is told in a piece, shape (..., width)."""

@@ -16,11 +16,12 @@ import numpy as np
 from lumped.errors import SingularModelError
 from lumped.flatten import Group
 from lumped.incidence import Occurrence
+from lumped.lower import has_steps
 from lumped.pieces import Pieces
 from lumped.template import Jump, Relation, Template
 from lumped.values import Values
 
-__all__ = ["Condition", "Switching"]
+__all__ = ["Condition", "Switching", "is_even"]
 
 _SHARP, _COARSE = 1e-12, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
@@ -120,7 +121,7 @@ class Switching:
         or hold.
     """
 
-    def __init__(self, values: Values) -> None:
+    def __init__(self, values: Values, *, foresee: bool = True) -> None:
         self._values, self.flat = values, values.flat
         self.rows: list[tuple[str, int]] = []
         found_conditions: list[Condition] = []
@@ -167,7 +168,7 @@ class Switching:
                     self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
                     new_values += ca.vertsplit(own[place : place + len(jump.values)])
                     place += len(jump.values)
-        self.timed, self.conditions = self._sorted(found_conditions)
+        self.timed, self.conditions = self._sorted(found_conditions, foresee)
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
         self.greater = ca.vertcat(ca.SX(0, 1), *(c.greater for c in self.conditions))
@@ -191,7 +192,9 @@ class Switching:
     def __bool__(self) -> bool:
         return bool(len(self.relation_modes) or len(self.first_modes) or self.jumps)
 
-    def _sorted(self, found: list[Condition]) -> tuple[list[Condition], list[Condition]]:
+    def _sorted(
+        self, found: list[Condition], foresee: bool
+    ) -> tuple[list[Condition], list[Condition]]:
         """Those that depend on the time alone, in the order of their needs, and the others."""
         self.needs: list[list[int]] = []
         if not found:
@@ -200,6 +203,10 @@ class Switching:
         v = self._values
         inputs = [v.states, v.guesses, v.modes, self.flat.parameters.theta, v.time]
         needs = _needs(ca.Function("sides", inputs, [c.argument for c in found]), owner)
+        if not foresee:
+            for k, condition in enumerate(found):
+                if needs[k] is not None and not is_even(condition.argument, v.time):
+                    needs[k] = None
         timed: dict[int, int] = {}
         count = -1
         while count < len(timed):
@@ -366,6 +373,12 @@ class Switching:
                 add(sliding + free, ca.SX(1e-13), "slide", h)
         empty = ca.SX(0, 1)
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
+
+
+def is_even(argument: ca.SX, time: ca.SX) -> bool:
+    """Whether an expression is linear in the time between changes of modes."""
+    slope = ca.jacobian(argument, time)
+    return not ca.depends_on(slope, time) and not has_steps(argument, time)
 
 
 def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:

@@ -55,6 +55,8 @@ class System:
         outputs: Iterable[Name] | None,
         keep: Iterable[Name],
         ranks: Mapping[int, int] | None = None,
+        *,
+        foresee: bool = True,
     ) -> None:
         self.model = flat.tree.model
         self._flat = flat
@@ -65,7 +67,7 @@ class System:
         self._locked = locked_loops(self._reduced)
         middle = clock.perf_counter()
         self._values = Values(self._reduced)
-        self.switching = Switching(self._values)
+        self.switching = Switching(self._values, foresee=foresee)
         self._outputs = None if outputs is None else [self._tree.unknown(n) for n in outputs]
         self._kept = [self._tree.unknown(name) for name in keep]
         self._members = self._members_of_nodes()
@@ -365,6 +367,14 @@ class System:
         places = np.array(own_rows, dtype=int) * width + np.array(self._in_use, dtype=int)[own]
         found: np.ndarray = np.isin(places, (rows * width + columns)[rounding])
         return found
+
+    def without_foresight(self) -> System:
+        """The same system for a run that does not know all instants of functions of time before.
+
+        Functions that are not linear in the time are watched as it goes, like those of states.
+        """
+        _, outputs, kept = self.origin
+        return System(self._flat, outputs, kept, self._ranks, foresee=False)
 
     def led_by(self, follower: int, leader: int) -> System:
         """The same system with the motion of one node as state instead of that of another.

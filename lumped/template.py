@@ -229,6 +229,7 @@ class Template:
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
+        self._alike: dict[tuple[bool, str, str], list[Relation]] = {}
         lowered = partial(self._lowered, component, place, plain)
         for item in items:
             if isinstance(item, Hold):
@@ -365,12 +366,13 @@ class Template:
 
     def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         """1 while a relation holds, else 0; its lowered sides are given."""
-        for known in self.relations:
-            same = known.pieces is None and known.strict == condition.strict
-            if same and ca.is_equal(known.greater - known.less, greater - less, 100):
-                return self.modes[known.mode]
         sides = text(condition.greater), text(condition.less)
-        self.relations.append(Relation(len(self.modes), greater, less, condition.strict, sides))
+        for known in self._alike.setdefault((condition.strict, *sides), []):
+            if ca.is_equal(known.greater - known.less, greater - less, 100):
+                return self.modes[known.mode]
+        relation = Relation(len(self.modes), greater, less, condition.strict, sides)
+        self._alike[condition.strict, *sides].append(relation)
+        self.relations.append(relation)
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[-1]
 

@@ -111,9 +111,7 @@ def from_ratio(ratio: Transmission, turns: float = 1.0, pieces: int = 120) -> Tr
     if pieces < 6:
         raise OptionError(f"from_ratio: pieces = {pieces}: at least 6 are needed.")
     angle = ca.SX.sym("angle")
-    wanted = lower(
-        as_expr(ratio(time)), _no_leaf, time=angle, relation=lambda _, more, less: more >= less
-    )
+    wanted = lower(as_expr(ratio(time)), _no_leaf, time=angle)
     begin, end = _values(wanted, angle, np.array([0.0, 2 * pi]))
     if abs(end - begin) > 1e-9 * abs(begin):
         raise OptionError(

@@ -17,6 +17,8 @@ __all__ = ["closed_form_pays", "stiff"]
 
 _MOST_STATES = 200
 """States up to which eigenvalues and eigenvectors cost less than the steps of a short run."""
+_MOST_INSTANTS = 300
+"""Instants of functions of time up to which parts in closed form cost less than steps."""
 _REACH = 6.0
 """Largest decay of a mode within an explicit step."""
 _TIMES = 10.0
@@ -37,6 +39,8 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
     except OptionError:
         return False
     found = instants(system, theta, 0.0, until)
+    if len(found.times) > _MOST_INSTANTS:
+        return False
     edges = [0.0, *found.times.tolist(), until]
     modes = np.zeros(system._flat.mode_count)
     for (begin, end), now in zip(itertools.pairwise(edges), found.modes, strict=True):

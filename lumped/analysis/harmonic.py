@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from lumped.analysis.result import OperatingPoint
 from lumped.analysis.instants import clocks
+from lumped.analysis.result import OperatingPoint
 from lumped.analysis.shooting import Guess, Problem
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError

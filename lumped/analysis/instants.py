@@ -11,7 +11,7 @@ import numpy as np
 from lumped.analysis.bounds import Interval, bounds
 from lumped.errors import SolverError
 from lumped.lower import has_steps
-from lumped.switching import Condition
+from lumped.switching import Condition, is_even
 from lumped.system import System
 
 __all__ = ["Clock", "Instants", "clocks", "instants", "modes_at"]
@@ -35,22 +35,27 @@ class Clock:
         The condition.
     needs : list of int
         Numbers of the clocks that it needs.
-    value : Function
-        (time, modes that it needs, parameters) -> argument and its slope.
     inputs : list of SX
-        The symbols of these.
+        Symbols of the time, of the modes that it needs, and of the parameters.
+    slope : SX
+        Derivative of the argument by the time.
     """
 
     condition: Condition
     needs: list[int]
-    value: ca.Function
     inputs: list[ca.SX]
+    slope: ca.SX
+
+    @cached_property
+    def value(self) -> ca.Function:
+        """(time, modes that it needs, parameters) -> argument and its slope."""
+        outputs = [ca.densify(self.condition.argument), ca.densify(self.slope)]
+        return ca.Function("clock", self.inputs, outputs)
 
     @cached_property
     def even(self) -> bool:
         """The argument is linear in the time, so one slope tells all of its changes."""
-        slope = self.value(*self.inputs)[1]
-        return not ca.depends_on(slope, self.inputs[0]) and not self.steps
+        return is_even(self.condition.argument, self.inputs[0])
 
     @cached_property
     def steps(self) -> bool:
@@ -89,9 +94,8 @@ def clocks(system: System) -> list[Clock]:
         for condition, needs in zip(s.timed, s.needs, strict=True):
             modes = [mode for i in needs for mode in s.timed[i].modes]
             inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system._inputs[1]]
-            argument = condition.argument
-            outputs = [ca.densify(argument), ca.densify(ca.jacobian(argument, v.time))]
-            found.append(Clock(condition, needs, ca.Function("clock", inputs, outputs), inputs))
+            slope = ca.jacobian(condition.argument, v.time)
+            found.append(Clock(condition, needs, inputs, slope))
         system.made["clocks"] = found
     made: list[Clock] = system.made["clocks"]
     return made
@@ -172,8 +176,10 @@ class _Search:
     def found(self) -> Instants:
         """All instants, with those that rounding alone keeps apart in one."""
         courses: list[_Course] = []
-        for clock in self.clocks:
-            courses.append(self._course(clock, [courses[i] for i in clock.needs]))
+        plain = self._plain()
+        for k, clock in enumerate(self.clocks):
+            needs = [courses[i] for i in clock.needs]
+            courses.append(plain[k] if k in plain else self._course(clock, needs))
         times = np.unique(np.concatenate([np.zeros(0), *(c.times for c in courses)]))
         apart = 1e-13 * max(abs(self.begin), abs(self.end))
         times = times[(times > self.begin) & (times <= self.end)]
@@ -199,6 +205,34 @@ class _Search:
             np.array(places, dtype=int),
             np.hstack(columns),
         )
+
+    def _plain(self) -> dict[int, _Course]:
+        """Courses of relations that are linear in the time and need no others, all at once."""
+        which = [
+            k
+            for k, clock in enumerate(self.clocks)
+            if clock.condition.pieces is None and not clock.needs and clock.even
+        ]
+        if "plain clocks" not in self.system.made:
+            both = [(self.clocks[k].condition.argument, self.clocks[k].slope) for k in which]
+            outputs = [
+                ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in zip(*both, strict=True)
+            ]
+            inputs = [self.system._values.time, self.system._inputs[1]]
+            self.system.made["plain clocks"] = ca.Function("plain", inputs, outputs)
+        if not which:
+            return {}
+        function = self.system.made["plain clocks"]
+        zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))
+        found = {}
+        for k, at_zero, rate in zip(which, zero.tolist(), slope.tolist(), strict=True):
+            instant = -at_zero / rate if rate else np.inf
+            if self.begin < instant <= self._beyond():
+                found[k] = _Course(np.array([instant]), np.array([int(rate < 0), int(rate > 0)]))
+            else:
+                middle = np.array([at_zero + rate * 0.5 * (self.begin + self.end)])
+                found[k] = _Course(np.zeros(0), self.clocks[k].number(middle))
+        return found
 
     def _course(self, clock: Clock, needs: list[_Course]) -> _Course:
         """Where a clock changes; what it needs is known."""

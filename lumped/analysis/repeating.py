@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.result import OperatingPoint, Piece, Trajectory
 from lumped.analysis.instants import clocks
+from lumped.analysis.result import OperatingPoint, Piece, Trajectory
 from lumped.analysis.shooting import Guess, Problem, refuse_rest, sizes
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError

@@ -12,9 +12,9 @@ from lumped.analysis.changeover import Settler
 from lumped.analysis.crossing import Crossing
 from lumped.analysis.exact import Exact
 from lumped.analysis.flight import Flight, Place
+from lumped.analysis.instants import instants
 from lumped.analysis.record import Recorder
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
-from lumped.analysis.instants import instants
 from lumped.analysis.settings import closed_with
 from lumped.analysis.watch import Unfit, jump_fault, unfit_states
 from lumped.errors import SolverError, StartError

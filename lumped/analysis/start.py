@@ -10,9 +10,9 @@ import numpy as np
 
 from lumped.analysis.calls import Call
 from lumped.analysis.changeover import Change, Settler
+from lumped.analysis.instants import modes_at
 from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.instants import modes_at
 from lumped.analysis.settings import settings_at
 from lumped.analysis.targets import Targets
 from lumped.errors import OptionError, SolverError, StartError

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from lumped.analysis.instants import clocks
+from lumped.analysis.instants import Clock, clocks
 from lumped.analysis.watch import may_be_unfit
 from lumped.errors import ExportError, OptionError
 from lumped.exchange.description import build_description, model_description
@@ -129,8 +129,7 @@ def export_fmu(
     StartError
         If the start values contradict each other.
     ExportError
-        If the compiler refuses the sources, or a condition on a function of time that is not linear
-        in it changes at instants that only a run finds.
+        If the compiler refuses the sources.
     """
     begin = clock.perf_counter()
     kinds = (kind,) if isinstance(kind, str) else tuple(kind)
@@ -140,8 +139,10 @@ def export_fmu(
         raise OptionError(f"export_fmu: kind = {kind!r}: choose from {', '.join(_KINDS)}.")
     if not 1e-13 <= rtol < 1:
         raise OptionError(f"export_fmu: rtol = {rtol}: it must lie between 1e-13 and 1.")
+    sampled = [timed for timed in clocks(system) if timed.moves and not timed.even]
+    if sampled:
+        system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
-    _refuse(system)
     identifier = re.sub(r"\W", "_", system.name)
     files, operations = model_files(interface, "{token}", rtol)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
@@ -181,27 +182,22 @@ def export_fmu(
         "event indicators": interface.margins,
         "operations": operations,
     }
-    remarks = _remarks(system, library is not None)
+    remarks = _remarks(system, library is not None, sampled)
     seconds = clock.perf_counter() - begin
     compiled = place if library is not None else ""
     return ExportedFMU(path, version, kinds, counts, compiled, seconds, remarks)
 
 
-def _refuse(system: System) -> None:
-    """A unit finds the instants of functions that are linear in the time between two of them."""
-    for clock in clocks(system):
-        if clock.moves and not clock.even:
-            name, (left, right) = clock.condition.name, clock.condition.relation.sides
-            raise ExportError(
-                f"{system.name}: '{left}' against '{right}' in {name} is not linear in the time, "
-                "so a unit does not know beforehand when it changes. Give the instants by "
-                "lumped.ops.table or time >= ..., or write lumped.ops.smooth(...) around it if its "
-                "kinks do not matter."
-            )
-
-
-def _remarks(system: System, compiled: bool) -> tuple[str, ...]:
+def _remarks(system: System, compiled: bool, sampled: list[Clock]) -> tuple[str, ...]:
     remarks = []
+    for timed in sampled:
+        name, (left, right) = timed.condition.name, timed.condition.relation.sides
+        remarks.append(
+            f"'{left}' against '{right}' in {name} depends on the time alone, but not linearly. A "
+            "run here finds all instants of its changes beforehand; the unit watches it from step "
+            "to step and misses what changes and changes back within one. Keep its communication "
+            "steps shorter than that."
+        )
     if not compiled:
         remarks.append(
             "No C compiler was found (CC, cc), so the unit holds sources only. Install one and "

@@ -16,6 +16,7 @@ from lumped.components import (
     SpringDamper,
     Torque,
 )
+from lumped.analysis.instants import clocks, modes_at
 from lumped.errors import ExportError
 from lumped.ops import where
 
@@ -164,8 +165,10 @@ class Drive(lp.Component):
     wheel: SpringDamper = SpringDamper(c=9000.0, d=5.0)
     fan: Inertia = Inertia(J=2.0)
     air: QuadraticTorque = QuadraticTorque(tau_nominal=-30.0, w_nominal=10.0)
+    load: Torque = Torque(tau=lp.ops.table([0.1, 0.3, 0.3, 0.5], [0.0, 2.0, 1.0, 4.0]))
 
     def connections(self):
+        yield lp.connect(self.load.flange, self.fan.flange_b)
         parts = (self.rotor, self.shaft, self.pinion, self.gear, self.wheel, self.fan, self.air)
         yield from lp.chain(self.motor.flange, *parts)
 
@@ -185,9 +188,8 @@ def test_equations_say_what_the_right_hand_side_computes(tmp_path, system):
             found = evaluated(text, dict(zip(system.state_names, x, strict=True)), time)
             point = lp.start_point(system, start=dict(zip(system.state_names, x, strict=True)))
             modes = point.modes.copy()
-            instants = np.asarray(system._flat.thresholds[0](theta)).ravel()
-            timed = np.isfinite(instants)
-            modes[timed] = (time >= instants)[timed]
+            timed = [mode for clock in clocks(system) for mode in clock.condition.modes]
+            modes[timed] = modes_at(system, theta, time)[timed]
             expected = np.asarray(system.rhs(x, theta, time, modes)).ravel()
             got = [found[f"der('{name}')"] for name in system.state_names]
             assert np.allclose(got, expected, rtol=1e-12, atol=1e-12)
