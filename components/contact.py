@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
-from lumped.ops import maximum, minimum, where
+from lumped.components.unilateral import one_sided
+from lumped.ops import where
 
 __all__ = ["ElastoBacklash"]
 
@@ -45,7 +46,6 @@ class ElastoBacklash(Component):
     def _push(self, elastic: Expr, damping: Expr) -> Expr:
         """Torque of a flank from its elastic and damping parts, positive when it pushes."""
         if self.limited:
-            return maximum(0, elastic + minimum(elastic, damping))
+            return one_sided(elastic, damping, self.d)
         # in contact, this changes only where the push ends
-        pushes = minimum(elastic, elastic + damping) > 0
-        return where(pushes, elastic + damping, 0)
+        return where(elastic + damping > 0, elastic + damping, 0)

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, LinearFlange, Param, Var, der, hold, param, var
-from lumped.ops import maximum, minimum, where
+from lumped.components.unilateral import one_sided
+from lumped.ops import where
 from lumped.switch import Item
 
 __all__ = ["Backlash", "Coupling", "ElastoGap", "MassWithStops", "PickUp", "Stop"]
@@ -34,9 +35,9 @@ class ElastoGap(Component):
     def equations(self) -> Iterator[Equation]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s
         yield self.v_rel == der(self.s_rel)
-        elastic = self.c * (self.s_rel - self.s_rel0)
-        push = minimum(0, elastic + maximum(elastic, self.d * self.v_rel))
-        yield self.f == where(self.s_rel < self.s_rel0, push, 0)
+        elastic = self.c * (self.s_rel0 - self.s_rel)
+        push = one_sided(elastic, -self.d * self.v_rel, self.d)
+        yield self.f == where(self.s_rel < self.s_rel0, -push, 0)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f
 

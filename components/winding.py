@@ -29,8 +29,9 @@ from lumped import (
     var,
 )
 from lumped.components.characteristic import coulomb
+from lumped.components.unilateral import one_sided
 from lumped.expression import Number, Partial
-from lumped.ops import asin, atan2, cos, maximum, minimum, pi, sin, sqrt, where
+from lumped.ops import asin, atan2, cos, pi, sin, sqrt, where
 from lumped.switch import Item
 
 __all__ = ["Coil", "Strip", "StripPath", "pulling"]
@@ -179,5 +180,4 @@ def pulling(s_rel: Expr, v_rel: Expr, c: Expr, d: Number) -> Expr:
         Stiffness, N/m, and damping, N.s/m, which is at most as strong as the spring.
     """
     elastic = c * s_rel
-    damping = maximum(-elastic, minimum(elastic, d * v_rel))
-    return where(s_rel > 0, elastic + damping, 0)
+    return where(s_rel > 0, one_sided(elastic, d * v_rel, d), 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Protocol
 
@@ -24,7 +25,7 @@ from lumped.expression import (
 )
 from lumped.pieces import FIXED
 
-__all__ = ["Kinks", "Plain", "has_steps", "lower"]
+__all__ = ["Branches", "Kinks", "Plain", "has_steps", "lower"]
 
 _UNARY = {
     "neg": lambda x: -x,
@@ -51,6 +52,10 @@ _STEPS = {
 _KINKED = ("abs", "sign", "min", "max")
 
 
+Branches = tuple[tuple[ca.SX, bool], ...]
+"""Modes of conditions, and whether they hold."""
+
+
 class Kinks(Protocol):
     """What becomes of expressions that are not smooth."""
 
@@ -59,6 +64,9 @@ class Kinks(Protocol):
 
     def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
         """Settings of the piece that a place is in (see `Pieces.table`)."""
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
 
 
 class Plain:
@@ -78,6 +86,9 @@ class Plain:
         selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, table).T
         selected[1] += back
         return selected
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Nobody watches them anyway."""
 
 
 def lower(
@@ -114,7 +125,10 @@ def lower(
     def refuse(what: str) -> EquationError:
         return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
 
-    for node in walk(root, closed=Smooth):
+    nodes = list(walk(root, closed=Smooth))
+    places = _branches(nodes)
+    chosen: dict[int, ca.SX] = {}
+    for node in nodes:
         if isinstance(node, Smooth):
             done[id(node)] = lower(node.of, leaf, time=time, derivative=derivative)
             continue
@@ -122,7 +136,9 @@ def lower(
         if isinstance(node, Constant):
             value = ca.SX(node.value)
         elif isinstance(node, Call) and node.op in _KINKED:
-            value = _kinked(node, args, watched)
+            found = _modes(node, args, watched)
+            chosen[id(node)] = ca.vertcat(*found)
+            value = _kinked(node, args, found)
         elif isinstance(node, Call):
             table = _UNARY if len(args) == 1 else _BINARY
             value = table[node.op](*args)
@@ -139,24 +155,56 @@ def lower(
         elif isinstance(node, Partial):
             value = partials(args[0], args[1])
         elif isinstance(node, Where):
-            value = ca.if_else(watched.mode(node.condition, args[0], args[1]), args[2], args[3])
+            mode = chosen[id(node)] = watched.mode(node.condition, args[0], args[1])
+            value = ca.if_else(mode, args[2], args[3])
         else:
             value = leaf(node)
         done[id(node)] = value
+    for key, modes in chosen.items():
+        branches = tuple((chosen[other], holds) for other, holds in places[key])
+        for mode in ca.vertsplit(modes):
+            watched.nested(mode, branches)
     return done[id(root)]
 
 
-def _kinked(node: Call, args: list[ca.SX], kinks: Kinks) -> ca.SX:
-    """Functions that are conditions in short."""
-    zero = Constant(0.0)
+def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
+    """Branches of `where` in which each node stands: of all its places, what they share."""
+    found: dict[int, tuple[tuple[int, bool], ...]] = {id(nodes[-1]): ()}
+    for node in reversed(nodes):
+        if isinstance(node, Smooth):
+            continue
+        own = found[id(node)]
+        for i, child in enumerate(node.children()):
+            place = own
+            if isinstance(node, Where) and i >= 2:
+                place = (*own, (id(node), i == 2))
+            known = found.get(id(child))
+            if known is not None:
+                pairs = zip(known, place, strict=False)
+                place = tuple(a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs))
+            found[id(child)] = place
+    return found
+
+
+def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
+    """Modes of functions that are conditions in short."""
+    zero, none, x = Constant(0.0), ca.SX(0), node.args[0]
+    if node.op == "abs":
+        return [kinks.mode(Compare(x, zero), args[0], none)]
+    if node.op == "sign":
+        above = kinks.mode(Compare(x, zero, strict=True), args[0], none)
+        return [above, kinks.mode(Compare(zero, x, strict=True), none, args[0])]
+    return [kinks.mode(Compare(*node.args), *args)]
+
+
+def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
+    """What these functions choose."""
     x, y = args[0], args[-1]
     if node.op == "abs":
-        return (2 * kinks.mode(Compare(node.args[0], zero), x, ca.SX(0)) - 1) * x
+        return (2 * modes[0] - 1) * x
     if node.op == "sign":
-        above = kinks.mode(Compare(node.args[0], zero, strict=True), x, ca.SX(0))
-        return above - kinks.mode(Compare(zero, node.args[0], strict=True), ca.SX(0), x)
-    ahead = kinks.mode(Compare(*node.args), x, y)
-    return ca.if_else(ahead, x, y) if node.op == "max" else ca.if_else(ahead, y, x)
+        return modes[0] - modes[1]
+    return ca.if_else(modes[0], x, y) if node.op == "max" else ca.if_else(modes[0], y, x)
 
 
 def _piecewise(node: Piecewise, place: ca.SX, heights: list[ca.SX], kinks: Kinks) -> ca.SX:

@@ -55,6 +55,8 @@ class Condition:
         Its sides, as expressions of states, parameters, time and modes.
     relation : Relation
         What it is an instance of.
+    active : SX, optional
+        1 while it matters, as it stands in a branch that another condition chooses.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Condition:
     greater: ca.SX
     less: ca.SX
     relation: Relation
+    active: ca.SX | None
 
     @property
     def pieces(self) -> Pieces | None:
@@ -95,7 +98,8 @@ class Switching:
     strict : ndarray of bool, shape (r,)
         Conditions that are false where both sides are equal.
     greater, less : SX, shape (r, 1)
-        Their sides; or the argument of a table, and the begin of the piece it is in.
+        Their sides, far apart and in favour of the mode as it is where the condition does not
+        matter; or the argument of a table, and the begin of the piece it is in.
     first_modes : ndarray of int, shape (h,)
         First of the five modes of each hold (see `lumped.template.Stick`).
     engaged : ndarray of int, shape (h,)
@@ -149,7 +153,8 @@ class Switching:
                 for k, relation in enumerate(template.relations):
                     greater, less = own[2 * k], own[2 * k + 1]
                     place = mode + relation.mode
-                    found_conditions.append(Condition(name, place, greater, less, relation))
+                    active = self._active(template, relation, mode)
+                    found_conditions.append(Condition(name, place, greater, less, relation, active))
                 for k, stick in enumerate(template.sticks):
                     place = 2 * offset + 7 * k
                     quantities.append(own[place : place + 7].T)
@@ -171,8 +176,9 @@ class Switching:
         self.timed, self.conditions = self._sorted(found_conditions, foresee)
         self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
         self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
-        self.greater = ca.vertcat(ca.SX(0, 1), *(c.greater for c in self.conditions))
-        self.less = ca.vertcat(ca.SX(0, 1), *(c.less for c in self.conditions))
+        sides = [self._guarded(c) for c in self.conditions]
+        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in sides))
+        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
         self.first_modes = np.array(first_modes, dtype=int)
         self.engaged = np.array(engaged, dtype=int)
         flags = np.array(limits, dtype=bool).reshape(-1, 5).T
@@ -191,6 +197,25 @@ class Switching:
 
     def __bool__(self) -> bool:
         return bool(len(self.relation_modes) or len(self.first_modes) or self.jumps)
+
+    def _active(self, template: Template, relation: Relation, first: int) -> ca.SX | None:
+        """1 while a relation of an instance matters; None if it always does."""
+        branches = template.branches.get(relation.mode, ())
+        if not branches or relation.pieces is not None:
+            return None
+        parts = [self._values.modes[first + k] for k, _ in branches]
+        factors = [m if holds else 1 - m for m, (_, holds) in zip(parts, branches, strict=True)]
+        product = factors[0]
+        for factor in factors[1:]:
+            product = product * factor
+        return product
+
+    def _guarded(self, condition: Condition) -> tuple[ca.SX, ca.SX]:
+        greater, less, active = condition.greater, condition.less, condition.active
+        if active is None:
+            return greater, less
+        as_is = 2 * self._values.modes[condition.mode] - 1
+        return ca.if_else(active, greater, as_is), ca.if_else(active, less, 0)
 
     def _sorted(
         self, found: list[Condition], foresee: bool
@@ -343,7 +368,7 @@ class Switching:
             rows.append((kind, number))
 
         for k, condition in enumerate(self.conditions):
-            greater, less, mode = condition.greater, condition.less, condition.mode
+            greater, less, mode = self.greater[k], self.less[k], condition.mode
             size = ca.fabs(greater) + ca.fabs(less)
             if condition.pieces is None:
                 margin = (2 * modes[mode] - 1) * (greater - less)

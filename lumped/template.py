@@ -7,6 +7,7 @@ derivative, with which coefficient) is read off here.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -19,7 +20,7 @@ from lumped.connection import label
 from lumped.derive import along, partials
 from lumped.errors import EquationError
 from lumped.expression import Compare, Expr, Piecewise, Ref, text
-from lumped.lower import Plain, has_steps, lower
+from lumped.lower import Branches, Plain, has_steps, lower
 from lumped.pieces import Pieces
 from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
@@ -210,6 +211,8 @@ class Template:
         The same for the parameters.
     relations, sticks, jumps : list
         What changes modes or states.
+    branches : dict of int to tuple of (int, bool)
+        Modes that only matter while all these other modes hold or do not.
     """
 
     def __init__(
@@ -229,6 +232,8 @@ class Template:
         self._symbols: dict[tuple[int, int], ca.SX] = {}
         self._key_of: dict[int, tuple[int, int]] = {}
         self._residuals: dict[tuple[int, int], Residual] = {}
+        self.branches: dict[int, tuple[tuple[int, bool], ...]] = {}
+        self._numbers: dict[int, int] = {}
         self._alike: dict[tuple[bool, str, str], list[Relation]] = {}
         lowered = partial(self._lowered, component, place, plain)
         for item in items:
@@ -319,6 +324,7 @@ class Template:
 
     def _condition(self, condition: Compare, lowered: Lowered) -> int:
         mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))
+        self.nested(mode, ())
         return [m.element_hash() for m in self.modes].index(mode.element_hash())
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
@@ -375,6 +381,18 @@ class Template:
         self.relations.append(relation)
         self.modes.append(ca.SX.sym("mode"))
         return self.modes[-1]
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
+        for i in range(len(self._numbers), len(self.modes)):
+            self._numbers[self.modes[i].element_hash()] = i
+        number = self._numbers[mode.element_hash()]
+        found = tuple((self._numbers[m.element_hash()], holds) for m, holds in branches)
+        known = self.branches.setdefault(number, found)
+        pairs = zip(known, found, strict=False)
+        self.branches[number] = tuple(
+            a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs)
+        )
 
     def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
         """Settings of the piece that a place is in.

@@ -102,8 +102,8 @@ class _Text:
         results = [
             system.rates,
             self.interface.output_expressions,
-            system._in_states(switching.greater),
-            system._in_states(switching.less),
+            system._in_states(ca.vertcat(ca.SX(0, 1), *(c.greater for c in switching.conditions))),
+            system._in_states(ca.vertcat(ca.SX(0, 1), *(c.less for c in switching.conditions))),
             system._in_states(switching.values),
         ]
         ends = np.cumsum([0, *(r.numel() for r in results)]).tolist()

@@ -8,6 +8,7 @@ import specification_gear  # noqa: F401 - loads
 from specification import build, read
 
 import lumped as lp
+from lumped.analysis.instants import clocks, modes_at
 from lumped.components import (
     BearingFriction,
     IdealGear,
@@ -16,7 +17,6 @@ from lumped.components import (
     SpringDamper,
     Torque,
 )
-from lumped.analysis.instants import clocks, modes_at
 from lumped.errors import ExportError
 from lumped.ops import where
 

@@ -1,0 +1,27 @@
+"""Contacts that press or pull, but never both."""
+
+from __future__ import annotations
+
+from lumped.expression import Expr, Number, as_expr
+from lumped.ops import where
+
+__all__ = ["one_sided"]
+
+
+def one_sided(elastic: Expr, damping: Expr, d: Number) -> Expr:
+    """Force of a spring that can only press (or only pull), with a damper at most as strong.
+
+    So the force begins and ends at zero, and never changes its sign.
+
+    Parameters
+    ----------
+    elastic : expression
+        Force of the spring, N or N.m, positive in contact.
+    damping : expression
+        Force of the damper, of the same sign where the contact gets closer.
+    d : expression
+        Its coefficient; without a damper there is nothing to limit.
+    """
+    no_less = where(damping <= -elastic, -elastic, damping)
+    limited = where(damping >= elastic, elastic, no_less)
+    return elastic + where(as_expr(d) > 0, limited, 0)

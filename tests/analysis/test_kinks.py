@@ -1,0 +1,338 @@
+"""Kinks mean the same however they are written, and are found: against quadrature and SciPy."""
+
+import itertools
+
+import casadi as ca
+import fmpy
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+import lumped as lp
+from lumped.analysis.bounds import bounds
+from lumped.components import Inertia, Position, SpringDamper, Torque
+from lumped.errors import SolverError
+
+ops, t = lp.ops, lp.time
+METHODS = ("auto", "explicit", "implicit")
+
+OF_TIME = {
+    "maximum": (ops.maximum(0.0, t - 1.0), lambda x: max(0.0, x - 1.0)),
+    "minimum": (ops.minimum(t, 1.0), lambda x: min(x, 1.0)),
+    "abs": (abs(t - 1.0), lambda x: abs(x - 1.0)),
+    "sign": (ops.sign(t - 0.7), lambda x: np.sign(x - 0.7)),
+    "interpolate": (
+        ops.interpolate(t, [0.5, 1.0, 1.5], [0.0, 0.0, 3.0]),
+        lambda x: max(0.0, 6.0 * (x - 1.0)),
+    ),
+    "table with a jump": (
+        ops.table([0.5, 1.0, 1.0, 1.5], [1.0, 2.0, -1.0, 3.0]),
+        lambda x: np.interp(x, [0.5, 1.0, 1.0 + 1e-12, 1.5], [1.0, 2.0, -1.0, 3.0]),
+    ),
+    "nested": (
+        ops.where(abs(t - 1.0) < 0.3, ops.maximum(ops.sin(9.0 * t), 0.0), -1.0),
+        lambda x: max(np.sin(9.0 * x), 0.0) if abs(x - 1.0) < 0.3 else -1.0,
+    ),
+    "curve against a curve": (
+        ops.where(ops.sin(7.0 * t) > 0.4 * t * t, 1.0, ops.cos(t)),
+        lambda x: 1.0 if np.sin(7.0 * x) > 0.4 * x * x else np.cos(x),
+    ),
+    "piece of a piece": (
+        ops.interpolate(abs(t - 0.9), [0.0, 0.2, 0.5], [1.0, 0.0, 2.0]),
+        lambda x: np.interp(abs(x - 0.9), [0.0, 0.2, 1.5], [1.0, 0.0, 2.0 / 0.3 * 1.3]),
+    ),
+}
+
+
+def turned(tau, **given):
+    return lp.assemble(
+        lp.compose(
+            torque=Torque(tau=tau),
+            rotor=Inertia(**({"J": 1.0, "w": 0.0} | given)),
+            connections=lambda m: lp.chain(m.torque, m.rotor),
+        )
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", OF_TIME)
+def test_a_torque_of_time_has_the_integral_of_quadrature(name, method):
+    expression, function = OF_TIME[name]
+    knots = np.linspace(0, 2, 101)
+    expected = sum(
+        quad(function, a, b, epsabs=1e-12, epsrel=1e-12, limit=500)[0]
+        for a, b in itertools.pairwise(knots)
+    )
+    run = lp.simulate(turned(expression), until=2.0, method=method, rtol=1e-9)
+    print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}")
+    assert run["rotor.w"][-1] == pytest.approx(expected, abs=3e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_square_wave_changes_at_all_its_instants(method):
+    w = 1e4
+    run = lp.simulate(turned(ops.where(ops.sin(w * t) > 0, 1.0, 0.0)), until=1.0, method=method)
+    expected = np.arange(1, int(w / np.pi) + 1) * np.pi / w
+    assert len(expected) == 3183
+    found = np.array([event.time for event in run.events])
+    assert found == pytest.approx(expected, rel=1e-13)
+    on = 0.5 * expected[1::2].size * 2 * np.pi / w  # all full turns, half of each
+    rest = 1.0 - expected[1::2][-1]
+    assert run["rotor.w"][-1] == pytest.approx(on + min(rest, np.pi / w), rel=1e-9)
+
+
+def test_a_wave_reaches_a_condition_through_other_components():
+    class Comparator(lp.Component):
+        u = lp.Input("1", "compared with zero")
+        y = lp.Output("N.m", "torque")
+
+        def equations(self):
+            yield self.y == ops.where(self.u > 0, 1.0, 0.0)
+
+    class Wave(lp.Component):
+        y = lp.Output("1", "wave")
+
+        def equations(self):
+            yield self.y == ops.sin(1000.0 * t)
+
+    system = lp.assemble(
+        lp.compose(
+            wave=Wave(),
+            compare=Comparator(),
+            torque=Torque(),
+            rotor=Inertia(J=1.0),
+            connections=lambda m: [
+                lp.connect(m.wave.y, m.compare.u),
+                lp.connect(m.compare.y, m.torque.tau),
+                *lp.chain(m.torque, m.rotor),
+            ],
+        )
+    )
+    assert len(lp.simulate(system, until=2.0).events) == int(2000 / np.pi)
+
+
+def test_changes_without_end_are_refused_by_name():
+    system = turned(ops.where(ops.sin(1.0 / (t - 0.5)) > 0, 1.0, 0.0))
+    with pytest.raises(SolverError, match=r"sin\(1 / \(time - 0.5\)\).*torque.*near t = 0.49"):
+        lp.simulate(system, until=1.0)
+
+
+class Law(lp.Component):
+    """A torque that depends on the speed."""
+
+    flange = lp.Flange()
+    w: lp.Var = lp.var("rad/s", "speed")
+    law: object = None
+
+    def equations(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.law(self.w)
+
+
+PLACES, HEIGHTS = [-2.0, -0.5, 0.0, 0.3, 1.0, 2.5], [-1.0, -0.2, 0.0, 0.8, 0.5, 1.5]
+OF_SPEED = {
+    "abs": (lambda w: 0.3 * w * abs(w) + 0.2 * abs(w - 0.4), None),
+    "sign beside others": (lambda w: 0.5 * ops.sign(w - 0.5) + 0.1 * w, None),
+    "sign alone": (lambda w: 0.5 * ops.sign(w + 3.0), lambda w: 0.5),
+    "minimum": (lambda w: ops.minimum(w, 0.5), lambda w: min(w, 0.5)),
+    "maximum": (lambda w: ops.maximum(0.0, w), lambda w: max(0.0, w)),
+    "rows": (
+        lambda w: ops.interpolate(w, PLACES, HEIGHTS),
+        lambda w: np.interp(w, PLACES, HEIGHTS),
+    ),
+}
+OF_SPEED["abs"] = (OF_SPEED["abs"][0], lambda w: 0.3 * w * abs(w) + 0.2 * abs(w - 0.4))
+OF_SPEED["sign beside others"] = (
+    OF_SPEED["sign beside others"][0],
+    lambda w: 0.5 * np.sign(w - 0.5) + 0.1 * w,
+)
+
+
+def braked(law):
+    return lp.assemble(
+        lp.compose(
+            torque=Torque(tau=2.0 * ops.sin(3.0 * t)),
+            rotor=Inertia(J=1.0, w=-0.8),
+            load=Law(law=law),
+            connections=lambda m: [lp.connect(m.torque.flange, m.rotor.flange_a, m.load.flange)],
+        )
+    )
+
+
+@pytest.mark.parametrize("native", ["0", "1"])
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+@pytest.mark.parametrize("name", OF_SPEED)
+def test_a_torque_of_the_speed_follows_scipy(name, method, native, monkeypatch):
+    monkeypatch.setenv("LUMPED_NATIVE", native)
+    law, function = OF_SPEED[name]
+    expected = solve_ivp(
+        lambda t, y: [2 * np.sin(3 * t) - function(y[0])],
+        (0, 4),
+        [-0.8],
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=2e-3,
+    ).y[0, -1]
+    run = lp.simulate(braked(law), until=4.0, method=method, rtol=1e-9)
+    print(f"{name}, {method}: {run['rotor.w'][-1] - expected:.1e}, {len(run.events)} events")
+    assert run["rotor.w"][-1] == pytest.approx(expected, abs=2e-6)
+
+
+def test_many_rows_cost_one_margin():
+    places = np.linspace(-5, 5, 2000)
+    system = braked(lambda w: ops.interpolate(w, places.tolist(), np.sin(places).tolist()))
+    assert system.margins.size1_out(0) == 1
+    short = braked(lambda w: ops.interpolate(w, [-5.0, 0.0, 5.0], [1.0, 0.0, 3.0]))
+    assert system.rhs.n_instructions() == short.rhs.n_instructions()
+
+
+def test_a_run_past_many_rows_follows_the_curve_through_them():
+    places = np.linspace(-5, 5, 1000)
+    law = np.tanh(2 * places) + 0.1 * places
+    run = lp.simulate(
+        braked(lambda w: ops.interpolate(w, places.tolist(), law.tolist())), until=2.0, rtol=1e-9
+    )
+    expected = solve_ivp(
+        lambda t, y: [2 * np.sin(3 * t) - np.interp(y[0], places, law)],
+        (0, 2),
+        [-0.8],
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=1e-3,
+    ).y[0, -1]
+    assert run["rotor.w"][-1] == pytest.approx(expected, abs=1e-7)
+    crossed = np.abs(np.diff(np.searchsorted(places, run["rotor.w"]))).sum()
+    assert len(run.events) >= crossed > 50
+
+
+def test_rows_may_be_parameters():
+    class Rows(lp.Component):
+        flange = lp.Flange()
+        low: lp.Param = lp.param("N.m", "torque at rest", 0.2)
+        high: lp.Param = lp.param("N.m", "torque at 1 rad/s", 0.9)
+        w: lp.Var = lp.var("rad/s", "speed")
+
+        def equations(self):
+            yield self.w == lp.der(self.flange.phi)
+            yield self.flange.tau == ops.interpolate(
+                self.w, [0.0, 1.0, 3.0], [self.low, self.high, self.high]
+            )
+
+    system = lp.assemble(
+        lp.compose(
+            torque=Torque(tau=1.5),
+            rotor=Inertia(J=1.0, w=0.0),
+            load=Rows(),
+            connections=lambda m: [lp.connect(m.torque.flange, m.rotor.flange_a, m.load.flange)],
+        )
+    )
+
+    def at(low, high):  # the speed rises exponentially up to 1 rad/s, then evenly
+        k = high - low
+        there = np.log((1.5 - low) / (1.5 - low - k)) / k
+        return 1.0 + (1.5 - high) * (3.0 - there)
+
+    run = lp.simulate(system, until=3.0, rtol=1e-10)
+    assert run["rotor.w"][-1] == pytest.approx(at(0.2, 0.9), rel=1e-9)
+    found = lp.sensitivity(
+        system, until=3.0, of=["rotor.w"], to=["load.low", "load.high"], rtol=1e-10
+    )
+    for name, step in (("load.low", (1e-6, 0)), ("load.high", (0, 1e-6))):
+        high, low = at(0.2 + step[0], 0.9 + step[1]), at(0.2 - step[0], 0.9 - step[1])
+        assert found["rotor.w", name][-1] == pytest.approx((high - low) / 2e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "motion",
+    [abs(t - 0.5), ops.minimum(2 * t, 1.0), ops.sign(t - 0.5), ops.where(t >= 0.5, 1.0, -1.0)],
+    ids=["abs", "minimum", "sign", "where"],
+)
+def test_a_prescribed_motion_with_a_kink_is_refused_however_it_is_written(motion, method):
+    system = lp.assemble(
+        lp.compose(
+            position=Position(phi=motion),
+            first=Inertia(J=0.5),
+            shaft=SpringDamper(c=50.0, d=0.5),
+            second=Inertia(J=0.3),
+            connections=lambda m: lp.chain(m.position, m.first, m.shaft, m.second),
+        )
+    )
+    with pytest.raises(SolverError, match=r"would have to jump .* at t = 0.5 s"):
+        lp.simulate(system, until=1.0, method=method)
+
+
+def test_smooth_takes_the_kink_but_not_the_stop():
+    law, _ = OF_SPEED["abs"]
+    run = lp.simulate(braked(lambda w: ops.smooth(law(w))), until=4.0, rtol=1e-9)
+    stopped = lp.simulate(braked(law), until=4.0, rtol=1e-9)
+    assert len(run.events) == 0
+    assert len(stopped.events) > 3
+    assert run["rotor.w"][-1] == pytest.approx(stopped["rotor.w"][-1], abs=1e-6)
+
+
+def test_what_a_branch_does_not_need_is_not_watched():
+    def law(w):
+        return ops.where(w > 10.0, ops.maximum(w, 0.0) + abs(w + 0.1), 0.0)
+
+    run = lp.simulate(braked(law), until=4.0)
+    assert run["rotor.w"].min() < 0 < run["rotor.w"].max()
+    assert run.events == ()
+
+
+def test_a_unit_has_the_tables_and_the_waves(tmp_path):
+    spline = ops.periodic_spline(t, [0.0, 0.2, 0.3, 0.6, 0.7], [0.0, 1.0, -1.0, 0.5, 0.0])
+    tau = spline + ops.interpolate(t, [0.1, 0.5, 0.9], [0.0, 1.0, -1.0]) + 2.0 * ops.sin(9.0 * t)
+    system = lp.assemble(
+        lp.compose(
+            torque=Torque(tau=tau),
+            rotor=Inertia(J=1.0, w=-0.8),
+            load=Law(law=lambda w: ops.interpolate(w, PLACES, HEIGHTS)),
+            connections=lambda m: [lp.connect(m.torque.flange, m.rotor.flange_a, m.load.flange)],
+        )
+    )
+    run = lp.simulate(system, until=2.0, method="explicit", rtol=1e-9)
+    unit = lp.export_fmu(system, tmp_path / "unit.fmu", outputs=["rotor.w"], rtol=1e-9)
+    found = fmpy.simulate_fmu(
+        str(unit.path), stop_time=2.0, output_interval=2.0, fmi_type="CoSimulation"
+    )
+    assert found["rotor.w"][-1] == pytest.approx(run["rotor.w"][-1], abs=1e-7)
+    assert not unit.remarks
+    wavy = turned(ops.where(ops.sin(30.0 * t) > 0, 1.0, 0.0))
+    told = lp.export_fmu(wavy, tmp_path / "wavy.fmu", outputs=["rotor.w"])
+    assert "sin(30 * time)" in told.remarks[0]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_hold_what_a_function_takes_inside_them(seed):
+    rng = np.random.default_rng(seed)
+    x = ca.SX.sym("x")
+    pool = [x, ca.SX(float(rng.normal())), ca.SX(float(rng.normal()))]
+    one = [ca.sin, ca.cos, ca.exp, ca.fabs, ca.tanh, ca.atan, ca.floor, ca.sign, lambda a: a * a]
+    two = [
+        lambda a, b: a + b,
+        lambda a, b: a - b,
+        lambda a, b: a * b,
+        lambda a, b: a / b,
+        ca.fmin,
+        ca.fmax,
+        ca.atan2,
+        lambda a, b: ca.if_else(a > b, a, 2 * b),
+    ]
+    for _ in range(8):
+        if rng.random() < 0.5:
+            pool.append(one[rng.integers(len(one))](pool[rng.integers(len(pool))]))
+        else:
+            a, b = (pool[i] for i in rng.integers(len(pool), size=2))
+            pool.append(two[rng.integers(len(two))](a, b))
+    function = ca.Function("f", [x], [ca.densify(pool[-1])])
+    low = rng.uniform(-3, 3, 50)
+    high = low + 10 ** rng.uniform(-3, 0.5, 50)
+    ((found,),) = bounds(function, [[(low, high)]])
+    least, most = (np.broadcast_to(v, 50) for v in found)
+    for share in np.linspace(0, 1, 41):
+        values = np.asarray(function((low + share * (high - low))[None, :])).ravel()
+        fine = np.isfinite(values)
+        slack = 1e-12 * (1 + np.abs(values))
+        assert (values >= least - slack)[fine].all()
+        assert (values <= most + slack)[fine].all()
