@@ -28,7 +28,7 @@ from lumped import (
     var,
     when,
 )
-from lumped.ops import maximum, minimum, sign, sqrt, where
+from lumped.ops import maximum, minimum, sign, smooth, sqrt, where
 from lumped.switch import Item
 
 __all__ = [
@@ -123,7 +123,8 @@ class RateLimiter(Component):
     y = Output("1", "signal of limited rate")
 
     def equations(self) -> Iterator[Equation]:
-        yield der(self.x) == minimum(maximum((self.u - self.x) / self.T, -self.rate), self.rate)
+        rate = (self.u - self.x) / self.T
+        yield der(self.x) == smooth(minimum(maximum(rate, -self.rate), self.rate))
         yield self.y == self.x
 
 

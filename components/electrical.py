@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, Output, Param, Pin, Var, der, param, var
-from lumped.ops import maximum, minimum
+from lumped.ops import maximum, minimum, smooth
 
 __all__ = [
     "Capacitor",
@@ -190,7 +190,7 @@ class Inverter(Component):
         yield self.n.i == self.i
         yield self.p.v - self.n.v == self.v_out
         yield self.psi * der(self.i_dc) == self.v_out * self.i - direct * self.i_dc
-        limited = minimum(maximum(self.v, -self.v_f), self.v_f)
+        limited = smooth(minimum(maximum(self.v, -self.v_f), self.v_f))
         yield self.T_d * der(self.v_out) == limited - self.v_out
         yield self.T_f * der(self.v_f) == direct - self.v_f
         yield self.v_dc == self.v_f
