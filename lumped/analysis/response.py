@@ -259,8 +259,13 @@ def frequency_response(
 def _stuck(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
-    """A and B in which speeds that stick stay zero, also at 0 Hz."""
-    held = np.isin(system.states, system.switching.held(point.modes)).astype(float)
+    """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
+    still = np.isin(system.states, system.switching.held(point.modes))
+    pattern = scipy.sparse.csr_array(abs(A))
+    driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
+    while (more := ~(still | driven | (pattern @ ~still > 0))).any():
+        still |= more
+    held = still.astype(float)
     free = scipy.sparse.diags_array(1 - held)
     return [
         scipy.sparse.csc_array(free @ A - scipy.sparse.diags_array(held)),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lumped.analysis.certify import Certificate
 
-__all__ = ["Convergence", "Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+__all__ = ["Convergence", "Event", "Kept", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
 _WORDS = {
     "exact": "closed form, as the model is linear between jumps",
@@ -124,6 +124,28 @@ class Convergence:
         return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
 
 
+@dataclass(frozen=True)
+class Kept:
+    """What the search for an equilibrium kept as it was given.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of the parameters that the equilibrium determines.
+    nodes : tuple of int
+        Quantities that keep their values, as numbers of the reduced system.
+    initial : bool
+        Initial equations hold.
+    rest : bool
+        Nothing moves.
+    """
+
+    free: tuple[int, ...] = ()
+    nodes: tuple[int, ...] = ()
+    initial: bool = False
+    rest: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class OperatingPoint:
     """Values of all states at one instant.
@@ -142,6 +164,8 @@ class OperatingPoint:
         Impacts at this very instant; the states are those after them.
     search : Convergence or None
         How an equilibrium was found.
+    kept : Kept or None
+        What it kept.
     """
 
     system: System
@@ -151,6 +175,7 @@ class OperatingPoint:
     modes: np.ndarray
     collisions: tuple[Change, ...] = ()
     search: Convergence | None = None
+    kept: Kept | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
