@@ -16,6 +16,7 @@ from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.modes import Modes
 from lumped.analysis.moved import moved_point, places_to, point_matters, still_point
 from lumped.analysis.ranking import ranked
+from lumped.analysis.situation import situation
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
 from lumped.table import number, table
@@ -150,6 +151,7 @@ class EigenSensitivity:
             rows.append((str(i + 1), number(hertz, 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
+        head += situation(self.modes.point)
         head += f"\n{self.modes.accuracy}"
         known = self._values
         for i, decay in enumerate(self.modes.decays[: 12 - len(rows)]):

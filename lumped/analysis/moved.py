@@ -12,7 +12,6 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.analysis.initial import initial_residuals
-from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.moving import stuck
 from lumped.analysis.result import Kept, OperatingPoint
 from lumped.analysis.steady import unsteady_part
@@ -127,8 +126,9 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
     free, count = list(kept.free), len(system._reduced.states)
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
+    inputs = (point.x, point.theta, point.time, point.modes)
     # what cancels in it is exactly zero there
-    rates[:, system._in_use] = sparse_state_matrix(system, point).toarray()
+    rates[:, system._in_use] = system.state_matrix(inputs).toarray()
     given = _slopes(point, _given(system, kept), chosen)
     held = _slopes(point, _held(system, point), chosen)
     hard = np.vstack([change @ rates, held, *([given] if free else [])])
@@ -261,7 +261,7 @@ def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bo
     system = point.system
     inputs = (point.x, point.theta, point.time, point.modes)
     rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
-    terms = abs(change @ sparse_state_matrix(system, point)) @ (np.abs(point.x) + 1e-3)
+    terms = abs(change @ system.state_matrix(inputs)) @ (np.abs(point.x) + 1e-3)
     return bool((rates <= _STILL * (terms + 1e-9)).all())
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.analysis.linearise import growth, linear_matrices
 from lumped.analysis.moving import finite
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
@@ -175,8 +176,10 @@ class FrequencyResponse:
         head = (
             f"{self.system.name}: response at {len(self.hertz)} frequencies from "
             f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
-            f"{self.residual:.1e}"
+            f"{self.residual:.1e}{situation(self.point)}"
         )
+        if side := one_sided(self.point):
+            head += f"\n{side}"
         rows = []
         for output in self.outputs:
             for given in self.inputs:
