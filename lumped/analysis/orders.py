@@ -118,7 +118,14 @@ def orders(
     harmonics = pieces.sum(axis=1) * 2 / window * np.exp(-1j * k[:, 0] * begin)
     size = np.abs(harmonics)
     kept = np.flatnonzero(size > least * size.max(initial=0.0)).tolist()
-    return tuple(Order(float(k[i, 0]), float(size[i]), float(np.angle(harmonics[i]))) for i in kept)
+    return tuple(
+        Order(
+            (i + 1) // turns if (i + 1) % turns == 0 else (i + 1) / turns,
+            float(size[i]),
+            float(np.angle(harmonics[i])),
+        )
+        for i in kept
+    )
 
 
 def turns(modes: Modes, of: Name, over: Name) -> float:
