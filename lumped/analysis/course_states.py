@@ -6,14 +6,18 @@ import casadi as ca
 import numpy as np
 
 from lumped.analysis.collocation import fractions, phase
-from lumped.analysis.course import Course
+from lumped.analysis.course import Course, measured
+from lumped.analysis.functionals import Designed
 from lumped.analysis.nlp import Programme
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError
 
-__all__ = ["collocated", "simulated"]
+__all__ = ["collocated", "measured_well", "simulated"]
+
+_RTOL = 1e-10
+_DOUBLINGS, _SAME = 8, 1e-9
 
 
 def collocated(
@@ -90,6 +94,19 @@ def _fixed_start(run: Trajectory, varied: list[int]) -> None:
 def simulated(
     run: Trajectory, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
 ) -> Trajectory:
-    """An ordinary run from the states found, with output at the instants of the given run."""
+    """An ordinary run from the states found, with as many output times as there are nodes."""
     point = OperatingPoint(run.system, 0.0, x[:, 0], theta, settings[0])
-    return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=1e-8)
+    return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=_RTOL)
+
+
+def measured_well(run: Trajectory, functionals: list[Designed]) -> list[float]:
+    """Functionals of a run, its output times doubled until they stay the same."""
+    found = [measured(functional, run) for functional in functionals]
+    point, count, until = run.point(run.t[0]), len(run.t), float(run.t[-1])
+    for _ in range(_DOUBLINGS if functionals else 0):
+        count, before = 2 * count, found
+        finer = simulate(run.system, until=until, start=point, grid=count, rtol=_RTOL)
+        found = [measured(functional, finer) for functional in functionals]
+        if np.allclose(found, before, rtol=_SAME, atol=0.0):
+            break
+    return found

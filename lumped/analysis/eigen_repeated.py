@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.left import parts
+from lumped.analysis.left import beside, parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
 from lumped.analysis.moved import Moved, moved_point, still_point
@@ -47,9 +47,7 @@ def split_slopes(modes: Modes, together: list[int], place: int) -> Complex:
     )
     block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
     value = modes.eigenvalues[together[0]]
-    factors = scipy.sparse.linalg.splu(
-        scipy.sparse.csc_array(block - value * (1 + 1e-10) * scipy.sparse.eye_array(len(own)))
-    )
+    factors = beside(block, value)
     left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)
     for _ in range(4):
         left = scipy.linalg.qr(factors.solve(left, trans="H"), mode="economic")[0]

@@ -13,14 +13,13 @@ from lumped.analysis.course import (
     Course,
     Term,
     along,
-    dt_of,
     followed_by,
     held_instants,
-    number_of,
+    measured,
     smooth,
     term,
 )
-from lumped.analysis.course_states import collocated, simulated
+from lumped.analysis.course_states import collocated, measured_well, simulated
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
 from lumped.analysis.functionals import Designed, Functional, Modal
 from lumped.analysis.modes import Modes
@@ -32,6 +31,9 @@ from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
 __all__ = ["Objective", "Problem", "optimise"]
+
+_LEAST = 1e-3
+"""Size of a functional, over that at the start, below which its error is relative to the start."""
 
 Objective = Key | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
@@ -296,28 +298,27 @@ class Problem:
 
     def optimum(self, solution: Solution, weights: Mapping[Designed | str, float]) -> Optimum:
         """What a solution means, with the run made anew."""
-        outputs = [self.u, self.course.t, self.course.weights, self.course.x]
+        outputs = [self.u, self.course.t, self.course.x]
         found = ca.Function("found", [self.programme.w], [ca.SX(v) for v in outputs])(solution.w)
-        u, t, _dt = (np.asarray(v).ravel() for v in found[:3])
+        u, t = (np.asarray(v).ravel() for v in found[:2])
         theta = self.run.theta.copy()
         theta[self.places] = u
         self.system.check_parameters(theta)
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
         if self.system.states:
-            run = simulated(self.run, theta, t, np.asarray(found[3]), settings)
+            run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
+            numbers = measured_well(run, self.functionals)
         else:
             run = followed_by(self.run, theta)
-        values: dict[Key, float] = {
-            f: number_of(f, run[f.name], dt_of(run)) for f in self.functionals
-        }
-        terms = ca.vertcat(*(self.terms[f].value for f in self.functionals))
-        said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
+            numbers = [measured(f, run) for f in self.functionals]
+        values: dict[Key, float] = dict(zip(self.functionals, numbers, strict=True))
         error = 0.0
-        for f, promised in zip(self.functionals, said, strict=True):
+        for f, promised in self.promised(solution).items():
             # an epigraph variable that nothing presses down says nothing
             if not self.terms[f].bounded or weights.get(f):
-                error = max(error, abs(promised - values[f]) / self.terms[f].scale)
+                size = max(abs(values[f]), _LEAST * self.terms[f].scale)
+                error = max(error, abs(promised - values[f]) / size)
         whole = 0.0
         for key, weight in weights.items():
             value = theta[self.system.places([key])[0]] if isinstance(key, str) else values[key]
@@ -333,6 +334,12 @@ class Problem:
             float(error),
             solution,
         )
+
+    def promised(self, solution: Solution) -> dict[Designed, float]:
+        """Functionals as the programme has them."""
+        terms = ca.vertcat(ca.SX(0, 1), *(self.terms[f].value for f in self.functionals))
+        said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
+        return dict(zip(self.functionals, said.tolist(), strict=True))
 
     def _active(self, solution: Solution) -> tuple[str, ...]:
         """Names of bounds and constraints that press."""

@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.analysis.factors import factors_of
 from lumped.analysis.linearise import growth, linear_matrices
 from lumped.analysis.moving import finite
 from lumped.analysis.result import OperatingPoint
@@ -87,7 +88,7 @@ class FrequencyResponse:
         right, worst = B.toarray(), 0.0
         for f in self.hertz if A.shape[0] else ():
             M = _shifted(A, f)
-            x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
+            x = factors_of(M).solve(right.astype(complex))
             size = abs(M) @ np.abs(x) + np.abs(right)
             missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
             worst = max(worst, float(missed.max(initial=0.0)))
@@ -284,11 +285,8 @@ def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: Sy
         return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
     found = np.empty((np.size(hertz), *D.shape), dtype=complex)
     for k, f in enumerate(np.asarray(hertz)):
-        try:
-            factors = scipy.sparse.linalg.splu(_shifted(A, f))
-            found[k] = C @ factors.solve(right) + direct
-        except RuntimeError:  # the matrix is singular
-            found[k] = np.inf
+        factors = factors_of(_shifted(A, f))
+        found[k] = np.inf if factors is None else C @ factors.solve(right) + direct
         if not np.isfinite(found[k]).all():
             why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
             raise SolverError(
