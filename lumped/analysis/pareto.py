@@ -128,7 +128,7 @@ def pareto(
         best((1.0, 0.0), alone[1], second=least[1] + _SLACK * sizes[1]),
     )
     both = [[problem.promised(end.solution)[f] for f in functionals] for end in ends]
-    apart = np.abs(np.subtract(*both)) / sizes
+    apart = np.abs(np.subtract(both[0], both[1])) / sizes
     if (apart <= _AGREE).any():  # what is least for one is least for the other
         return Front((first, second), (ends[0],))
     designs = [ends[0]]

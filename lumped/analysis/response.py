@@ -88,7 +88,7 @@ class FrequencyResponse:
         right, worst = B.toarray(), 0.0
         for f in self.hertz if A.shape[0] else ():
             M = _shifted(A, f)
-            x = factors_of(M).solve(right.astype(complex))
+            x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
             size = abs(M) @ np.abs(x) + np.abs(right)
             missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
             worst = max(worst, float(missed.max(initial=0.0)))
