@@ -19,13 +19,21 @@ from lumped.analysis.course import (
     smooth,
     term,
 )
-from lumped.analysis.course_states import collocated, measured_well, simulated
+from lumped.analysis.course_states import (
+    Repeating,
+    collocated,
+    measured_well,
+    of_orbit,
+    repeating,
+    simulated,
+)
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
 from lumped.analysis.functionals import Designed, Functional, Modal
 from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Programme, Rows, Solution
 from lumped.analysis.optimise_modes import best_modes
 from lumped.analysis.optimise_runs import best_runs
+from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
@@ -40,7 +48,7 @@ Objective = Key | Mapping[Key | str, float]
 
 
 def optimise(
-    run: Trajectory | Modes | System,
+    run: Trajectory | PeriodicOrbit | Modes | System,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
@@ -72,9 +80,11 @@ def optimise(
 
     Parameters
     ----------
-    run : Trajectory, Modes or System
-        From `simulate`, `inverse` or `modes`, with the parameters at which the search begins; or
-        a system, to be simulated for each design.
+    run : Trajectory, PeriodicOrbit, Modes or System
+        From `simulate`, `inverse`, `periodic` or `modes`, with the parameters at which the search
+        begins; or a system, to be simulated for each design. A motion from `periodic` stays
+        periodic, of its period, or of one that is found where it is unknown; what its `free`
+        parameter shall be is found too if it is in `vary`.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
@@ -86,8 +96,9 @@ def optimise(
         For a system with states: number of intervals of its collocation, for each part of the run
         between jumps of functions of time.
     periodic : bool
-        The states at the end are those at the start, which are free; angles on which nothing
-        depends stay as they start. Else the states start as in the run.
+        The states at the end are those at the start, which are free, except for whole turns that
+        angles make in the run; states on which nothing depends stay as they start. Else the states
+        start as in the run.
     until, parameters, start, rtol
         For a system, as for `gradient`; the search begins with `parameters`.
 
@@ -113,7 +124,18 @@ def optimise(
     (SLSQP).
     """
     weights = _weights(minimise)
-    of_kind = {Trajectory: Designed, Modes: Modal, System: Functional}[type(run)]
+    known_kinds: dict[type, Any] = {
+        Trajectory: Designed,
+        PeriodicOrbit: Designed,
+        Modes: Modal,
+        System: Functional,
+    }
+    if type(run) not in known_kinds:
+        raise OptionError(
+            f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
+            "motion from periodic, modes or a system."
+        )
+    of_kind = known_kinds[type(run)]
     kinds = (str, of_kind)
     for key in [*weights, *(subject_to or {})]:
         if not isinstance(key, kinds):
@@ -135,8 +157,25 @@ def optimise(
         return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
     wanted = cast(dict[Designed | str, float], weights)
-    problem = Problem(run, vary, wanted, bounds, intervals, periodic)
+    repeats = None
+    if isinstance(run, PeriodicOrbit):
+        _check_free(run, vary)
+        repeats, run = of_orbit(run), run.run
+    elif periodic and run.system.states:
+        repeats = repeating(run)
+    problem = Problem(run, vary, wanted, bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(weights.values())), wanted)
+
+
+def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:
+    """Refuse to hold what a periodic motion determines."""
+    given = {orbit.system.key(name) for name in vary}
+    for name in orbit.free:
+        if name not in given:
+            raise OptionError(
+                f"optimise: {name} is free at this motion, which determines it; name it in `vary`, "
+                "with the bounds in which it may be found."
+            )
 
 
 def _weights(minimise: Objective) -> dict[Key | str, float]:
@@ -169,12 +208,12 @@ class Problem:
         weights: Mapping[Designed | str, float],
         subject_to: Mapping[Designed | str, Bounds],
         intervals: int = 50,
-        periodic: bool = False,
+        repeats: Repeating | None = None,
     ) -> None:
         self.run, self.system = run, run.system
         smooth(run, "optimise")
         self.programme = Programme(self.system.name)
-        self.intervals, self.periodic = intervals, periodic
+        self.intervals, self.repeats = intervals, repeats
         self.names, box, scale = varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
         self.u = ca.vertcat(*parts)
@@ -217,7 +256,7 @@ class Problem:
         if not self.system.states:
             return along(self.run, self.theta)
         return collocated(
-            self.programme, self.run, self.theta, self.places, self.intervals, self.periodic
+            self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
         )
 
     def _functionals(self, keys: list[Designed | str]) -> list[Designed]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.analysis.course_states import repeating
 from lumped.analysis.design import Bounds, Optimum
 from lumped.analysis.functionals import Designed
 from lumped.analysis.optimise import Problem
@@ -103,8 +104,9 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
+    repeats = repeating(run) if periodic and run.system.states else None
     problem = Problem(
-        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, periodic
+        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, repeats
     )
 
     def best(weights: tuple[float, float], begin: Optimum | None, **limits: float) -> Optimum:
