@@ -16,6 +16,7 @@ from lumped.analysis.accuracy import Accuracy, accuracy
 from lumped.analysis.eigen import eigenpairs, nonzero
 from lumped.analysis.eigen_near import eigenpairs_near
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moved import held_still
 from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import one_sided, situation
@@ -419,7 +420,7 @@ def modes(
         system,
         np.array([values[i] for i in order.tolist()], dtype=complex),
         np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
-        np.column_stack([np.zeros((n, 0)), *rigid]),
+        held_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
         np.array(decays)[slowest],
         np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
         point,

@@ -19,7 +19,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import listed
 
-__all__ = ["Moved", "moved_point", "places_to", "point_matters", "still_point"]
+__all__ = ["Moved", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
 
 Real = NDArray[np.float64]
 
@@ -141,6 +141,22 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
     parameters = still_point(point, places).parameters
     parameters[free] = step[count:]
     return Moved(step[system._in_use], parameters)
+
+
+def held_still(point: OperatingPoint, vectors: Real) -> Real:
+    """Those combinations of columns of states in which nothing moves that is held."""
+    system = point.system
+    if not stuck(point).any() or not vectors.shape[1]:
+        return vectors
+    slopes = _slopes(point, _held(system, point), [])
+    lost = np.setdiff1d(np.arange(slopes.shape[1]), system._in_use)
+    # a state that is left out may take any value
+    slopes = _solved(slopes[:, lost].T, np.zeros((len(lost), 1)))[1].T @ slopes
+    moves = slopes[:, system._in_use] @ vectors
+    size = np.abs(slopes[:, system._in_use]) @ np.abs(vectors)
+    moves[np.abs(moves) <= _MISSED * size] = 0.0
+    found: Real = vectors @ _solved(moves, np.zeros((len(moves), 1)))[1]
+    return found
 
 
 def _held(system: System, point: OperatingPoint) -> ca.SX:

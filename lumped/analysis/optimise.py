@@ -70,8 +70,9 @@ def optimise(
     so their kinks do no harm.
 
     Natural frequencies and damping ratios have exact gradients (`eigen_sensitivity`) and are placed
-    by sequential quadratic programming; if the modes are those of an equilibrium, it is found anew
-    for each design.
+    by sequential quadratic programming; if the modes are those of a point from `equilibrium`, it is
+    found anew for each design, with the same start values and free parameters; a point of a run is
+    held.
 
     Long or stiff runs and those with events are simulated whole for each design (single shooting):
     give the system and `until` in place of a run. Gradients are those of `gradient`, and the

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
-from lumped.analysis.equilibrium import equilibrium
+from lumped.analysis.equilibrium import equilibrium, equilibrium_again
 from lumped.analysis.functionals import Clearance, Damping, Frequency, Modal
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.moved import moved_point
+from lumped.analysis.result import OperatingPoint
 from lumped.analysis.sqp import bounded, sqp
 from lumped.analysis.start import start_point
 from lumped.errors import OptimisationError, OptionError
@@ -45,8 +48,8 @@ class _Search:
         self.names, box, scale = varied(self.system, vary, begin.point.theta)
         self.scale, self.start = scale, box[:, 0]
         self.base = begin.point.parameters
-        plain = start_point(self.system, self.base)
-        self.steady = not np.array_equal(plain.x, begin.point.x)
+        self.settled = moved_point(begin.point, []) is not None
+        self.plain = np.array_equal(start_point(self.system, self.base).x, begin.point.x)
         self.weights, self.bounds = dict(weights), dict(subject_to)
         self.margins = [
             key for key in dict.fromkeys([*weights, *subject_to]) if isinstance(key, Clearance)
@@ -95,8 +98,7 @@ class _Search:
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
             values = self.base | dict(zip(self.names, (u * self.scale).tolist(), strict=True))
-            point = equilibrium(self.system, parameters=values) if self.steady else None
-            own = modes(self.system, at=point, parameters=None if self.steady else values)
+            own = modes(self.system, at=self._point(values))
             if len(own.hertz) != len(self.modes.hertz):
                 raise OptimisationError(
                     f"{self.system.name}: at {self._text(u)} there are {len(own.hertz)} "
@@ -114,6 +116,18 @@ class _Search:
                 )
             self.last, self.count = (u.tobytes(), slopes), self.count + 1
         return self.last[1]
+
+    def _point(self, values: dict[str, float]) -> OperatingPoint:
+        """The operating point of a design: found as that of the modes was, else held."""
+        begin = self.modes.point
+        if begin.kept is not None:
+            return equilibrium_again(begin, values)
+        if self.plain:
+            return start_point(self.system, values)
+        if self.settled:
+            states = dict(zip(self.system.state_names, begin.x.tolist(), strict=True))
+            return equilibrium(self.system, parameters=values, start=states, time=begin.time)
+        return replace(begin, theta=self.system.theta(values))
 
     def _text(self, u: np.ndarray) -> str:
         pairs = zip(self.names, u * self.scale, strict=True)

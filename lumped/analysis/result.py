@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -138,12 +138,15 @@ class Kept:
         Initial equations hold.
     rest : bool
         Nothing moves.
+    start : mapping of str to float
+        Start values with which it began.
     """
 
     free: tuple[int, ...] = ()
     nodes: tuple[int, ...] = ()
     initial: bool = False
     rest: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

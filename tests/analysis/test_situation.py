@@ -96,6 +96,25 @@ def test_what_sticks_slides_is_closed_or_released_is_named():
     assert received.endswith("; closed: play; stuck: stuck; sliding: sliding; released: clutch")
 
 
+def test_what_a_brake_holds_is_no_rigid_body_mode():
+    """One body on a spring from the body that the brake holds, between two other springs."""
+    model = lp.compose(
+        a=Inertia(J=1.0),
+        brake=Brake(f_max=100.0, u=1.0),
+        spring=SpringDamper(c=50.0, d=1.0),
+        b=Inertia(J=2.0),
+        soft=SpringDamper(c=30.0, d=1.0),
+        wall=Fixed(),
+        connections=lambda m: [
+            *lp.chain(m.a, m.spring, m.b, m.soft, m.wall),
+            lp.connect(m.a.flange_a, m.brake.flange_a),
+        ],
+    )
+    modes = lp.modes(lp.assemble(model, keep=["a.phi"]))
+    assert modes.rigid == 0
+    assert modes.hertz == pytest.approx([np.sqrt(80 / 2.0) / (2 * np.pi)], rel=1e-9)
+
+
 def test_a_drive_without_contact_or_friction_has_nothing_to_say():
     model = lp.compose(
         a=Inertia(J=1.0),
