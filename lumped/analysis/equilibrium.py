@@ -22,7 +22,7 @@ from lumped.errors import SolverError, StartError
 from lumped.prune import uses
 from lumped.system import Changes, Name, System
 
-__all__ = ["equilibrium", "equilibrium_again"]
+__all__ = ["equilibrium"]
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
@@ -92,30 +92,14 @@ def equilibrium(
         begin = _settled(found)
         if begin is found:
             system.check_parameters(found.theta)
-            kept = replace(found.kept or Kept(), start=_by_key(system, start))
+            kept = replace(
+                found.kept or Kept(), start={system.key(n): v for n, v in (start or {}).items()}
+            )
             return replace(found, kept=kept)
     raise SolverError(
         f"{system.name}: no equilibrium near the start values: what sticks or slides changes "
         "again and again. Give start values nearer to it."
     )
-
-
-def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
-    """The equilibrium of other parameters, found as that of a point was."""
-    system, kept = point.system, point.kept or Kept()
-    p = system._flat.parameters
-    return equilibrium(
-        system,
-        parameters=parameters,
-        start=kept.start,
-        free=[p.names[p.free[place]] for place in kept.free],
-        rest=kept.rest,
-        time=point.time,
-    )
-
-
-def _by_key(system: System, start: Changes | None) -> dict[str, float]:
-    return {system.key(name): value for name, value in (start or {}).items()}
 
 
 def _with_modes(

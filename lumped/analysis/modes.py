@@ -12,8 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.accuracy import Accuracy, accuracy
-from lumped.analysis.eigen import eigenpairs, nonzero
+from lumped.analysis.accuracy import Accuracy, accuracy, lost
+from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.eigen_near import eigenpairs_near
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.moved import held_still
@@ -33,7 +33,6 @@ __all__ = ["Modes", "modes"]
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_MOST = 500
 _SMALL = 200
 """States up to which all modes are computed although only some are asked for."""
 
@@ -113,15 +112,7 @@ class Modes:
         They count among the rigid-body modes, beside stiffnesses that differ by a factor of some
         1e26. Not looked at where only some modes were asked for, and above 500 states.
         """
-        own = np.flatnonzero(moving(self.system, self.point))
-        if not self.rigid or self.near is not None or len(own) > _MOST:
-            return 0
-        matrix = scipy.sparse.csr_array(sparse_state_matrix(self.system, self.point))[own][:, own]
-        matrix.eliminate_zeros()
-        label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
-        blocks = (np.flatnonzero(label == k) for k in range(label.max(initial=-1) + 1))
-        true = sum(nonzero(matrix[block][:, block].toarray()) for block in blocks)
-        return max(true - 2 * len(self.eigenvalues) - len(self.decays), 0)
+        return lost(self)
 
     @property
     def angles(self) -> list[str]:

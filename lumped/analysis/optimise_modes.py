@@ -9,17 +9,17 @@ import numpy as np
 
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
-from lumped.analysis.equilibrium import equilibrium, equilibrium_again
+from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.functionals import Clearance, Damping, Frequency, Modal
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.moved import moved_point
-from lumped.analysis.result import OperatingPoint
+from lumped.analysis.result import Kept, OperatingPoint
 from lumped.analysis.sqp import bounded, sqp
 from lumped.analysis.start import start_point
 from lumped.errors import OptimisationError, OptionError
-from lumped.system import Name
+from lumped.system import Changes, Name
 
-__all__ = ["ModalKey", "best_modes"]
+__all__ = ["ModalKey", "best_modes", "equilibrium_again"]
 
 ModalKey = Modal | str
 
@@ -32,6 +32,20 @@ def best_modes(
 ) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""
     return _Search(begin, vary, weights, subject_to).found()
+
+
+def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
+    """The equilibrium of other parameters, found as that of a point was."""
+    system, kept = point.system, point.kept or Kept()
+    p = system._flat.parameters
+    return equilibrium(
+        system,
+        parameters=parameters,
+        start=kept.start,
+        free=[p.names[p.free[place]] for place in kept.free],
+        rest=kept.rest,
+        time=point.time,
+    )
 
 
 class _Search:

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
+from lumped.analysis.optimise_modes import equilibrium_again
 from lumped.components import (
     Backlash,
     Brake,
@@ -439,6 +440,6 @@ def test_an_optimum_of_modes_frees_what_the_equilibrium_freed():
     """The decay ``2 k w / ratio^3 / (J_a + J_b / ratio^2)`` is that at the given speed."""
     drive = geared()
     point = lp.equilibrium(drive, start={"a.w": 15.0}, free=["motor.tau"])
-    again = lp.analysis.equilibrium.equilibrium_again(point, point.parameters | {"gear.ratio": 2.0})
+    again = equilibrium_again(point, point.parameters | {"gear.ratio": 2.0})
     assert again["a.w"] == pytest.approx(15.0, rel=1e-9)
     assert again["motor.tau"] == pytest.approx(20 * (15 / 20) ** 2 / 2.0, rel=1e-9)
