@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 _WIDTH = 8.0  # inch
-_MOST_MODES = 8
+_MOST_MODES = 16
 _MOST_BARS = 12
 _LINES = ("-", "--", ":", "-.")  # after ten colours
 
@@ -80,31 +80,44 @@ def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
     return figure
 
 
-def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
-    """Amplitudes along the drive, one panel for each of the lowest modes.
+def mode_shapes(
+    found: Modes, names: Iterable[Name] | None = None, modes: Iterable[int] | None = None
+) -> Figure:
+    """Amplitudes along the drive, one panel for each mode.
 
     Where modes are damped the parts do not pass zero together; dashed lines then show what moves
-    a quarter of a period apart.
+    a quarter of a period apart. Of more than 16 modes the lowest are drawn, which the title says.
 
     Parameters
     ----------
-    modes : Modes
+    found : Modes
         From `lumped.modes`.
     names : iterable of names or references, optional
         Quantities in the order along the drive; default is all angles and positions in the
         order of their declaration.
+    modes : iterable of int, optional
+        Numbers of the modes to draw, from 0; default is all.
 
     Raises
     ------
     OptionError
-        If there is no oscillating mode.
+        If there is no oscillating mode, or none of a number.
     """
-    system = modes.system
-    count = min(len(modes.hertz), _MOST_MODES)
-    if not count:
+    system, every = found.system, len(found.hertz)
+    if not every:
         raise OptionError(f"{system.name}: no oscillating mode to draw.")
-    chosen = modes.angles if names is None else [system.key(n) for n in names]
-    shapes = np.array([modes.shape(name)[:count] for name in chosen])
+    drawn = list(range(min(every, _MOST_MODES))) if modes is None else list(modes)
+    for number in drawn:
+        if not 0 <= number < every:
+            raise OptionError(
+                f"{system.name}: modes = {drawn}: there is no mode {number}; {every} modes count "
+                f"from 0 to {every - 1}."
+            )
+    if not drawn:
+        raise OptionError(f"{system.name}: modes = []: give the number of at least one mode.")
+    count = len(drawn)
+    chosen = found.angles if names is None else [system.key(n) for n in names]
+    shapes = np.array([found.shape(name)[drawn] for name in chosen])
     columns = 1 if count <= 4 else 2
     lines = -(-count // columns)
     figure = Figure((_WIDTH, 1.2 + 1.9 * lines), layout="constrained")
@@ -122,7 +135,8 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
                 label="a quarter of a period apart",
             )
         axis.set_title(
-            f"{modes.hertz[i]:.4g} Hz, damping ratio {modes.damping[i]:.3g}", fontsize="medium"
+            f"{found.hertz[drawn[i]]:.4g} Hz, damping ratio {found.damping[drawn[i]]:.3g}",
+            fontsize="medium",
         )
         axis.grid(alpha=0.3)
         axis.set_ylim(-1.15, 1.15)
@@ -135,7 +149,10 @@ def mode_shapes(modes: Modes, names: Iterable[Name] | None = None) -> Figure:
         lines_drawn, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(lines_drawn, labels, loc="outside lower center", ncols=2)
     figure.supylabel("relative amplitude")
-    figure.suptitle(system.name)
+    title = system.name
+    if modes is None and count < every:
+        title += f": the {count} lowest of {every} modes; modes= chooses others"
+    figure.suptitle(title)
     return figure
 
 

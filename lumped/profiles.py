@@ -78,6 +78,12 @@ def path(*moves: Move, begin: float = 0.0, start: float = 0.0) -> Expr:
     """
     if not moves:
         raise OptionError("path: no moves are given.")
+    for move in moves:
+        if not isinstance(move, Move):
+            raise OptionError(
+                f"path: {move!r} is no move; give moves one after the other, such as "
+                "path(polynomial5(1.0, 2.0), dwell(0.5)), a list as path(*moves)."
+            )
     if not isfinite(begin) or not isfinite(start):
         raise OptionError(f"path: begin = {begin} s and start = {start} must be finite.")
     pieces: list[tuple[float, Expr]] = []

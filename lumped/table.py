@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["number", "table"]
+__all__ = ["listed", "number", "table"]
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """Names with commas, the rest counted."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def number(value: float, digits: int = 6) -> str:

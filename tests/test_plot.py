@@ -6,9 +6,11 @@ import sys
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scipy.linalg import eigh
 
 import lumped as lp
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import OptionError
 
 
 class Rig(lp.Component):
@@ -141,10 +143,36 @@ def test_damped_mode_shows_what_moves_a_quarter_of_a_period_apart():
     assert (text.get_text(), other.get_text()) == ("in phase", "a quarter of a period apart")
 
 
-def test_long_drive_shows_the_eight_lowest_modes():
-    modes = lp.modes(lp.assemble(chain_of(12)))
-    received = {axis.get_title() for axis in panels(modes.plot())}
-    assert received == {f"{f:.4g} Hz, damping ratio 0" for f in modes.hertz[:8]}
+def chain_frequencies(n):
+    """From the mass and stiffness matrices of `chain_of`."""
+    twists = np.diff(np.eye(n), axis=0)
+    inertias = np.diag(1.0 + 0.1 * np.arange(n))
+    squares = eigh(1e3 * twists.T @ twists, inertias, eigvals_only=True)
+    return np.sqrt(squares[1:]) / (2 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("n", "options", "drawn", "title"),
+    [
+        (12, {}, range(11), "Model"),
+        (12, {"modes": [10, 2]}, [10, 2], "Model"),
+        (30, {}, range(16), "Model: the 16 lowest of 29 modes; modes= chooses others"),
+        (30, {"modes": range(20, 29)}, range(20, 29), "Model"),
+    ],
+)
+def test_all_modes_are_drawn_or_it_is_said(n, options, drawn, title):
+    figure = lp.modes(lp.assemble(chain_of(n))).plot(**options)
+    hertz = chain_frequencies(n)
+    received = {axis.get_title() for axis in panels(figure)}
+    assert received == {f"{hertz[i]:.4g} Hz, damping ratio 0" for i in drawn}
+    assert figure.get_suptitle() == title
+
+
+def test_a_mode_that_does_not_exist_is_not_drawn():
+    modes = lp.modes(lp.assemble(chain_of(4)))
+    for wrong in ([3], [-1], []):
+        with pytest.raises(OptionError, match="modes = "):
+            modes.plot(modes=wrong)
 
 
 def test_odd_number_of_modes_leaves_no_empty_panel():

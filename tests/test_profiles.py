@@ -151,6 +151,8 @@ def test_moves_and_dwells_follow_each_other():
         (lambda: profiles.trapezoidal(float("nan"), 1.0, 1.0), "distance = nan"),
         (lambda: profiles.dwell(0.0), "duration = 0.0"),
         (lambda: profiles.path(), "no moves"),
+        (lambda: profiles.path([profiles.dwell(1.0)]), "a list as path(*moves)"),
+        (lambda: profiles.path(1.0), "path: 1.0 is no move"),
         (lambda: profiles.path(profiles.dwell(1.0), begin=float("inf")), "begin = inf s"),
     ],
 )

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.eigen import nonzero
 from lumped.analysis.left import left_vectors
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.moving import moving
@@ -18,9 +19,11 @@ from lumped.analysis.skew import balance
 if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
 
-__all__ = ["Accuracy", "accuracy"]
+__all__ = ["Accuracy", "accuracy", "lost"]
 
 Real = NDArray[np.float64]
+
+_MOST = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,3 +68,16 @@ def accuracy(modes: Modes) -> Accuracy:
     with np.errstate(divide="ignore", invalid="ignore"):
         conditions = np.linalg.norm(left, axis=0) * length
     return Accuracy(missed / (norm * length), np.where(np.isnan(conditions), np.inf, conditions))
+
+
+def lost(modes: Modes) -> int:
+    """Eigenvalues that are not zero, but below the rounding of the highest (see `Modes.lost`)."""
+    own = np.flatnonzero(moving(modes.system, modes.point))
+    if not modes.rigid or modes.near is not None or len(own) > _MOST:
+        return 0
+    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))[own][:, own]
+    matrix.eliminate_zeros()
+    label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
+    blocks = (np.flatnonzero(label == k) for k in range(label.max(initial=-1) + 1))
+    true = sum(nonzero(matrix[block][:, block].toarray()) for block in blocks)
+    return max(true - 2 * len(modes.eigenvalues) - len(modes.decays), 0)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import situation
 from lumped.errors import OptionError
 from lumped.system import System
 from lumped.table import number, table
@@ -71,6 +72,8 @@ class Campbell:
         How often modes were computed.
     residual : float
         Largest ``abs(hertz - order speed / 2 pi)`` at an intersection, relative to `hertz`.
+    situations : tuple of str
+        What is open, closed, stuck, sliding or released at the operating points, in words.
     """
 
     system: System
@@ -80,6 +83,7 @@ class Campbell:
     critical: tuple[CriticalSpeed, ...]
     evaluations: int
     residual: float
+    situations: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
         """Campbell diagram (see `lumped.plot.campbell`)."""
@@ -91,6 +95,7 @@ class Campbell:
         head = (
             f"{self.system.name}: {len(self.critical)} critical speeds; modes at "
             f"{self.evaluations} speeds, intersections met to {self.residual:.1e}"
+            f"{', or'.join(self.situations)}"
         )
         return f"{head}\n" + _table(self.critical)
 
@@ -176,11 +181,14 @@ def campbell(
         )
     wanted = _checked(orders)
     known: dict[float, Real] = {}
+    situations: dict[str, None] = {}
 
     def hertz_at(speed: float) -> Real:
         place = speed if callable(at) else 0.0
         if place not in known:
-            known[place] = modes(system, at=at(speed) if callable(at) else at).hertz
+            found = modes(system, at=at(speed) if callable(at) else at)
+            known[place] = found.hertz
+            situations[situation(found.point)] = None
         return known[place]
 
     rows = [hertz_at(float(speed)) for speed in grid]
@@ -208,13 +216,18 @@ def campbell(
             found.append(CriticalSpeed(float(grid[-1]), order, mode, float(hertz[-1, mode])))
     found.sort(key=lambda c: c.speed)
     missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
-    return Campbell(
-        system, grid, hertz, wanted, tuple(found), len(known), float(max(missed, default=0.0))
-    )
+    worst = float(max(missed, default=0.0))
+    return Campbell(system, grid, hertz, wanted, tuple(found), len(known), worst, tuple(situations))
 
 
 def _checked(orders: Iterable[float]) -> tuple[float, ...]:
-    found = tuple(float(order) for order in orders)
+    try:
+        found = tuple(float(order) for order in orders)
+    except (TypeError, ValueError):
+        raise OptionError(
+            f"orders = {orders!r}: excitations for each turn as a sequence of numbers are needed, "
+            "such as [1, 2]."
+        ) from None
     for order in found:
         if not (np.isfinite(order) and order > 0):
             raise OptionError(f"order {order:g}: excitations for each turn must be positive.")

@@ -12,6 +12,7 @@ from lumped.analysis.functionals import Designed, Final, Integral, Peak, Swing
 from lumped.analysis.instants import clocks
 from lumped.analysis.nlp import Programme
 from lumped.analysis.result import Trajectory
+from lumped.analysis.smooth import course, extreme, integral
 from lumped.errors import OptionError, SolverError
 from lumped.system import System
 
@@ -22,6 +23,7 @@ __all__ = [
     "dt_of",
     "followed_by",
     "held_instants",
+    "measured",
     "number_of",
     "smooth",
     "term",
@@ -214,8 +216,25 @@ def term(
     )
 
 
+def measured(functional: Designed, run: Trajectory) -> float:
+    """A functional of a run, between its output times too: by quintics through its points."""
+    y = run.system.expressions([functional.name])
+    if isinstance(functional, Integral):
+        square = functional.kind == "rms"
+        pieces = course(run, y**2 if square else y)
+        mean = integral(pieces).real / sum(float(piece.t[-1] - piece.t[0]) for piece in pieces)
+        return float(np.sqrt(max(mean, 0.0))) if square else mean
+    if isinstance(functional, Final):
+        return float(run[functional.name][-1])
+    pieces = course(run, y)
+    top, bottom = (extreme(pieces, sign).value for sign in (1, -1))
+    if isinstance(functional, Swing):
+        return top - bottom
+    return max(top, -bottom) if functional.kind == "peak" else top
+
+
 def number_of(functional: Designed, y: np.ndarray, weights: np.ndarray) -> float:
-    """A functional of numbers."""
+    """A functional of numbers, with the weights of an integral over time."""
     if isinstance(functional, Peak):
         return float(np.abs(y).max() if functional.kind == "peak" else y.max())
     if isinstance(functional, Swing):

@@ -2,18 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 
 from lumped.analysis.collocation import fractions, phase
-from lumped.analysis.course import Course
+from lumped.analysis.course import Course, measured
+from lumped.analysis.functionals import Designed
 from lumped.analysis.nlp import Programme
+from lumped.analysis.orbit import PeriodicOrbit
+from lumped.analysis.repeating import drifting, needs_time
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError
 
-__all__ = ["collocated", "simulated"]
+__all__ = ["Repeating", "collocated", "measured_well", "of_orbit", "repeating", "simulated"]
+
+_SHORTEST = 0.2
+"""Of an unknown period, over that at the start."""
+_TURNS, _SAME_RATES = 1e-6, 1e-7
+"""Gain of a state, over its size, from which it turns; change of rates that is none."""
+
+_RTOL = 1e-10
+_DOUBLINGS, _SAME = 8, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Repeating:
+    """What repeats.
+
+    Attributes
+    ----------
+    advance : ndarray, shape (n,)
+        By what each state grows in a period.
+    active : ndarray of int, shape (k,)
+        States that must repeat; the others begin where they are.
+    phase : ndarray, shape (k,)
+        What fixes the phase of a motion of unknown period; empty if the period is known.
+    clock : int or None
+        Place of the parameter that is the period.
+    """
+
+    advance: np.ndarray
+    active: np.ndarray
+    phase: np.ndarray
+    clock: int | None
 
 
 def collocated(
@@ -22,9 +57,9 @@ def collocated(
     theta: ca.SX,
     varied: list[int],
     intervals: int,
-    periodic: bool,
+    repeats: Repeating | None,
 ) -> Course:
-    """States of a run as unknowns that follow their equations."""
+    """States of a run as unknowns that follow their equations; None for a start that is held."""
     system = run.system
     pieces = [piece for piece in run.pieces if piece.t[-1] > piece.t[0]]
     for piece in pieces:
@@ -36,38 +71,94 @@ def collocated(
     sizes = np.abs(run.x).max(axis=0, initial=0.0)
     sizes[sizes == 0] = 1.0
     first = pieces[0].x[0]
-    if periodic:
-        held = np.isin(system.states, list(system.cyclic))
-    else:
-        held = np.ones(len(first), dtype=bool)
+    held = np.ones(len(first), dtype=bool)
+    if repeats is None:
         _fixed_start(run, varied)
+    else:
+        held[repeats.active] = False
+    end = ca.SX(float(run.t[-1]))
+    if repeats is not None and repeats.clock is not None:
+        end = theta[repeats.clock]
+    elif repeats is not None and repeats.phase.any():
+        T = float(run.t[-1])
+        end = programme.unknown(T, T, _SHORTEST * T, T / _SHORTEST)
     low = np.where(held, first, -np.inf) / sizes
     high = np.where(held, first, np.inf) / sizes
     now = begin = programme.unknown(first / sizes, 1.0, low, high) * ca.DM(sizes)
     phases, settings = [], []
     for piece in pieces:
-        span = float(piece.t[0]), float(piece.t[-1] - piece.t[0])
-        times = span[0] + span[1] * fractions(intervals)
+        first_t, last_t = float(piece.t[0]), float(piece.t[-1])
+        times = first_t + (last_t - first_t) * fractions(intervals)
         guess = np.array([np.interp(times[1:], piece.t, column) for column in piece.x.T])
         inside = programme.unknown((guess / sizes[:, None]).T).reshape((len(first), -1))
         x = ca.horzcat(now, inside * ca.repmat(ca.DM(sizes), 1, len(times) - 1))
         own = np.array([np.interp(times, piece.t, column) for column in piece.settings.T])
         own = own.reshape(-1, len(times)).T
         columns = ca.repmat(theta, 1, len(times))
-        both = (ca.SX(span[0]), ca.SX(span[1]))
-        phases.append(phase(programme, system, x, columns, own, both, sizes))
+        span = ca.SX(first_t), (end if piece is pieces[-1] else ca.SX(last_t)) - first_t
+        phases.append(phase(programme, system, x, columns, own, span, sizes))
         settings.append(own)
         now = x[:, -1]
-    if periodic:
-        free = np.flatnonzero(~held).tolist()
-        programme.constrain("periodic states", ((now - begin) / ca.DM(sizes))[free], 0.0, 0.0)
+    if repeats is not None:
+        missed = (now - begin - ca.DM(repeats.advance)) / ca.DM(sizes)
+        for i in repeats.active.tolist():
+            text = f"{system.state_names[i]} after a period, less its turn and its start, scaled"
+            programme.constrain(text, missed[i], 0.0, 0.0)
+        if repeats.phase.any():
+            away = ((begin - ca.DM(first)) / ca.DM(sizes))[repeats.active.tolist()]
+            weights = repeats.phase * sizes[repeats.active]
+            programme.constrain(
+                "phase of the motion", ca.dot(ca.DM(weights / np.linalg.norm(weights)), away), 0, 0
+            )
+    t, weights = (
+        ca.vertcat(*parts) for parts in zip(*((p.t, p.weights) for p in phases), strict=True)
+    )
+    fixed = not ca.symvar(t)
     return Course(
         system,
-        np.concatenate([np.asarray(ca.DM(p.t)).ravel() for p in phases]),
-        np.concatenate([np.asarray(ca.DM(p.weights)).ravel() for p in phases]),
+        np.asarray(ca.DM(t)).ravel() if fixed else t,
+        np.asarray(ca.DM(weights)).ravel() if fixed else weights,
         ca.horzcat(*(p.x for p in phases)),
         theta,
         np.concatenate(settings),
+    )
+
+
+def repeating(run: Trajectory) -> Repeating:
+    """What repeats in a run over one period: states that turn gain what leaves all rates the same.
+
+    Raises
+    ------
+    OptionError
+        If nothing prescribes the period.
+    """
+    system, first, last = run.system, run.pieces[0], run.pieces[-1]
+    if not needs_time(system, run.theta):
+        raise OptionError(
+            f"optimise: no function of time acts on {system.name}, so nothing holds the period "
+            "while the design changes. Give the motion that lumped.periodic returns, in place of "
+            "its run."
+        )
+    gain = last.x[-1] - first.x[0]
+    size = np.maximum(np.abs(run.x).max(axis=0, initial=0.0), 1e-300)
+    turning = (np.abs(gain) > _TURNS * size) & ~np.isin(system.states, list(system.cyclic))
+    advance = np.zeros(len(gain))
+    for i in np.flatnonzero(turning):
+        shifted = np.array(first.x.T)
+        shifted[i] += gain[i]
+        rest = (run.theta, first.t[None, :], first.settings.T)
+        before, after = (np.asarray(system.rhs(x, *rest)) for x in (first.x.T, shifted))
+        if np.abs(after - before).max() <= _SAME_RATES * np.abs(before).max():
+            advance[i] = gain[i]
+    return Repeating(advance, np.flatnonzero(~drifting(system, advance)), np.zeros(0), None)
+
+
+def of_orbit(orbit: PeriodicOrbit) -> Repeating:
+    """What repeats in a periodic motion, of unknown period unless a parameter is free for it."""
+    problem, phase = orbit.problem, orbit.found.guess.phase
+    unknown = problem.free and not orbit.free
+    return Repeating(
+        problem.advance, problem.active, phase if unknown else phase[:0], problem.clock
     )
 
 
@@ -90,6 +181,19 @@ def _fixed_start(run: Trajectory, varied: list[int]) -> None:
 def simulated(
     run: Trajectory, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
 ) -> Trajectory:
-    """An ordinary run from the states found, with output at the instants of the given run."""
+    """An ordinary run from the states found, with as many output times as there are nodes."""
     point = OperatingPoint(run.system, 0.0, x[:, 0], theta, settings[0])
-    return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=1e-8)
+    return simulate(run.system, until=float(t[-1]), start=point, grid=len(t) - 1, rtol=_RTOL)
+
+
+def measured_well(run: Trajectory, functionals: list[Designed]) -> list[float]:
+    """Functionals of a run, its output times doubled until they stay the same."""
+    found = [measured(functional, run) for functional in functionals]
+    point, count, until = run.point(run.t[0]), len(run.t), float(run.t[-1])
+    for _ in range(_DOUBLINGS if functionals else 0):
+        count, before = 2 * count, found
+        finer = simulate(run.system, until=until, start=point, grid=count, rtol=_RTOL)
+        found = [measured(functional, finer) for functional in functionals]
+        if np.allclose(found, before, rtol=_SAME, atol=0.0):
+            break
+    return found

@@ -41,7 +41,7 @@ class Optimum:
         Bounds and constraints that hold the design where it is.
     error : float
         Greatest difference between functionals of the programme and those of `run`, relative to
-        their size at the start.
+        their values there.
     solution : Solution
         Status, iterations, evaluations, residual, violation, condition, seconds.
     """

@@ -7,10 +7,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.equilibrium_sensitivity import moved_states
-from lumped.analysis.left import parts
+from lumped.analysis.left import beside, parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
+from lumped.analysis.moved import Moved, moved_point, still_point
 from lumped.analysis.moving import moving
 from lumped.errors import SolverError
 
@@ -47,9 +47,7 @@ def split_slopes(modes: Modes, together: list[int], place: int) -> Complex:
     )
     block = scipy.sparse.csc_array(sparse_state_matrix(system, point))[own][:, own].astype(complex)
     value = modes.eigenvalues[together[0]]
-    factors = scipy.sparse.linalg.splu(
-        scipy.sparse.csc_array(block - value * (1 + 1e-10) * scipy.sparse.eye_array(len(own)))
-    )
+    factors = beside(block, value)
     left = np.random.default_rng(3).standard_normal((len(own), len(together))).astype(complex)
     for _ in range(4):
         left = scipy.linalg.qr(factors.solve(left, trans="H"), mode="economic")[0]
@@ -64,8 +62,8 @@ def split_slopes(modes: Modes, together: list[int], place: int) -> Complex:
         )
     vectors = np.zeros((len(point.x), len(together)), dtype=complex)
     vectors[own] = right[0]
-    moved = moved_states(point, [place])
-    along = Along(modes, system.rates, [place], moved)
+    moved = moved_point(point, [place]) or still_point(point, [place])
+    along = Along(modes, system.rates, moved)
     change = np.column_stack([along(v)[own, 0] for v in vectors.T])
     small = np.linalg.solve(left.conj().T @ right[0], left.conj().T @ change)
     found = np.linalg.eigvals(small).astype(complex)
@@ -80,18 +78,14 @@ class Along:
     ----------
     outputs : SX
         Expressions of the system.
-    places : list of int
-        Places of the parameters.
-    moved : ndarray, shape (n, parameters), or None
+    moved : Moved
         How the operating point follows the parameters.
     """
 
-    def __init__(
-        self, modes: Modes, outputs: ca.SX, places: list[int], moved: np.ndarray | None
-    ) -> None:
+    def __init__(self, modes: Modes, outputs: ca.SX, moved: Moved) -> None:
         x, theta, _, _ = modes.system._inputs
         v = ca.SX.sym("v", x.numel())
-        slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta[places]))
+        slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta))
         self._function = ca.Function("along", [*modes.system._inputs, v], [slope])
         self._point, self._moved = modes.point, moved
 
@@ -104,6 +98,5 @@ class Along:
             )
             for part in (vector.real, vector.imag)
         )
-        both, n = real + 1j * imaginary, len(point.x)
-        found: Complex = both[:, n:].toarray()
-        return found if self._moved is None else found + both[:, :n] @ self._moved
+        found: Complex = self._moved.through(real + 1j * imaginary)
+        return found

@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.analysis.eigen_repeated import split_slopes
-from lumped.analysis.equilibrium_sensitivity import moved_states
+from lumped.analysis.kinks import refuse_kinks
 from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.modes import Modes
+from lumped.analysis.moved import moved_point, places_to, point_matters, still_point
 from lumped.analysis.ranking import ranked
+from lumped.analysis.situation import situation
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
 from lumped.table import number, table
@@ -149,6 +151,7 @@ class EigenSensitivity:
             rows.append((str(i + 1), number(hertz, 9), text))
         point = "moves with the parameters" if self.moving else "held, or without effect"
         head = f"{self.modes.system.name}: relative sensitivities; operating point: {point}"
+        head += situation(self.modes.point)
         head += f"\n{self.modes.accuracy}"
         known = self._values
         for i, decay in enumerate(self.modes.decays[: 12 - len(rows)]):
@@ -189,16 +192,15 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     UnknownNameError
         If a parameter does not exist, or is bound to others.
     SolverError
-        If a derivative is not finite.
+        If a derivative is not finite, or has two sides, as the point is exactly where a law
+        changes its piece.
     """
     system, point = modes.system, modes.point
     count = len(modes.eigenvalues)
     values: Complex = np.append(modes.eigenvalues, modes.decays)
     if not len(values):
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
-    p = system._flat.parameters
-    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
-    places = system.places(names)
+    names, places = places_to(point, to)
     x, theta, time, settings = system._inputs
     n, right = len(system.states), np.hstack([modes.vectors, modes.decay_vectors])
     left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
@@ -210,21 +212,27 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
         [ca.densify(ca.gradient(product, ca.vertcat(x, theta)))],
     )
 
-    def contracted(a: Real, b: Real) -> Real:
-        both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, point.modes)]
+    def contracted(a: Real, b: Real, settings: Real) -> Real:
+        both = [np.repeat(np.c_[part], a.shape[1], axis=1) for part in (point.theta, settings)]
         states = np.repeat(np.c_[point.x], a.shape[1], axis=1)
         times = np.full((1, a.shape[1]), point.time)
         return np.asarray(function(states, both[0], times, both[1], a, b)).T
 
-    real = contracted(left.real, right.real) + contracted(left.imag, right.imag)
-    imaginary = contracted(left.real, right.imag) - contracted(left.imag, right.real)
-    by_states, by_parameters = np.split(real + 1j * imaginary, [n], axis=1)
-    found = by_parameters[:, places]
-    moving = False
-    if (np.abs(by_states) > _ROUNDING * np.abs(values)[:, None]).any():
-        moved = moved_states(point, places)
-        if moved is not None:
-            found, moving = found + by_states @ moved, True
+    def slopes(settings: Real) -> Complex:
+        """Derivatives of the eigenvalues by states and parameters."""
+        real = contracted(left.real, right.real, settings)
+        real = real + contracted(left.imag, right.imag, settings)
+        imaginary = contracted(left.real, right.imag, settings)
+        imaginary = imaginary - contracted(left.imag, right.real, settings)
+        return real + 1j * imaginary
+
+    both = slopes(point.modes)
+    matters = point_matters(point, both / np.abs(values)[:, None], _ROUNDING)
+    moved = moved_point(point, places) if matters else None
+    moving = moved is not None
+    moved = moved or still_point(point, places)
+    refuse_kinks(point, moved, names, slopes)
+    found: Complex = moved.through(both)
     repeated = _repeated(modes, values, right)
     found[repeated] = np.nan
     alone = np.setdiff1d(np.arange(len(found)), repeated)

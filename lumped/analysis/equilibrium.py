@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -12,7 +13,7 @@ from lumped.analysis.changeover import Settler
 from lumped.analysis.holds import Holds
 from lumped.analysis.initial import initial_residuals
 from lumped.analysis.linearise import growth
-from lumped.analysis.result import Convergence, OperatingPoint
+from lumped.analysis.result import Convergence, Kept, OperatingPoint
 from lumped.analysis.settings import settings_at
 from lumped.analysis.settle import settled
 from lumped.analysis.start import start_point
@@ -91,7 +92,10 @@ def equilibrium(
         begin = _settled(found)
         if begin is found:
             system.check_parameters(found.theta)
-            return found
+            kept = replace(
+                found.kept or Kept(), start={system.key(n): v for n, v in (start or {}).items()}
+            )
+            return replace(found, kept=kept)
     raise SolverError(
         f"{system.name}: no equilibrium near the start values: what sticks or slides changes "
         "again and again. Give start values nearer to it."
@@ -118,14 +122,16 @@ def _with_modes(
     x = np.where(still, 0.0, begin.x)
     implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
     settings = settings_at(system, x, begin.theta, time + 1e-300, implicit, begin.modes)
-    attempts = [(held | still, others)] + [(still, resting)] * (not places)
-    for fixed, kept in attempts:
+    all_kept = Kept(tuple(places), tuple(sorted(given)), True, rest)
+    attempts = [(held | still, others, all_kept)]
+    attempts += [(still, resting, Kept(rest=rest))] * (not places)
+    for fixed, kept, told in attempts:
         search = _Search(begin, places, time, tolerance, change, kept)
         found = search.near(x, settings, ~fixed, still)
         if found is not None:
             if rest:
                 search.check_rest(found)
-            return found
+            return replace(found, kept=told)
     raise SolverError(search.fault("rest" if rest else "equilibrium"))
 
 

@@ -8,27 +8,22 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.linearise import sparse_state_matrix
-from lumped.analysis.moving import moving
+from lumped.analysis.kinks import refuse_kinks
+from lumped.analysis.moved import moved_point, places_to
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.steady import unsteady_part
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name, System
 from lumped.table import number, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity", "moved_states"]
+__all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
 
 Real = NDArray[np.float64]
-
-_STILL = 1e-9
-"""Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +96,11 @@ def equilibrium_sensitivity(
 ) -> EquilibriumSensitivity:
     """Derivatives of quantities at an equilibrium by parameters.
 
-    By the implicit function theorem on vanishing derivatives, ``f_x dx + f_p dp == 0``. Where an
-    equilibrium is one of many, such as the speed of a free drive, states change as little as they
-    can. What sticks goes on to stick.
+    By the implicit function theorem on vanishing derivatives, ``f_x dx + f_p dp == 0``. What is
+    held stays held: what sticks or is locked stays where it is, and what is closed or on its stop
+    stays in contact. Parameters that the equilibrium determined (`free`) follow, so that what was
+    given stays as it was given. Where an equilibrium is one of many, such as the speed of a free
+    drive, what was given changes as little as it can, then the states do.
 
     Parameters
     ----------
@@ -117,20 +114,20 @@ def equilibrium_sensitivity(
     Raises
     ------
     OptionError
-        If `of` or `to` is empty, or the point is no equilibrium.
+        If `of` or `to` is empty, the point is no equilibrium, or it determines a parameter of
+        `to`.
     UnknownNameError
         If a name does not exist.
     SolverError
-        If there is no equilibrium for other parameters.
+        If there is no equilibrium for other parameters, or a derivative has two sides: the point
+        is exactly where a law changes its piece, a contact opens or friction begins to slide.
     """
     system = point.system
-    p = system._flat.parameters
-    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
+    names, places = places_to(point, to)
     wanted = [system.key(name) for name in of]
     if not wanted or not names:
         raise OptionError("equilibrium_sensitivity: name at least one quantity and one parameter.")
-    places = system.places(names)
-    moved = moved_states(point, places)
+    moved = moved_point(point, places)
     if moved is None:
         raise OptionError(
             f"{system.name}: derivatives of states do not vanish at this point, so it is no "
@@ -138,62 +135,17 @@ def equilibrium_sensitivity(
         )
     x, theta, _, _ = system._inputs
     y = system.expressions(wanted)
-    results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, theta[places]))]
-    function = ca.Function("outputs", system._inputs, results)
-    inputs = (point.x, point.theta, point.time, point.modes)
-    values, by_states, by_parameters = (v.full() for v in function(*inputs))
-    found = by_states @ moved + by_parameters
-    return EquilibriumSensitivity(point, tuple(wanted), tuple(names), values.ravel(), found)
+    slopes = ca.jacobian(y, ca.vertcat(x, theta))
+    function = ca.Function("outputs", system._inputs, [y, slopes])
 
+    def values_and_slopes(modes: Real) -> Real:
+        parts = function(point.x, point.theta, point.time, modes)
+        return np.hstack([part.full() for part in parts])
 
-def moved_states(point: OperatingPoint, places: list[int]) -> Real | None:
-    """How states follow parameters, shape (n, p), so that the point stays an equilibrium.
-
-    None if it is no equilibrium. Of several possible the nearest.
-
-    Parameters
-    ----------
-    places : list of int
-        Places of the parameters.
-
-    Raises
-    ------
-    SolverError
-        If no equilibrium is near for other parameters.
-    """
-    change = unsteady_part(point)
-    if not _is_equilibrium(point, change):
-        return None
-    system = point.system
-    by_parameters = ca.jacobian(system.rates, system._inputs[1][places])
-    function = ca.Function("f", system._inputs, [by_parameters])
-    inputs = (point.x, point.theta, point.time, point.modes)
-    right = (change @ scipy.sparse.csc_array(function(*inputs).sparse())).toarray()
-    own = moving(system, point)  # a speed that sticks stays zero
-    matrix = (change @ sparse_state_matrix(system, point)).toarray()[:, own]
-    scale = np.abs(matrix).max(axis=1, initial=1e-12)[:, None]
-    step = np.zeros((len(own), len(places)))
-    step[own] = scipy.linalg.lstsq(matrix / scale, -right / scale, cond=1e-13)[0]
-    left_over = np.abs(matrix @ step[own] + right).max(axis=0, initial=0.0)
-    size = np.abs(right).max(axis=0, initial=0.0)
-    lost = np.flatnonzero(left_over > 1e-6 * size)
-    if len(lost):
-        names = system._flat.parameters
-        name = names.names[names.free[places[lost[0]]]]
-        raise SolverError(
-            f"{system.name}: there is no equilibrium near the operating point when {name} "
-            "changes. Leave it out of `to`, or let a load depend on the speed."
-        )
-    return step
-
-
-def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bool:
-    """Whether the derivatives vanish at the point, steady motion apart."""
-    system = point.system
-    inputs = (point.x, point.theta, point.time, point.modes)
-    rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
-    terms = abs(change @ sparse_state_matrix(system, point)) @ (np.abs(point.x) + 1e-3)
-    return bool((rates <= _STILL * (terms + 1e-9)).all())
+    refuse_kinks(point, moved, names, values_and_slopes)
+    found = values_and_slopes(point.modes)
+    derivatives = moved.through(found[:, 1:])
+    return EquilibriumSensitivity(point, tuple(wanted), tuple(names), found[:, 0], derivatives)
 
 
 def _place(system: System, name: Name, known: tuple[str, ...]) -> int:

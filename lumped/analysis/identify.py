@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,8 +11,8 @@ import scipy
 
 from lumped.analysis.design import Bounds, bounds_of, unit_of
 from lumped.analysis.result import Trajectory
+from lumped.analysis.sampled import places_of, sampled
 from lumped.analysis.sensitivity import Sensitivity, Varied
-from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
 from lumped.errors import OptimisationError, OptionError
 from lumped.system import Changes, System
@@ -24,6 +23,10 @@ __all__ = ["Identification", "identify"]
 _LOST = 1e-6
 """Singular value, relative to the largest, below which a direction is not told by the curves."""
 _TAKES_PART = 0.05
+_CHANCE = 1e-4
+"""Probability of noise so large, or so regular, below which there is doubt."""
+_NEGLIGIBLE = 1e-4
+"""Deviation without `sigma` below which residuals are errors of the runs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,9 @@ class Identification:
         noise agree; without `sigma` the relative noise.
     bounded : tuple of str
         Parameters at a bound, for which the interval does not hold.
+    doubts : tuple of str
+        Why no interval may hold: residuals far above `sigma`, or residuals that are no noise, as in
+        a local minimum or where the model cannot follow the curves.
     status : str
         Why the search ended.
     iterations, evaluations : int
@@ -77,6 +83,7 @@ class Identification:
     residuals: dict[str, np.ndarray]
     deviation: float
     bounded: tuple[str, ...]
+    doubts: tuple[str, ...]
     status: str
     iterations: int
     evaluations: int
@@ -107,6 +114,12 @@ class Identification:
             f"{self.deviation:.4g}",
             table(("parameter", "start", "found", f"{100 * self.level:g} %", "unit"), rows),
         ]
+        if self.doubts:
+            lines.append(
+                f"doubtful: {'; '.join(self.doubts)}. The intervals do not hold where this is a "
+                "local minimum or the model cannot follow the curves: begin elsewhere, and look at "
+                "the residuals."
+            )
         if self.unknown:
             lines.append(
                 f"not told by these curves: {', '.join(self.unknown)}. Hold one of them, or "
@@ -239,14 +252,6 @@ class _Search:
             )
         return {name: 1 / value for name, value in given.items()}
 
-    def _grid(self) -> int:
-        """Output intervals that meet the instants if these are evenly spaced from a multiple on."""
-        step = float(np.diff(self.t).min())
-        count = self.t / step
-        if np.abs(count - np.round(count)).max() < 1e-9 * count[-1] and count[-1] < 20_000:
-            return round(float(count[-1]))
-        return max(1000, 4 * len(self.t))
-
     def _at(self, u: np.ndarray, rtol: float) -> Sensitivity:
         """Run and derivatives for scaled unknowns."""
         if self.last is not None and self.last[0] == u.tobytes():
@@ -261,44 +266,24 @@ class _Search:
             self.system.made[key] = Varied(self.system, curves, names, begin, rtol)
         forward: Varied = self.system.made[key]
         forward.given = begin
-        run = simulate(
-            self.system,
-            until=float(self.t[-1]),
-            parameters=self.parameters | inner,
-            start=begin,
-            grid=self._grid(),
-            rtol=rtol,
-            method="steps",
-        )
+        point = start_point(self.system, self.parameters | inner, begin)
+        run = sampled(point, self.t, rtol)
         found = forward.go(run)
         self.runs += 1
         self.last = u.tobytes(), found
         return found
 
-    def _sampled(self, run_t: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Values at the measured instants, by splines between the events."""
-        edges = [0, *(np.flatnonzero(np.diff(run_t) == 0) + 1).tolist(), len(run_t)]
-        result = np.empty((len(self.t), *values.shape[1:]))
-        for a, b in itertools.pairwise(edges):
-            if b - a < 2:
-                continue
-            own = (self.t >= run_t[a]) & (self.t <= run_t[b - 1])
-            result[own] = scipy.interpolate.CubicSpline(run_t[a:b], values[a:b])(self.t[own])
-        return result
-
     def _residuals(self, u: np.ndarray, rtol: float) -> np.ndarray:
         run = self._at(u, rtol).run
-        parts = [
-            (self._sampled(run.t, run[name]) - y) * self.weights[name]
-            for name, y in self.curves.items()
-        ]
+        places = places_of(run, self.t)
+        parts = [(run[name][places] - y) * self.weights[name] for name, y in self.curves.items()]
         return np.concatenate(parts)
 
     def _jacobian(self, u: np.ndarray, rtol: float) -> np.ndarray:
         found = self._at(u, rtol)
+        places = places_of(found.run, self.t)
         parts = [
-            self._sampled(found.run.t, found.values[:, i, :]) * self.weights[name]
-            for i, name in enumerate(self.curves)
+            found.values[places, i, :] * self.weights[name] for i, name in enumerate(self.curves)
         ]
         return np.concatenate(parts) * self.scale
 
@@ -367,9 +352,29 @@ class _Search:
             },
             deviation,
             tuple(n for n, m in zip(self.names, result.active_mask, strict=True) if m),
+            self._doubts(result.fun, deviation, freedom),
             result.message.rstrip("."),
             int(result.njev),
             self.runs,
             float(np.abs(J.T @ result.fun).max() / slope) if slope else 0.0,
             clock.perf_counter() - tic,
         )
+
+    def _doubts(self, weighted: np.ndarray, deviation: float, freedom: int) -> tuple[str, ...]:
+        """What speaks against noise as the reason of the residuals."""
+        found = []
+        if self.given:
+            chance = scipy.stats.chi2.sf(deviation**2 * freedom, freedom)
+            if chance < _CHANCE:
+                found.append(f"the residuals are {deviation:.3g} times the noise given as sigma")
+        if not self.given and deviation < _NEGLIGIBLE:
+            return ()
+        for name, rest in zip(self.curves, np.split(weighted, len(self.curves)), strict=True):
+            along = float(rest[1:] @ rest[:-1] / (rest @ rest)) if rest.any() else 0.0
+            # of white noise it is normal with the variance 1 / n (Box and Jenkins, 1970, ch. 2)
+            if along > scipy.stats.norm.isf(_CHANCE) / np.sqrt(len(rest)):
+                found.append(
+                    f"the residuals of {name} follow each other (correlation {along:.2f} from one "
+                    "instant to the next), as noise does not"
+                )
+        return tuple(found)

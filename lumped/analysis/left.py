@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.factors import factors_of
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.errors import SolverError
 
 if TYPE_CHECKING:
     from lumped.analysis.modes import Modes
 
-__all__ = ["left_vectors", "parts"]
+__all__ = ["beside", "left_vectors", "parts"]
+
+_DISTANCES = (1e-10, 1e-8, 1e-6, 1e-4)
+"""Of a shift from an eigenvalue, relative."""
 
 
 def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
@@ -36,9 +41,7 @@ def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
         x = right[:, k]
         own = np.flatnonzero(part == part[np.abs(x).argmax()])
         block = matrix[own][:, own]
-        factors = scipy.sparse.linalg.splu(
-            scipy.sparse.csc_array(block - value * (1 + 1e-10) * scipy.sparse.eye_array(len(own)))
-        )
+        factors = beside(block, value)
         y = np.ones(len(own)) / np.sqrt(len(own))
         y = y + 0.1 * np.random.default_rng(k).standard_normal(len(own))
         for _ in range(3):
@@ -47,6 +50,22 @@ def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
         with np.errstate(divide="ignore", invalid="ignore"):
             found[own, k] = y / np.conj(np.vdot(y, x[own]))
     return found
+
+
+def beside(block: scipy.sparse.csc_array, value: complex) -> Any:
+    """LU factors of ``block - shift``, the shift as close to an eigenvalue as they exist.
+
+    Where an eigenvalue repeats without a shape for each, all close shifts are singular to rounding.
+    """
+    unit = scipy.sparse.eye_array(block.shape[0])
+    for distance in _DISTANCES:
+        factors = factors_of(block - value * (1 + distance) * unit)
+        if factors is not None:
+            return factors
+    raise SolverError(
+        f"the eigenvalue {value:.6g} 1/s cannot be separated from others that it repeats; change a "
+        "parameter a little."
+    )
 
 
 def parts(modes: Modes) -> NDArray[np.int32]:

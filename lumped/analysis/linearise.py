@@ -11,6 +11,7 @@ import scipy
 
 from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
@@ -54,10 +55,15 @@ class Linearisation:
         rates = np.abs(
             point.system.rhs(point.x, point.theta, point.time, point.modes).toarray().ravel()
         )
-        text = f"{point.system.name}: exact at t = {point.time:g} s, where "
+        text = f"{point.system.name}: exact at t = {point.time:g} s"
         if len(rates):
             fastest = int(rates.argmax())
-            text += f"der({self.states[fastest]}) = {rates[fastest]:.3g} is the fastest change\n"
+            text += (
+                f", where der({self.states[fastest]}) = {rates[fastest]:.3g} is the fastest change"
+            )
+        text += f"{situation(point)}\n"
+        if side := one_sided(point):
+            text += f"{side}\n"
         head = (f"der of, A {self.A.shape[0]}x{self.A.shape[1]}", *self.states[:8])
         return text + table(head, rows)
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import situation
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
@@ -48,6 +49,8 @@ class RootLocus:
     doubtful : tuple of (float, float)
         Intervals of the parameter in which shapes changed too fast to be followed: a pair that
         becomes two real ones, or two modes that exchange their shapes.
+    situations : tuple of str
+        What is open, closed, stuck, sliding or released at the operating points, in words.
     """
 
     system: System
@@ -56,6 +59,7 @@ class RootLocus:
     eigenvalues: Complex
     evaluations: int
     doubtful: tuple[tuple[float, float], ...]
+    situations: tuple[str, ...] = ()
 
     @property
     def hertz(self) -> NDArray[np.float64]:
@@ -86,6 +90,7 @@ class RootLocus:
         head = (
             f"{self.system.name}: {self.eigenvalues.shape[1]} eigenvalues over {self.parameter} = "
             f"{self.values[0]:g} to {self.values[-1]:g}; {self.evaluations} evaluations"
+            f"{', or'.join(self.situations)}"
         )
         for begin, end in self.doubtful[:6]:
             head += f"\nnot followed for certain: {begin:.6g} to {end:.6g}"
@@ -151,6 +156,7 @@ def root_locus(
             f"root_locus: give at least two values of {name}, ascending or descending."
         )
     system.places([name])
+    situations: dict[str, None] = {}
     used = ~np.isin(system.states, list(system.cyclic))
     count = 0
 
@@ -158,6 +164,7 @@ def root_locus(
         nonlocal count
         count += 1
         point = at(value) if at else start_point(system, {name: value})
+        situations[situation(point)] = None
         matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
         if not np.isfinite(matrix).all():
             raise SolverError(
@@ -195,7 +202,7 @@ def root_locus(
     for a, b in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
         present = followed(a, present, b, spectrum(b), 0)
         rows.append(present[0])
-    return RootLocus(system, name, grid, np.array(rows), count, tuple(doubtful))
+    return RootLocus(system, name, grid, np.array(rows), count, tuple(doubtful), tuple(situations))
 
 
 def _matched(

@@ -12,12 +12,14 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.accuracy import Accuracy, accuracy
+from lumped.analysis.accuracy import Accuracy, accuracy, lost
 from lumped.analysis.eigen import eigenpairs
 from lumped.analysis.eigen_near import eigenpairs_near
 from lumped.analysis.linearise import sparse_state_matrix
+from lumped.analysis.moved import held_still
 from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.system import Changes, Name, System
@@ -102,6 +104,15 @@ class Modes:
     def accuracy(self) -> Accuracy:
         """Residuals and conditions of the oscillating modes."""
         return accuracy(self)
+
+    @cached_property
+    def lost(self) -> int:
+        """Eigenvalues that are not zero, but below the rounding of the highest.
+
+        They count among the rigid-body modes, beside stiffnesses that differ by a factor of some
+        1e26. Not looked at where only some modes were asked for, and above 500 states.
+        """
+        return lost(self)
 
     @property
     def angles(self) -> list[str]:
@@ -260,23 +271,32 @@ class Modes:
         scale = raw[largest, np.arange(self.rigid)]
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
-    def plot(self, names: Iterable[Name] | None = None) -> Figure:
+    def plot(
+        self, names: Iterable[Name] | None = None, modes: Iterable[int] | None = None
+    ) -> Figure:
         """Mode shapes along the drive (see `lumped.plot.mode_shapes`)."""
         from lumped.plot import mode_shapes
 
-        return mode_shapes(self, names)
+        return mode_shapes(self, names, modes)
 
     def __repr__(self) -> str:
         names, amplitudes = self._positions
         scaled = amplitudes / self._scale
         head = (
             f"{self.system.name}: {len(self.hertz)} oscillating and {self.rigid} rigid-body modes"
-            f", {len(self.decays)} decays"
+            f", {len(self.decays)} decays{situation(self.point)}"
         )
+        if side := one_sided(self.point):
+            head += f"\n{side}"
         if self.near is not None:
             head += f"; only those near {self.near:g} Hz"
         if len(self.hertz):
             head += f"\n{self.accuracy}"
+        if self.lost:
+            head += (
+                f"\nnote: {self.lost} eigenvalues that are not zero are below the rounding of the "
+                "highest, and count among the rigid-body modes; analyse the soft parts alone"
+            )
         rows = []
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
@@ -309,7 +329,8 @@ def modes(
     """Natural frequencies, damping ratios and mode shapes.
 
     What sticks at the operating point counts as rigid: a drive whose brake holds vibrates against
-    the brake.
+    the brake. What is open there transmits nothing. The first line of what is printed says what is
+    open, closed, stuck, sliding or released.
 
     Parameters
     ----------
@@ -390,7 +411,7 @@ def modes(
         system,
         np.array([values[i] for i in order.tolist()], dtype=complex),
         np.column_stack([np.zeros((n, 0)), *(vectors[i] for i in order)]),
-        np.column_stack([np.zeros((n, 0)), *rigid]),
+        held_still(point, np.column_stack([np.zeros((n, 0)), *rigid])),
         np.array(decays)[slowest],
         np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
         point,

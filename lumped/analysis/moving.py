@@ -9,7 +9,7 @@ from lumped.analysis.result import OperatingPoint
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["finite", "moving"]
+__all__ = ["finite", "moving", "stuck"]
 
 
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
@@ -17,6 +17,12 @@ def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     found: NDArray[np.bool_] = ~np.isin(
         system.states, [*system.cyclic, *system.switching.held(point.modes)]
     )
+    return found
+
+
+def stuck(point: OperatingPoint) -> NDArray[np.bool_]:
+    """Which holds hold at the operating point, shape (h,)."""
+    found: NDArray[np.bool_] = point.modes[point.system.switching.first_modes] > 0.5
     return found
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from lumped.analysis.factors import factors_of
 from lumped.errors import OptimisationError
 
 __all__ = ["Programme", "Rows", "Solution"]
@@ -275,9 +276,8 @@ class Programme:
         )
         if not matrix.shape[0]:
             return 1.0
-        try:
-            factors = scipy.sparse.linalg.splu(matrix)
-        except RuntimeError:
+        factors = factors_of(matrix)
+        if factors is None:
             return float("inf")
         inverse = scipy.sparse.linalg.LinearOperator(
             matrix.shape, factors.solve, rmatvec=lambda b: factors.solve(b, trans="T")

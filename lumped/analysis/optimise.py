@@ -13,32 +13,42 @@ from lumped.analysis.course import (
     Course,
     Term,
     along,
-    dt_of,
     followed_by,
     held_instants,
-    number_of,
+    measured,
     smooth,
     term,
 )
-from lumped.analysis.course_states import collocated, simulated
+from lumped.analysis.course_states import (
+    Repeating,
+    collocated,
+    measured_well,
+    of_orbit,
+    repeating,
+    simulated,
+)
 from lumped.analysis.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
 from lumped.analysis.functionals import Designed, Functional, Modal
 from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Programme, Rows, Solution
 from lumped.analysis.optimise_modes import best_modes
 from lumped.analysis.optimise_runs import best_runs
+from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.result import Trajectory
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
 __all__ = ["Objective", "Problem", "optimise"]
 
+_LEAST = 1e-3
+"""Size of a functional, over that at the start, below which its error is relative to the start."""
+
 Objective = Key | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
 
 def optimise(
-    run: Trajectory | Modes | System,
+    run: Trajectory | PeriodicOrbit | Modes | System,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
@@ -60,8 +70,9 @@ def optimise(
     so their kinks do no harm.
 
     Natural frequencies and damping ratios have exact gradients (`eigen_sensitivity`) and are placed
-    by sequential quadratic programming; if the modes are those of an equilibrium, it is found anew
-    for each design.
+    by sequential quadratic programming; if the modes are those of a point from `equilibrium`, it is
+    found anew for each design, with the same start values and free parameters; a point of a run is
+    held.
 
     Long or stiff runs and those with events are simulated whole for each design (single shooting):
     give the system and `until` in place of a run. Gradients are those of `gradient`, and the
@@ -70,9 +81,11 @@ def optimise(
 
     Parameters
     ----------
-    run : Trajectory, Modes or System
-        From `simulate`, `inverse` or `modes`, with the parameters at which the search begins; or
-        a system, to be simulated for each design.
+    run : Trajectory, PeriodicOrbit, Modes or System
+        From `simulate`, `inverse`, `periodic` or `modes`, with the parameters at which the search
+        begins; or a system, to be simulated for each design. A motion from `periodic` stays
+        periodic, of its period, or of one that is found where it is unknown; what its `free`
+        parameter shall be is found too if it is in `vary`.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
@@ -84,8 +97,9 @@ def optimise(
         For a system with states: number of intervals of its collocation, for each part of the run
         between jumps of functions of time.
     periodic : bool
-        The states at the end are those at the start, which are free; angles on which nothing
-        depends stay as they start. Else the states start as in the run.
+        The states at the end are those at the start, which are free, except for whole turns that
+        angles make in the run; states on which nothing depends stay as they start. Else the states
+        start as in the run.
     until, parameters, start, rtol
         For a system, as for `gradient`; the search begins with `parameters`.
 
@@ -111,7 +125,18 @@ def optimise(
     (SLSQP).
     """
     weights = _weights(minimise)
-    of_kind = {Trajectory: Designed, Modes: Modal, System: Functional}[type(run)]
+    known_kinds: dict[type, Any] = {
+        Trajectory: Designed,
+        PeriodicOrbit: Designed,
+        Modes: Modal,
+        System: Functional,
+    }
+    if type(run) not in known_kinds:
+        raise OptionError(
+            f"optimise: {type(run).__name__} is nothing that can be optimised; give a run, a "
+            "motion from periodic, modes or a system."
+        )
+    of_kind = known_kinds[type(run)]
     kinds = (str, of_kind)
     for key in [*weights, *(subject_to or {})]:
         if not isinstance(key, kinds):
@@ -133,8 +158,25 @@ def optimise(
         return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
     wanted = cast(dict[Designed | str, float], weights)
-    problem = Problem(run, vary, wanted, bounds, intervals, periodic)
+    repeats = None
+    if isinstance(run, PeriodicOrbit):
+        _check_free(run, vary)
+        repeats, run = of_orbit(run), run.run
+    elif periodic and run.system.states:
+        repeats = repeating(run)
+    problem = Problem(run, vary, wanted, bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(weights.values())), wanted)
+
+
+def _check_free(orbit: PeriodicOrbit, vary: Mapping[str, Bounds] | Mapping[Name, Bounds]) -> None:
+    """Refuse to hold what a periodic motion determines."""
+    given = {orbit.system.key(name) for name in vary}
+    for name in orbit.free:
+        if name not in given:
+            raise OptionError(
+                f"optimise: {name} is free at this motion, which determines it; name it in `vary`, "
+                "with the bounds in which it may be found."
+            )
 
 
 def _weights(minimise: Objective) -> dict[Key | str, float]:
@@ -167,12 +209,12 @@ class Problem:
         weights: Mapping[Designed | str, float],
         subject_to: Mapping[Designed | str, Bounds],
         intervals: int = 50,
-        periodic: bool = False,
+        repeats: Repeating | None = None,
     ) -> None:
         self.run, self.system = run, run.system
         smooth(run, "optimise")
         self.programme = Programme(self.system.name)
-        self.intervals, self.periodic = intervals, periodic
+        self.intervals, self.repeats = intervals, repeats
         self.names, box, scale = varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]
         self.u = ca.vertcat(*parts)
@@ -215,7 +257,7 @@ class Problem:
         if not self.system.states:
             return along(self.run, self.theta)
         return collocated(
-            self.programme, self.run, self.theta, self.places, self.intervals, self.periodic
+            self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
         )
 
     def _functionals(self, keys: list[Designed | str]) -> list[Designed]:
@@ -296,28 +338,27 @@ class Problem:
 
     def optimum(self, solution: Solution, weights: Mapping[Designed | str, float]) -> Optimum:
         """What a solution means, with the run made anew."""
-        outputs = [self.u, self.course.t, self.course.weights, self.course.x]
+        outputs = [self.u, self.course.t, self.course.x]
         found = ca.Function("found", [self.programme.w], [ca.SX(v) for v in outputs])(solution.w)
-        u, t, _dt = (np.asarray(v).ravel() for v in found[:3])
+        u, t = (np.asarray(v).ravel() for v in found[:2])
         theta = self.run.theta.copy()
         theta[self.places] = u
         self.system.check_parameters(theta)
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
         if self.system.states:
-            run = simulated(self.run, theta, t, np.asarray(found[3]), settings)
+            run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
+            numbers = measured_well(run, self.functionals)
         else:
             run = followed_by(self.run, theta)
-        values: dict[Key, float] = {
-            f: number_of(f, run[f.name], dt_of(run)) for f in self.functionals
-        }
-        terms = ca.vertcat(*(self.terms[f].value for f in self.functionals))
-        said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
+            numbers = [measured(f, run) for f in self.functionals]
+        values: dict[Key, float] = dict(zip(self.functionals, numbers, strict=True))
         error = 0.0
-        for f, promised in zip(self.functionals, said, strict=True):
+        for f, promised in self.promised(solution).items():
             # an epigraph variable that nothing presses down says nothing
             if not self.terms[f].bounded or weights.get(f):
-                error = max(error, abs(promised - values[f]) / self.terms[f].scale)
+                size = max(abs(values[f]), _LEAST * self.terms[f].scale)
+                error = max(error, abs(promised - values[f]) / size)
         whole = 0.0
         for key, weight in weights.items():
             value = theta[self.system.places([key])[0]] if isinstance(key, str) else values[key]
@@ -333,6 +374,12 @@ class Problem:
             float(error),
             solution,
         )
+
+    def promised(self, solution: Solution) -> dict[Designed, float]:
+        """Functionals as the programme has them."""
+        terms = ca.vertcat(ca.SX(0, 1), *(self.terms[f].value for f in self.functionals))
+        said = np.asarray(ca.Function("said", [self.programme.w], [terms])(solution.w)).ravel()
+        return dict(zip(self.functionals, said.tolist(), strict=True))
 
     def _active(self, solution: Solution) -> tuple[str, ...]:
         """Names of bounds and constraints that press."""

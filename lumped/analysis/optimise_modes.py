@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivit
 from lumped.analysis.equilibrium import equilibrium
 from lumped.analysis.functionals import Clearance, Damping, Frequency, Modal
 from lumped.analysis.modes import Modes, modes
+from lumped.analysis.moved import moved_point
+from lumped.analysis.result import Kept, OperatingPoint
 from lumped.analysis.sqp import bounded, sqp
 from lumped.analysis.start import start_point
 from lumped.errors import OptimisationError, OptionError
-from lumped.system import Name
+from lumped.system import Changes, Name
 
-__all__ = ["ModalKey", "best_modes"]
+__all__ = ["ModalKey", "best_modes", "equilibrium_again"]
 
 ModalKey = Modal | str
 
@@ -29,6 +32,20 @@ def best_modes(
 ) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""
     return _Search(begin, vary, weights, subject_to).found()
+
+
+def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
+    """The equilibrium of other parameters, found as that of a point was."""
+    system, kept = point.system, point.kept or Kept()
+    p = system._flat.parameters
+    return equilibrium(
+        system,
+        parameters=parameters,
+        start=kept.start,
+        free=[p.names[p.free[place]] for place in kept.free],
+        rest=kept.rest,
+        time=point.time,
+    )
 
 
 class _Search:
@@ -45,8 +62,8 @@ class _Search:
         self.names, box, scale = varied(self.system, vary, begin.point.theta)
         self.scale, self.start = scale, box[:, 0]
         self.base = begin.point.parameters
-        plain = start_point(self.system, self.base)
-        self.steady = not np.array_equal(plain.x, begin.point.x)
+        self.settled = moved_point(begin.point, []) is not None
+        self.plain = np.array_equal(start_point(self.system, self.base).x, begin.point.x)
         self.weights, self.bounds = dict(weights), dict(subject_to)
         self.margins = [
             key for key in dict.fromkeys([*weights, *subject_to]) if isinstance(key, Clearance)
@@ -95,8 +112,7 @@ class _Search:
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
             values = self.base | dict(zip(self.names, (u * self.scale).tolist(), strict=True))
-            point = equilibrium(self.system, parameters=values) if self.steady else None
-            own = modes(self.system, at=point, parameters=None if self.steady else values)
+            own = modes(self.system, at=self._point(values))
             if len(own.hertz) != len(self.modes.hertz):
                 raise OptimisationError(
                     f"{self.system.name}: at {self._text(u)} there are {len(own.hertz)} "
@@ -114,6 +130,18 @@ class _Search:
                 )
             self.last, self.count = (u.tobytes(), slopes), self.count + 1
         return self.last[1]
+
+    def _point(self, values: dict[str, float]) -> OperatingPoint:
+        """The operating point of a design: found as that of the modes was, else held."""
+        begin = self.modes.point
+        if begin.kept is not None:
+            return equilibrium_again(begin, values)
+        if self.plain:
+            return start_point(self.system, values)
+        if self.settled:
+            states = dict(zip(self.system.state_names, begin.x.tolist(), strict=True))
+            return equilibrium(self.system, parameters=values, start=states, time=begin.time)
+        return replace(begin, theta=self.system.theta(values))
 
     def _text(self, u: np.ndarray) -> str:
         pairs = zip(self.names, u * self.scale, strict=True)

@@ -8,7 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from lumped.analysis.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity
+from lumped.analysis.orbit_sensitivity import (
+    OrbitSensitivity,
+    orbit_sensitivity,
+    with_period_held,
+)
 from lumped.analysis.result import Trajectory
 from lumped.analysis.shooting import Orbit, Problem
 from lumped.analysis.smooth import Course, Extreme, course, extreme, integral
@@ -59,6 +63,8 @@ class PeriodicOrbit:
         Harmonics of the second method.
     iterations, evaluations : int
         Newton steps; evaluations of the right-hand side, with its derivatives or without.
+    free : dict of str to float
+        Parameters that the motion determines, and what they came out as.
     """
 
     system: System
@@ -78,6 +84,7 @@ class PeriodicOrbit:
     evaluations: int
     problem: Problem = field(repr=False)
     found: Orbit = field(repr=False)
+    free: dict[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: Name) -> np.ndarray:
         return self.run[name]
@@ -151,15 +158,29 @@ class PeriodicOrbit:
         of : iterable of names
             Quantities along the orbit.
         to : iterable of names
-            Parameters. A prescribed period stays as it is.
+            Parameters. A prescribed period stays as it is, unless it is one of them; a free
+            parameter follows, so that the period stays.
 
         Returns
         -------
         OrbitSensitivity
+
+        Raises
+        ------
+        OptionError
+            If the motion determines one of the parameters.
         """
-        names = tuple(of)
+        names, by = tuple(of), tuple(self.system.key(name) for name in to)
+        for name in by:
+            if name in self.free:
+                raise OptionError(
+                    f"{self.system.name}: {name} is free, and this motion determines it; nothing "
+                    "has a derivative by it. Leave it out of `to`."
+                )
         tops = [self.greatest(name) for name in names]
-        return orbit_sensitivity(self.problem, self.found, self.run, names, tuple(to), tops)
+        both = (*by, *self.free)
+        found = orbit_sensitivity(self.problem, self.found, self.run, names, both, tops)
+        return with_period_held(found) if self.free else found
 
     def _course(self, name: Name) -> list[Course]:
         key = self.system.key(name)
@@ -186,6 +207,9 @@ class PeriodicOrbit:
         ]
         if self.shift is not None:
             lines[1] += f"; that of a shift in time is 1 to {abs(self.shift - 1):.1g}"
+        if self.free:
+            held = ", ".join(f"{name} = {value:.9g}" for name, value in self.free.items())
+            lines.append(f"for this period: {held}")
         for what, states in (("turning", self.advance), ("drifting", self.drift)):
             if states:
                 by = ", ".join(f"{name} by {value:.6g}" for name, value in states.items())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -17,7 +17,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table
 
-__all__ = ["OrbitSensitivity", "orbit_sensitivity"]
+__all__ = ["OrbitSensitivity", "orbit_sensitivity", "with_period_held"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,8 @@ class OrbitSensitivity:
     of, to : tuple of str
         What is differentiated, and by what.
     period : dict of str to float
-        Derivatives of the period by each parameter; zero if it is prescribed.
+        Derivatives of the period by each parameter; zero if it is prescribed, one by the parameter
+        that it is.
     start : ndarray, shape (n, len(to))
         Derivatives of the states at the start of the period.
     values : ndarray, shape (len(run.t), len(of), len(to))
@@ -116,8 +117,10 @@ def orbit_sensitivity(
     right = -courses[-1][-1][active][:, k:]
     if problem.free:
         right = np.vstack([right, np.zeros(len(places))])
+    given = np.where(np.array(places) == problem.clock, scale, 0.0)  # how the period follows
+    right[:k] -= np.outer(rate, given)
     found = scipy.linalg.solve(bordered(problem, orbit, rate), right)
-    moved, stretch = found[:k], found[k] if problem.free else np.zeros(len(places))
+    moved, stretch = found[:k], found[k] if problem.free else given
     columns = forward.along(run, courses, names)
     values = columns[:, :, :k] @ moved + columns[:, :, k:]
     rates = _rates(run, names)
@@ -140,6 +143,26 @@ def orbit_sensitivity(
         mean / T / scale,
         greatest / scale,
         forward.evaluations,
+    )
+
+
+def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
+    """The same if the last parameter follows the others, so that the period stays."""
+    *first, last = found.to
+    slopes = np.array([found.period[name] for name in first])
+    follows = -slopes / found.period[last]
+
+    def held(values: np.ndarray) -> np.ndarray:
+        return values[..., :-1] + values[..., -1:] * follows
+
+    return replace(
+        found,
+        to=tuple(first),
+        period=dict.fromkeys(first, 0.0),
+        start=held(found.start),
+        values=held(found.values),
+        mean=held(found.mean),
+        greatest=held(found.greatest),
     )
 
 

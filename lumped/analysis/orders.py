@@ -13,6 +13,9 @@ from lumped.system import Name
 
 __all__ = ["Order", "orders", "turns"]
 
+_REPEATS = 0.02
+"""Difference from one turn to the next, over the range, below which a quantity repeats."""
+
 
 @dataclass(frozen=True)
 class Order:
@@ -20,23 +23,29 @@ class Order:
 
     Attributes
     ----------
-    order : int
-        Periods for each turn.
+    order : float
+        Periods for each turn; 0.5 is one in two turns.
     amplitude : float
         In the unit of the quantity.
     phase : float
         ``amplitude cos(order angle + phase)``, rad.
     """
 
-    order: int
+    order: float
     amplitude: float
     phase: float
 
 
 def orders(
-    run: Trajectory, of: Name, over: Name, *, least: float = 0.01, most: int = 40
+    run: Trajectory,
+    of: Name,
+    over: Name,
+    *,
+    least: float = 0.01,
+    most: int = 40,
+    turns: int = 1,
 ) -> tuple[Order, ...]:
-    """Harmonics of a quantity over the last full turn of a shaft.
+    """Harmonics of a quantity over the last full turn of a shaft, or the last turns.
 
     Run the machine at constant speed, as with `lumped.inverse` or a speed source, and give the
     orders of its load torque to `critical_speeds` or `campbell`.
@@ -53,6 +62,9 @@ def orders(
         Smallest amplitude that is kept, as a share of the largest.
     most : int
         Highest order.
+    turns : int
+        Turns after which the quantity repeats: 2 for the torque of a four-stroke engine, which has
+        the orders 0.5, 1, 1.5, ...
 
     Returns
     -------
@@ -62,38 +74,58 @@ def orders(
     Raises
     ------
     OptionError
-        If the run has less than a turn, the angle does not rise or fall throughout, or the grid is
-        too coarse.
+        If the run has less than these turns, the angle does not rise or fall throughout, the grid
+        is too coarse, or the quantity does not repeat after these turns.
     """
+    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
+        raise OptionError(f"orders: turns = {turns!r}: a whole number of turns is needed.")
     system = run.system
     angle, value = run[over] * np.sign(run[over][-1] - run[over][0]), run[of]
+    whole = "a full turn is" if turns == 1 else f"{turns} full turns are"
     rising = np.diff(angle) > 0
     if (np.diff(angle) < 0).any():
         raise OptionError(f"orders: {over} turns back; orders count over a steady turn.")
-    begin = angle[-1] - 2 * np.pi
+    window = 2 * np.pi * turns
+    begin = angle[-1] - window
     if begin < angle[0] - 1e-9:
-        raise OptionError(
-            f"orders: {over} covers {angle[-1] - angle[0]:.4g} rad; a full turn is needed."
-        )
+        raise OptionError(f"orders: {over} covers {angle[-1] - angle[0]:.4g} rad; {whole} needed.")
     inside = np.append(rising, True) & (angle > begin)
-    if inside.sum() < 8 * most:
+    if inside.sum() < 8 * most * turns:
         raise OptionError(
-            f"orders: {inside.sum()} points in the last turn of {over} are too few for the order "
+            f"orders: {inside.sum() / turns:g} points a turn of {over} are too few for the order "
             f"{most} of {system.key(of)}; run with a grid of at least {8 * most} points a turn."
         )
-    first = np.interp(begin, angle[np.append(rising, True)], value[np.append(rising, True)])
+    known = angle[np.append(rising, True)], value[np.append(rising, True)]
+    first = np.interp(begin, *known)
     # exact integrals of the straight pieces between the points, times the harmonics
     a, y = np.append(0.0, angle[inside] - begin), np.append(first, value[inside])
+    # one turn later it must be the same, as far back as the run goes; at least where it begins
+    earlier = np.union1d(known[0][(known[0] > begin - window) & (known[0] < begin)], begin)
+    missed = np.abs(np.interp(earlier + window, *known) - np.interp(earlier, *known)).max()
+    if missed > _REPEATS * np.ptp(y):
+        raise OptionError(
+            f"orders: {system.key(of)} does not repeat after {turns} turn{'s' * (turns > 1)} of "
+            f"{over}: it differs by {missed:.3g} {system.quantity(of).unit}, "
+            f"{missed / np.ptp(y):.0%} of its range. Where it repeats after more turns, as that of "
+            f"a four-stroke engine after 2, give turns={turns + 1}; else let the run settle first."
+        )
     slope = np.diff(y) / np.diff(a)
-    k = np.arange(1, most + 1)[:, None]
+    k = np.arange(1, most * turns + 1)[:, None] / turns
     turning = np.exp(-1j * k * a)
     pieces = (y[1:] * turning[:, 1:] - y[:-1] * turning[:, :-1]) * 1j / k + slope * np.diff(
         turning, axis=1
     ) / k**2
-    harmonics = pieces.sum(axis=1) / np.pi * np.exp(-1j * k[:, 0] * begin)
+    harmonics = pieces.sum(axis=1) * 2 / window * np.exp(-1j * k[:, 0] * begin)
     size = np.abs(harmonics)
     kept = np.flatnonzero(size > least * size.max(initial=0.0)).tolist()
-    return tuple(Order(i + 1, float(size[i]), float(np.angle(harmonics[i]))) for i in kept)
+    return tuple(
+        Order(
+            (i + 1) // turns if (i + 1) % turns == 0 else (i + 1) / turns,
+            float(size[i]),
+            float(np.angle(harmonics[i])),
+        )
+        for i in kept
+    )
 
 
 def turns(modes: Modes, of: Name, over: Name) -> float:

@@ -7,17 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lumped.analysis.course_states import repeating
 from lumped.analysis.design import Bounds, Optimum
 from lumped.analysis.functionals import Designed
 from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
-from lumped.errors import OptionError
+from lumped.errors import OptimisationError, OptionError
 from lumped.progress import Progress
 from lumped.system import Name
 from lumped.table import number, table
 
 __all__ = ["Front", "pareto"]
 
+_AGREE = 1e-5
+"""Difference of the ends, relative to the start, below which both aims agree."""
 _SLACK = 1e-7
 """How much of the range of one functional is given up so that the other has room at an end."""
 
@@ -31,7 +34,7 @@ class Front:
     functionals : tuple of Designed
         The two.
     designs : tuple of Optimum
-        From the least of the first to the least of the second.
+        From the least of the first to the least of the second; one alone if both are least in it.
     """
 
     functionals: tuple[Designed, Designed]
@@ -54,7 +57,8 @@ class Front:
             )
             for values, design in zip(self.values, self.designs, strict=True)
         ]
-        return table(head, rows)
+        text = table(head, rows)
+        return text if len(rows) > 1 else f"both are least in one design\n{text}"
 
 
 def pareto(
@@ -70,7 +74,8 @@ def pareto(
     """Pareto front of two functionals.
 
     The least first functional for equal steps of a bound on the second, which also finds the parts
-    of a front that are not convex. Each search begins at the design before.
+    of a front that are not convex. Each search begins at the design before, or, where it then
+    fails, at the least second.
 
     Parameters
     ----------
@@ -79,7 +84,7 @@ def pareto(
     minimise : (Designed, Designed)
         The two.
     count : int
-        Number of designs.
+        Number of designs. Where both functionals are least in one design, that alone is the front.
 
     Returns
     -------
@@ -99,8 +104,9 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
+    repeats = repeating(run) if periodic and run.system.states else None
     problem = Problem(
-        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, periodic
+        run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, repeats
     )
 
     def best(weights: tuple[float, float], begin: Optimum | None, **limits: float) -> Optimum:
@@ -116,15 +122,24 @@ def pareto(
 
     sizes = [problem.terms[f].scale for f in functionals]
     alone = best((1.0, 0.0), None), best((0.0, 1.0), None)
-    least = [design.values[f] for design, f in zip(alone, functionals, strict=True)]
+    # bounds are of the programme, whose functionals are those of a run only to `error`
+    least = [problem.promised(d.solution)[f] for d, f in zip(alone, functionals, strict=True)]
     # among designs with the least of one, those with the least of the other
     ends = (
         best((0.0, 1.0), alone[0], first=least[0] + _SLACK * sizes[0]),
         best((1.0, 0.0), alone[1], second=least[1] + _SLACK * sizes[1]),
     )
+    both = [[problem.promised(end.solution)[f] for f in functionals] for end in ends]
+    apart = np.abs(np.subtract(both[0], both[1])) / sizes
+    if (apart <= _AGREE).any():  # what is least for one is least for the other
+        return Front((first, second), (ends[0],))
     designs = [ends[0]]
     with Progress(f"{run.system.name}: designs", count) as progress:
-        for bound in np.linspace(ends[0].values[second], ends[1].values[second], count)[1:-1]:
-            designs.append(best((1.0, 0.0), designs[-1], second=float(bound)))
+        for bound in np.linspace(both[0][1], both[1][1], count)[1:-1]:
+            try:
+                found = best((1.0, 0.0), designs[-1], second=float(bound))
+            except OptimisationError:  # the other end meets the bound
+                found = best((1.0, 0.0), ends[1], second=float(bound))
+            designs.append(found)
             progress.at(len(designs))
     return Front((first, second), (*designs, ends[1]))

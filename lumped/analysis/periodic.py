@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -11,11 +11,12 @@ import numpy as np
 from lumped.analysis.harmonic import collocate
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.repeating import advances, after_cycles, after_time, drifting, needs_time
-from lumped.analysis.result import Trajectory
+from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
+from lumped.expression import Expr
 from lumped.system import Changes, Name, System
 
 __all__ = ["again", "periodic"]
@@ -24,10 +25,11 @@ __all__ = ["again", "periodic"]
 def periodic(
     system: System,
     *,
-    period: float | None = None,
+    period: float | Name | None = None,
     near: float | None = None,
     turn: Mapping[Name, float] | None = None,
     settle: float | None = None,
+    free: Iterable[Name] = (),
     parameters: Changes | None = None,
     start: Changes | None = None,
     method: Literal["shooting", "harmonic"] = "shooting",
@@ -40,7 +42,9 @@ def periodic(
 
     Three cases: driven at a known `period`; turning, where an angle gains its `turn` in a period
     that is unknown (or known, if it is driven too); self-excited, of an unknown period `near` some
-    value. The motion is first simulated for some time, then found by Newton's method.
+    value. The motion is first simulated for some time, then found by Newton's method. With a
+    parameter in `free`, a motion of unknown period gets the one that is given: a motor finds the
+    torque with which its shaft turns at a given mean speed.
 
     Shooting takes any system, with friction, contact and impacts. Harmonic balance takes smooth
     ones: trigonometric collocation at ``2 harmonics + 1`` points (Krack and Gross, Harmonic Balance
@@ -50,14 +54,18 @@ def periodic(
     ----------
     system : System
         From `assemble`.
-    period : float, optional
-        The period, s, if functions of time prescribe it. Each period begins at the time zero.
+    period : float or name, optional
+        The period, s, if functions of time prescribe it. Each period begins at the time zero. The
+        name of a parameter if it is one; then derivatives by it are those with the period.
     near : float, optional
         About the period, s, if nothing prescribes it.
     turn : mapping of name to float, optional
         States that go on turning, and by how much in a period, rad or m (with sign).
     settle : float, optional
         Time to simulate first, s; default ten periods. Must be given with `turn` alone.
+    free : iterable of one name, optional
+        Parameter that the motion determines, so that `period` is its period though no function of
+        time prescribes it; the search begins at its value.
     parameters, start : mapping of name to float, optional
         As for `simulate`.
     method : {"shooting", "harmonic"}
@@ -84,10 +92,23 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
-    _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
     point = start_point(system, parameters, start)
+    clock = None
+    if isinstance(period, str | Expr):
+        (clock,) = system.places([system.key(period)])
+        period = float(point.theta[clock])
+    _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
+    names = [system.key(name) for name in free]
+    if names:
+        wanted = near = _wanted(system, names, period, clock)
+        period = None
     advance = advances(point, turn or {}, period)
     driven = needs_time(system, point.theta)
+    if driven and names:
+        raise OptionError(
+            f"periodic: functions of time act on {system.name}, so {names[0]} is not determined by "
+            "the period. Leave out free=."
+        )
     if driven and period is None:
         raise OptionError(
             f"periodic: functions of time act on {system.name}; give the period that they "
@@ -96,14 +117,15 @@ def periodic(
     if not driven and period is not None:
         raise OptionError(
             f"periodic: no function of time acts on {system.name}, so that no period is "
-            "prescribed; give turn= or near= instead."
+            "prescribed; give turn= or near= instead, or a parameter in free= for which this is "
+            "the period."
         )
     if not len(system.states):
         raise OptionError(f"periodic: {system.name} has no states; simulate one period of it.")
     active = np.flatnonzero(~drifting(system, advance))
     if not len(active):
         raise OptionError(f"periodic: no state of {system.name} has an effect; nothing repeats.")
-    problem = Problem(system, advance, active, period is None, rtol, iterations)
+    problem = Problem(system, advance, active, period is None, rtol, iterations, clock)
     if period is not None:
         guess = after_cycles(problem, point, period, settle)
     else:
@@ -115,7 +137,59 @@ def periodic(
         orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
     else:
         orbit = shoot(problem, guess)
-    return _result(problem, orbit, method, used, grid)
+    found = _result(problem, orbit, method, used, grid)
+    return _with_period(found, names[0], wanted) if names else found
+
+
+def _wanted(
+    system: System,
+    names: list[str],
+    period: float | None,
+    clock: int | None,
+) -> float:
+    """The period that a free parameter shall bring about."""
+    if len(names) > 1 or period is None or clock is not None:
+        raise OptionError(
+            f"periodic: free = {names}: one parameter is determined by one period; give one, and "
+            "the period as a number."
+        )
+    system.places(names)
+    return period
+
+
+def _with_period(orbit: PeriodicOrbit, name: str, wanted: float) -> PeriodicOrbit:
+    """The motion for whose period a parameter is changed, by Newton's method on the period."""
+    system, problem = orbit.system, orbit.problem
+    (place,) = system.places([name])
+    state = next(n for n in system.state_names if "(" not in n)
+    iterations, evaluations = orbit.iterations, orbit.evaluations
+    for _ in range(problem.iterations):
+        if abs(orbit.period / wanted - 1) <= 10 * problem.rtol:
+            free = {name: float(orbit.run.theta[place])}
+            return replace(orbit, free=free, iterations=iterations, evaluations=evaluations)
+        slopes = orbit.sensitivity([state], [name])
+        slope = slopes.period[name]
+        if not slope:
+            raise OptionError(
+                f"periodic: the period does not depend on {name}; free a parameter that changes it."
+            )
+        # no further than the orbit may be followed from its neighbour
+        change = float(np.clip(wanted - orbit.period, -0.3 * orbit.period, 0.3 * orbit.period))
+        old = orbit.found.guess
+        theta = old.point.theta.copy()
+        theta[place] += change / slope
+        system.check_parameters(theta)
+        x = old.point.x + slopes.start[:, 0] * change / slope
+        point = OperatingPoint(system, 0.0, x, theta, old.point.modes)
+        orbit = again(orbit, Guess(point, old.period + change, old.phase))
+        iterations += orbit.iterations
+        evaluations += orbit.evaluations + slopes.evaluations
+    raise SolverError(
+        f"{system.name}: no {name} for which the period is {wanted:.9g} s was found in "
+        f"{problem.iterations} iterations; for {orbit.run.theta[place]:.6g} it is "
+        f"{orbit.period:.9g} s. Begin with a value nearer to it.",
+        orbit.run,
+    )
 
 
 def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:

@@ -12,9 +12,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from lumped.analysis.factors import factors_of
 from lumped.analysis.linearise import growth, linear_matrices
 from lumped.analysis.moving import finite
 from lumped.analysis.result import OperatingPoint
+from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
@@ -175,8 +177,10 @@ class FrequencyResponse:
         head = (
             f"{self.system.name}: response at {len(self.hertz)} frequencies from "
             f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
-            f"{self.residual:.1e}"
+            f"{self.residual:.1e}{situation(self.point)}"
         )
+        if side := one_sided(self.point):
+            head += f"\n{side}"
         rows = []
         for output in self.outputs:
             for given in self.inputs:
@@ -259,8 +263,13 @@ def frequency_response(
 def _stuck(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
-    """A and B in which speeds that stick stay zero, also at 0 Hz."""
-    held = np.isin(system.states, system.switching.held(point.modes)).astype(float)
+    """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
+    still = np.isin(system.states, system.switching.held(point.modes))
+    pattern = scipy.sparse.csr_array(abs(A))
+    driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
+    while (more := ~(still | driven | (pattern @ ~still > 0))).any():
+        still |= more
+    held = still.astype(float)
     free = scipy.sparse.diags_array(1 - held)
     return [
         scipy.sparse.csc_array(free @ A - scipy.sparse.diags_array(held)),
@@ -276,11 +285,8 @@ def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: Sy
         return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
     found = np.empty((np.size(hertz), *D.shape), dtype=complex)
     for k, f in enumerate(np.asarray(hertz)):
-        try:
-            factors = scipy.sparse.linalg.splu(_shifted(A, f))
-            found[k] = C @ factors.solve(right) + direct
-        except RuntimeError:  # the matrix is singular
-            found[k] = np.inf
+        factors = factors_of(_shifted(A, f))
+        found[k] = np.inf if factors is None else C @ factors.solve(right) + direct
         if not np.isfinite(found[k]).all():
             why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
             raise SolverError(

@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from lumped.analysis.equilibrium_sensitivity import moved_states
+from lumped.analysis.kinks import refuse_kinks
+from lumped.analysis.moved import moved_point, places_to, point_matters, still_point
 from lumped.analysis.response import FrequencyResponse
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
@@ -108,13 +109,13 @@ def response_sensitivity(
         If `to` is empty.
     UnknownNameError
         If a parameter does not exist.
+    SolverError
+        If a derivative has two sides, as the point is exactly where a law changes its piece.
     """
     system, point = response.system, response.point
-    p = system._flat.parameters
-    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
+    names, places = places_to(point, to)
     if not names:
         raise OptionError("response_sensitivity: nothing to vary; name parameters in `to`.")
-    places = system.places(names)
     A, B, C, _ = response._matrices
     n, m, q = len(system.states), B.shape[1], C.shape[0]
     left, right = _vectors(A, B, C, response.hertz)
@@ -127,21 +128,27 @@ def response_sensitivity(
     function = ca.Function("contraction", [*system._inputs, y, ca.vertcat(v, e)], [slope])
     count = left.shape[1]
     at = [np.repeat(np.c_[part], count, axis=1) for part in (point.x, point.theta)]
-    modes = np.repeat(np.c_[point.modes], count, axis=1)
     call = function.map(count)
 
-    def contracted(a: Real, b: Real) -> Real:
+    def contracted(a: Real, b: Real, settings: Real) -> Real:
+        modes = np.repeat(np.c_[settings], count, axis=1)
         return np.asarray(call(*at, np.full((1, count), point.time), modes, a, b)).T
 
-    real = contracted(left.real, right.real) - contracted(left.imag, right.imag)
-    imaginary = contracted(left.real, right.imag) + contracted(left.imag, right.real)
-    by_states, by_parameters = np.split(real + 1j * imaginary, [n], axis=1)
-    found = by_parameters[:, places]
-    moved = moved_states(point, places) if np.abs(by_states).max(initial=0.0) > 0 else None
-    if moved is not None:
-        found = found + by_states @ moved
-    values = found.reshape(len(response.hertz), q, m, len(places))
-    return ResponseSensitivity(response, tuple(names), values, moved is not None)
+    def slopes(settings: Real) -> Complex:
+        """Derivatives of the amplitudes by states and parameters."""
+        real = contracted(left.real, right.real, settings)
+        real = real - contracted(left.imag, right.imag, settings)
+        imaginary = contracted(left.real, right.imag, settings)
+        imaginary = imaginary + contracted(left.imag, right.real, settings)
+        return real + 1j * imaginary
+
+    both = slopes(point.modes)
+    moved = moved_point(point, places) if point_matters(point, both) else None
+    moving = moved is not None
+    moved = moved or still_point(point, places)
+    refuse_kinks(point, moved, names, slopes)
+    values = moved.through(both).reshape(len(response.hertz), q, m, len(places))
+    return ResponseSensitivity(response, tuple(names), values, moving)
 
 
 def _vectors(

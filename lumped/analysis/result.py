@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lumped.analysis.certify import Certificate
 
-__all__ = ["Convergence", "Event", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+__all__ = ["Convergence", "Event", "Kept", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
 
 _WORDS = {
     "exact": "closed form, as the model is linear between jumps",
@@ -124,6 +124,31 @@ class Convergence:
         return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
 
 
+@dataclass(frozen=True)
+class Kept:
+    """What the search for an equilibrium kept as it was given.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of the parameters that the equilibrium determines.
+    nodes : tuple of int
+        Quantities that keep their values, as numbers of the reduced system.
+    initial : bool
+        Initial equations hold.
+    rest : bool
+        Nothing moves.
+    start : mapping of str to float
+        Start values with which it began.
+    """
+
+    free: tuple[int, ...] = ()
+    nodes: tuple[int, ...] = ()
+    initial: bool = False
+    rest: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False)
 class OperatingPoint:
     """Values of all states at one instant.
@@ -142,6 +167,8 @@ class OperatingPoint:
         Impacts at this very instant; the states are those after them.
     search : Convergence or None
         How an equilibrium was found.
+    kept : Kept or None
+        What it kept.
     """
 
     system: System
@@ -151,6 +178,7 @@ class OperatingPoint:
     modes: np.ndarray
     collisions: tuple[Change, ...] = ()
     search: Convergence | None = None
+    kept: Kept | None = None
 
     @property
     def parameters(self) -> dict[str, float]:

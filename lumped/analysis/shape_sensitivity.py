@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from lumped.analysis.eigen_repeated import Along
 from lumped.analysis.eigen_sensitivity import eigen_sensitivity
-from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.left import left_vectors, parts
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
+from lumped.analysis.moved import moved_point, still_point
 from lumped.analysis.moving import moving
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
@@ -122,7 +122,8 @@ def shape_sensitivity(
         raise OptionError(f"{system.name}: no oscillating mode of an angle or position to derive.")
     slopes = eigen_sensitivity(modes, to=to)
     places = system.places(slopes.parameters)
-    moved = moved_states(point, places) if slopes.moving else None
+    moved = moved_point(point, places) if slopes.moving else None
+    moved = moved or still_point(point, places)
     reduced, unknowns = system._reduced, [system._tree.unknown(name) for name in wanted]
     largest = np.abs(modes._positions[1]).argmax(axis=0)
     references = [modes._position_nodes[i] for i in largest]
@@ -139,7 +140,7 @@ def shape_sensitivity(
     inputs = (point.x, point.theta, point.time, point.modes)
     C = ca.Function("C", system._inputs, [ca.jacobian(outputs, system._inputs[0])])(*inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
-    along = Along(modes, outputs, places, moved)
+    along = Along(modes, outputs, moved)
     matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)
     left, part, mobile = left_vectors(modes), parts(modes), moving(system, point)
     values = np.zeros((len(modes.eigenvalues), len(wanted), len(places)), dtype=complex)

@@ -47,6 +47,8 @@ class Problem:
         Relative tolerance of runs, and of the residual.
     iterations : int
         Give up after so many.
+    clock : int or None
+        Place of the parameter that is the period.
     """
 
     system: System
@@ -55,6 +57,7 @@ class Problem:
     free: bool
     rtol: float
     iterations: int
+    clock: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -190,6 +190,38 @@ def test_equal_separate_drives_do_not_repeat():
     )
 
 
+@pytest.mark.parametrize(("c", "d"), [(1.0, 2.0), (3.0, 2 * np.sqrt(3.0)), (100.0, 20.0)])
+def test_critical_damping_has_no_derivatives_whether_it_rounds_to_decays_or_a_mode(c, d, capfd):
+    """``l^2 + d l + c == 0`` with ``d^2 == 4 c``: both roots are -d / 2, with one shape."""
+    model = lp.compose(
+        body=Inertia(J=1.0),
+        shaft=SpringDamper(c=c, d=d),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.body, m.shaft, m.wall),
+    )
+    received = derived(model, to=["shaft.d"])
+    found = np.append(received.modes.eigenvalues, received.modes.decays)
+    assert np.abs(found + d / 2).max() < 1e-7 * d
+    assert np.isnan(np.append(received.eigenvalues, received.decays)).all()
+    assert "repeated" in repr(received)
+    assert capfd.readouterr().err == ""
+
+
+def test_beside_critical_damping_decays_have_the_derivatives_of_the_closed_form():
+    """``l = -d / 2 -+ sqrt(d^2 / 4 - c)``."""
+    c, d = 1.0, 2.0 + 1e-6
+    model = lp.compose(
+        body=Inertia(J=1.0),
+        shaft=SpringDamper(c=c, d=d),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.body, m.shaft, m.wall),
+    )
+    received = derived(model, to=["shaft.d", "shaft.c"])
+    root = np.sqrt((d / 2 - 1) * (d / 2 + 1))
+    expected = [[-0.5 - d / 4 / root, 0.5 / root], [-0.5 + d / 4 / root, -0.5 / root]]
+    assert received.decays == pytest.approx(np.array(expected), rel=1e-6)
+
+
 def test_bad_input_is_refused(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     with pytest.raises(UnknownNameError, match=r"shaft\.c"):

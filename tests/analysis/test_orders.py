@@ -44,11 +44,48 @@ def test_orders_of_a_slider_crank_are_those_of_its_exact_torque(speed):
         assert abs(np.exp(1j * turn) - 1) < 1e-4
 
 
+class HalfOrders(lp.Component):
+    """Torque ``5 sin(phi / 2) + 3 sin(3 phi / 2)`` against the shaft, as of an engine."""
+
+    flange = lp.Flange()
+
+    def equations(self):
+        phi = self.flange.phi
+        yield self.flange.tau == 5.0 * lp.ops.sin(0.5 * phi) + 3.0 * lp.ops.sin(1.5 * phi)
+
+
+@pytest.mark.parametrize("w", [50.0, -50.0])
+@pytest.mark.parametrize("turns", [2, 4])
+def test_half_orders_count_over_two_turns(w, turns):
+    """Their sines are cosines a quarter of a period later; backwards they are negative."""
+    model = lp.compose(
+        a=Inertia(J=5.0, w=w),
+        h=HalfOrders(),
+        connections=lambda m: [lp.connect(m.a.flange_b, m.h.flange)],
+    )
+    system = lp.assemble(model, keep=["a.phi", "h.flange.tau"])
+    for until in (0.6, 5.0):
+        run = lp.simulate(system, until=until, grid=int(6000 * until), rtol=1e-9)
+        found = lp.orders(run, "h.flange.tau", "a.phi", turns=turns)
+        assert [order.order for order in found] == [0.5, 1.5]
+        sizes = [order.amplitude for order in found]
+        assert sizes == pytest.approx([5.0, 3.0], rel=1e-3)
+        phases = [order.phase for order in found]
+        assert phases == pytest.approx([-np.pi / 2 * np.sign(w)] * 2, abs=2e-3)
+        with pytest.raises(OptionError, match=r"tau does not repeat after 1 turn .*turns=2"):
+            lp.orders(run, "h.flange.tau", "a.phi")
+
+
 def test_bad_input_is_refused():
     run = lp.simulate(crank(), until=0.5, grid=2000)
     with pytest.raises(OptionError, match="full turn"):
         lp.orders(run, "crank.flange.tau", "crank.flange.phi")
     run = lp.simulate(crank(), until=1.0, grid=100)
+    for turns in (0, 1.5, True):
+        with pytest.raises(OptionError, match="whole number of turns"):
+            lp.orders(run, "crank.flange.tau", "crank.flange.phi", turns=turns)
+    with pytest.raises(OptionError, match="2 full turns are needed"):
+        lp.orders(run, "crank.flange.tau", "crank.flange.phi", turns=2)
     with pytest.raises(OptionError, match="too few"):
         lp.orders(run, "crank.flange.tau", "crank.flange.phi")
     with pytest.raises(OptionError, match="turns back"):

@@ -1,0 +1,24 @@
+"""Factors of sparse matrices that may be singular."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import scipy
+
+__all__ = ["factors_of"]
+
+
+def factors_of(matrix: scipy.sparse.sparray) -> Any | None:
+    """LU factors of a square sparse matrix (see `scipy.sparse.linalg.splu`); None if singular.
+
+    The structure is looked at first: SuperLU goes on with a column in which no pivot is left, and
+    the libraries below it then print on the standard error.
+    """
+    columns = scipy.sparse.csc_array(matrix)
+    if scipy.sparse.csgraph.structural_rank(columns) < columns.shape[0]:
+        return None
+    try:
+        return scipy.sparse.linalg.splu(columns)
+    except RuntimeError:  # a pivot is zero
+        return None

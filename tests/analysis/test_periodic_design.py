@@ -1,0 +1,255 @@
+"""Periodic motions whose period is given, a parameter, or found while a design changes."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.errors import OptionError, SolverError
+from lumped.ops import cos, sin
+
+TURN = {"phi": 2 * np.pi}
+
+
+class Rotor(lp.Component):
+    """Eccentric rotor under a constant torque: ``J w' = tau - d w - G sin(phi)``."""
+
+    phi: lp.Var = lp.var("rad", "angle")
+    w: lp.Var = lp.var("rad/s", "speed", start=8.0)
+    J: lp.Param = lp.param("kg.m2", "inertia", 1.0)
+    d: lp.Param = lp.param("N.m.s/rad", "damping", 0.5)
+    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
+    tau: lp.Param = lp.param("N.m", "torque", 5.0)
+    idle: lp.Param = lp.param("N.m", "torque of nothing", 1.0)
+
+    def equations(self):
+        yield lp.der(self.phi) == self.w
+        yield self.J * lp.der(self.w) == self.tau - self.d * self.w - self.G * sin(self.phi)
+
+
+ROTOR = lp.assemble(Rotor())
+
+
+def turn(w, tau=5.0, J=1.0, d=0.5, G=2.0, **options):
+    """One turn over the angle from a speed: speed and time as functions of the angle."""
+
+    def rates(phi, y):
+        return [(tau - d * y[0] - G * np.sin(phi)) / (J * y[0]), 1 / y[0]]
+
+    return solve_ivp(rates, (0, 2 * np.pi), [w, 0.0], "DOP853", rtol=1e-12, atol=1e-13, **options)
+
+
+def orbit_of(**values):
+    """The turn that repeats."""
+    w = brentq(lambda w: turn(w, **values).y[0, -1] - w, 4.0, 40.0, xtol=1e-13)
+    return turn(w, **values, dense_output=True)
+
+
+def torque_for(period, **values):
+    """The torque with which a turn takes a time, by Newton's method with differences."""
+
+    def missed(z):
+        w, passed = turn(z[0], tau=z[1], **values).y[:, -1]
+        return np.array([w - z[0], passed - period])
+
+    z = np.array([2 * np.pi / period, 0.5 * 2 * np.pi / period])
+    for _ in range(8):
+        slopes = np.column_stack([(missed(z + h) - missed(z - h)) / 2e-4 for h in 1e-4 * np.eye(2)])
+        z = z - np.linalg.solve(slopes, missed(z))
+    assert np.abs(missed(z)).max() < 1e-11
+    return z[1]
+
+
+def swing_of(found):
+    """Greatest less least speed of a turn."""
+    w = found.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
+    return np.ptp(w)
+
+
+def test_a_torque_is_found_that_keeps_a_given_mean_speed():
+    speed = 12.0
+    period = 2 * np.pi / speed
+    orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
+    assert orbit.period == pytest.approx(period, rel=1e-9)
+    assert orbit.mean("w") == pytest.approx(speed, rel=1e-9)
+    assert orbit.free["tau"] == pytest.approx(torque_for(period), rel=1e-9)
+    assert orbit.run.theta[ROTOR.places(["tau"])[0]] == orbit.free["tau"]
+    assert f"for this period: tau = {orbit.free['tau']:.9g}" in repr(orbit)
+
+
+def test_derivatives_at_a_given_mean_speed_follow_the_torque():
+    """Central differences of the turns that take the same time."""
+    period = 0.5
+    orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
+    found = orbit.sensitivity(["w"], ["d", "G"])
+    assert found.to == ("d", "G")
+    assert found.period == {"d": 0.0, "G": 0.0}
+    assert found.mean == pytest.approx(np.zeros((1, 2)), abs=1e-7)
+    for column, (name, value, h) in enumerate((("d", 0.5, 2e-2), ("G", 2.0, 2e-2))):
+        tops = []
+        for x in (value - h, value + h):
+            turned = orbit_of(tau=torque_for(period, **{name: x}), **{name: x})
+            tops.append(turned.sol(np.linspace(0, 2 * np.pi, 20_001))[0].max())
+        expected = (tops[1] - tops[0]) / (2 * h)
+        assert found.greatest[0, column] == pytest.approx(expected, rel=2e-3)
+    with pytest.raises(OptionError, match="tau is free, and this motion determines it"):
+        orbit.sensitivity(["w"], ["tau"])
+
+
+def driven(T=5.0):
+    """``x'' + d x' + c x == F cos(2 pi t / T)``: the period is a parameter."""
+
+    class Driven(lp.Component):
+        x: lp.Var = lp.var("m", "position")
+        v: lp.Var = lp.var("m/s", "velocity")
+        T: lp.Param = lp.param("s", "period", 5.0)
+        d: lp.Param = lp.param("1/s", "damping", 0.3)
+        c: lp.Param = lp.param("1/s2", "stiffness", 2.0)
+        F: lp.Param = lp.param("m/s2", "amplitude", 1.5)
+
+        def equations(self):
+            wave = self.F * cos(2 * np.pi / self.T * lp.time)
+            yield lp.der(self.x) == self.v
+            yield lp.der(self.v) == wave - self.d * self.v - self.c * self.x
+
+    return lp.assemble(Driven())
+
+
+def amplitude(T, d=0.3, c=2.0):
+    w = 2 * np.pi / T
+    return 1.5 / abs(c - w**2 + 1j * w * d)
+
+
+def test_derivatives_by_the_period():
+    """The amplitude is that of the frequency response; harmonic balance agrees."""
+    system = driven()
+    h = 1e-4
+    expected = (amplitude(5 + h) - amplitude(5 - h)) / (2 * h)
+    for method in ("shooting", "harmonic"):
+        orbit = lp.periodic(system, period="T", method=method)
+        assert orbit.greatest("x").value == pytest.approx(amplitude(5.0), rel=1e-8)
+        found = orbit.sensitivity(["x"], ["T", "c"])
+        assert found.period == {"T": 1.0, "c": 0.0}
+        assert found.greatest[0, 0] == pytest.approx(expected, rel=1e-6)
+        # held as a number, the end of the period would be another place of the wave
+        stiffer = (amplitude(5, c=2 + h) - amplitude(5, c=2 - h)) / (2 * h)
+        assert found.greatest[0, 1] == pytest.approx(stiffer, rel=1e-6)
+    assert lp.periodic(system, period="T", parameters={"T": 4.0}).period == 4.0
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"free": ["tau"], "settle": 5.0}, "one parameter is determined by one period"),
+        ({"free": ["tau", "d"], "period": 0.5}, "one parameter is determined by one period"),
+        ({"free": ["tau"], "period": "J"}, "one parameter is determined by one period"),
+        ({"period": 0.5}, "or a parameter in free= for which this is the period"),
+        ({"free": ["idle"], "period": 0.5}, "the period does not depend on idle"),
+    ],
+)
+def test_what_a_period_does_not_determine_is_refused(options, text):
+    with pytest.raises(OptionError, match=text):
+        lp.periodic(ROTOR, turn=TURN, **options)
+
+
+def test_a_driven_motion_has_no_parameter_to_free():
+    with pytest.raises(OptionError, match=r"functions of time act .* c is not determined"):
+        lp.periodic(driven(), period=5.0, free=["c"])
+
+
+def test_a_period_out_of_reach_is_told():
+    """With any inertia the mean speed stays near tau / d."""
+    with pytest.raises((SolverError, OptionError)):
+        lp.periodic(ROTOR, turn=TURN, period=3.0, free=["J"])
+
+
+def test_a_motion_of_unknown_period_stays_periodic_while_its_design_changes():
+    """The least torque for a swing of at most 0.2 rad/s: the inertia is at its bound then."""
+    orbit = lp.periodic(ROTOR, turn=TURN, settle=20.0)
+    found = lp.optimise(
+        orbit,
+        vary={"J": (0.5, 4.0)},
+        minimise={"J": 1.0},
+        subject_to={fun.swing("w"): (None, 0.2)},
+        intervals=60,
+    )
+    expected = brentq(lambda J: swing_of(orbit_of(J=J)) - 0.2, 1.0, 4.0, xtol=1e-9)
+    print(f"{found.parameters['J'] / expected - 1:.1e}, told {found.error:.1e}")
+    assert found.parameters["J"] == pytest.approx(expected, rel=1e-3)
+    # the run is the motion of this design, with its own period
+    exact = orbit_of(J=found.parameters["J"])
+    assert found.run.t[-1] == pytest.approx(exact.y[1, -1], rel=1e-6)
+    assert found.values[fun.swing("w")] == pytest.approx(swing_of(exact), rel=1e-5)
+    assert found.run["phi"][-1] - found.run["phi"][0] == pytest.approx(2 * np.pi, rel=1e-8)
+
+
+def test_a_free_torque_is_found_with_the_design():
+    period = 0.5
+    orbit = lp.periodic(ROTOR, turn=TURN, period=period, free=["tau"])
+    found = lp.optimise(
+        orbit,
+        vary={"J": (0.5, 3.0), "tau": (1.0, 10.0)},
+        minimise=fun.swing("w"),
+        intervals=40,
+    )
+    assert found.parameters["J"] == pytest.approx(3.0, rel=1e-6)
+    assert found.parameters["tau"] == pytest.approx(torque_for(period, J=3.0), rel=1e-6)
+    with pytest.raises(OptionError, match=r"tau is free at this motion.*name it in `vary`"):
+        lp.optimise(orbit, vary={"J": (0.5, 3.0)}, minimise=fun.swing("w"))
+
+
+class Synchronous(lp.Component):
+    """Rotor that a turning field pulls along: ``J w' = K sin(W t - phi) - d w - G sin(phi)``."""
+
+    phi: lp.Var = lp.var("rad", "angle", start=-0.3)
+    w: lp.Var = lp.var("rad/s", "speed", start=6.0)
+    J: lp.Param = lp.param("kg.m2", "inertia", 1.0)
+    K: lp.Param = lp.param("N.m", "pull", 30.0)
+    d: lp.Param = lp.param("N.m.s/rad", "damping", 2.0)
+    G: lp.Param = lp.param("N.m", "weight times eccentricity", 2.0)
+
+    def equations(self):
+        yield lp.der(self.phi) == self.w
+        pull = self.K * sin(6.0 * lp.time - self.phi)
+        yield self.J * lp.der(self.w) == pull - self.d * self.w - self.G * sin(self.phi)
+
+
+@pytest.mark.parametrize("given", ["motion", "run"])
+def test_an_angle_that_turns_repeats_after_its_turn(given):
+    T = 2 * np.pi / 6.0
+    system = lp.assemble(Synchronous())
+    orbit = lp.periodic(system, period=T, turn=TURN)
+    options = {"periodic": True} if given == "run" else {}
+    found = lp.optimise(
+        orbit.run if given == "run" else orbit,
+        vary={"J": (0.8, 3.0)},
+        minimise=fun.swing("w"),
+        intervals=60,
+        **options,
+    )
+    J = found.parameters["J"]
+
+    def rates(t, y):
+        return [y[1], (30 * np.sin(6 * t - y[0]) - 2 * y[1] - 2 * np.sin(y[0])) / J]
+
+    begin = [found.run["phi"][0], found.run["w"][0]]
+    options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12, "dense_output": True}
+    exact = solve_ivp(rates, (0, T), begin, **options)
+    # the nodes are met by collocation of order five
+    assert exact.y[:, -1] - begin == pytest.approx([2 * np.pi, 0.0], abs=1e-6)
+    swing = np.ptp(exact.sol(np.linspace(0, T, 20_001))[1])
+    assert found.objective == pytest.approx(swing, rel=1e-6)
+    assert found.objective < np.ptp(orbit["w"])
+
+
+def test_a_run_whose_period_nothing_prescribes_is_refused():
+    orbit = lp.periodic(ROTOR, turn=TURN, settle=20.0)
+    with pytest.raises(OptionError, match=r"Give the motion that lumped\.periodic returns"):
+        lp.optimise(orbit.run, periodic=True, vary={"J": (0.5, 3.0)}, minimise=fun.swing("w"))
+
+
+def test_what_cannot_be_optimised_is_named():
+    with pytest.raises(OptionError, match="OperatingPoint is nothing that can be optimised"):
+        lp.optimise(lp.start_point(ROTOR), vary={"J": (0.5, 3.0)}, minimise=fun.swing("w"))
