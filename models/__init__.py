@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
+from lumped.table import compared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,12 +46,17 @@ class Row(NamedTuple):
     quantity, unit : str
         What it is.
     published : float or None
-        Printed value; None if the source gives none.
+        Printed value; None if the source gives none, or a range.
     computed : float
         Value of the model.
     place, remark : str
         Where the printed value stands, with one of the `MARKS` in brackets: how the number of the
         source is known, or what the computed one rests on. What explains a deviation.
+    bounds : (float or None, float or None) or None
+        Printed range, where there is one instead of a value; None for an end that is open.
+    fitted : bool
+        Whether something that the source does not give was chosen so that this value comes out:
+        then the row proves nothing.
     """
 
     quantity: str
@@ -59,11 +65,23 @@ class Row(NamedTuple):
     computed: float
     place: str
     remark: str
+    bounds: tuple[float | None, float | None] | None = None
+    fitted: bool = False
 
     @property
     def mark(self) -> str:
         """Key of `MARKS`."""
         return self.place.partition("[")[2][:1]
+
+    @property
+    def printed(self) -> bool:
+        """The source gives a value or a range."""
+        return self.published is not None or self.bounds is not None
+
+    @property
+    def texts(self) -> tuple[str, str, str]:
+        """Published and computed value and their deviation (see `lumped.table.compared`)."""
+        return compared(self.published, self.computed, self.bounds, self.fitted)
 
 
 class Machine(Protocol):

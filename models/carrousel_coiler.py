@@ -51,10 +51,12 @@ def rows() -> list[Row]:
 
 def _motors() -> Iterator[Row]:
     motor, second = sizing.chosen_motor(), sizing.chosen_motor(sizing.SPEED_2)
-    note = "print cut off, not rounded; (3.4) [R] times 1.25, which is not in print [I]"
-    yield Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
-    note = "1.25 times the tension at 20 m/s and K without the efficiency [I]; 1.150 times (3.4)"
-    yield Row("motor power, drawing", "kW", 2160.0, sizing.drawn_power() / 1e3, DRAWING, note)
+    note = "print cut off, not rounded; (3.4) [R] times 1.25 [I], which is read off this number"
+    row = Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
+    yield row._replace(fitted=True)
+    note = "read as 1.25 times tension, 20 m/s and K, without the efficiency [I]; 1.150 times (3.4)"
+    row = Row("motor power, drawing", "kW", 2160.0, sizing.drawn_power() / 1e3, DRAWING, note)
+    yield row._replace(fitted=True)
     note = "1878.26, without the factor 1.25"
     yield Row("power of (3.4)", "kW", None, sizing.tension_power() / 1e3, RESTORED, note)
     for name, i, printed, slower in (
@@ -160,6 +162,11 @@ def _elastic() -> Iterator[Row]:
 
 
 def _extremes() -> Iterator[Row]:
+    for name, value in (("empty", "0.59"), ("full", "0.35")):
+        part = 100 * sizing.losses_over_tension(MANDREL if name == "empty" else RADIUS)
+        note = f"{value} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
+        label = f"bending and friction over tension, {name} coil"
+        yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
     for h, value in ((THICKNESS, 93.75), (5e-3, 2344)):
         model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
         found = lp.start_point(lp.assemble(model))["drive.coil.M_b"]

@@ -33,27 +33,28 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError
+from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
 
-TENSION = 80e3  # N  T [P]
-RADIUS = 1.0  # m  R, full coil [P]
-MANDREL = 0.305  # m  r [P]
-SPEED = 20.0  # m/s  v_max of example 3.1 [P]; example 3.2 has 1300 m/min
-I_HIGH = 1.354  # 1  high gear, the smaller ratio [P]
-I_LOW = 2.0  # 1  low gear [P]
-ETA = 0.92  # 1  [P]
+TENSION = Given(80e3, "N", "P", "tension of the strip, T")
+RADIUS = Given(1.0, "m", "P", "full coil, R")
+MANDREL = Given(0.305, "m", "P", "mandrel, r")
+SPEED = Given(20.0, "m/s", "P", "greatest line speed of example 3.1")
+I_HIGH = Given(1.354, "1", "P", "high gear, the smaller ratio")
+I_LOW = Given(2.0, "1", "P", "low gear")
+ETA = Given(0.92, "1", "P", "efficiency of the gears")
 
-WIDTH = 1.25  # m  [A]
-THICKNESS = 1e-3  # m  [A]
-DENSITY = 7850.0  # kg/m3  [A]
-YIELD = 300e6  # Pa  [A]
-J_MOTOR = 600.0  # kg.m2  at the motor shaft [A]
-J_MANDREL = 500.0  # kg.m2  gears and mandrel, at the mandrel [A]
-M_MANDREL = 2500.0  # kg  [A]
-MU = 0.003  # 1  friction of the bearings [A]
-BEARING = 0.40  # m  their diameter [A]
-ACCELERATION = 1.0  # m/s2  [A]
-DECELERATION = 1.25  # m/s2  [A]
+WIDTH = Given(1.25, "m", "A", "width of the strip")
+THICKNESS = Given(1e-3, "m", "A", "thickness of the strip, h")
+DENSITY = Given(7850.0, "kg/m3", "A", "density of the strip")
+YIELD = Given(300e6, "Pa", "A", "yield stress of the strip")
+J_MOTOR = Given(600.0, "kg.m2", "A", "motor, at its shaft")
+J_MANDREL = Given(500.0, "kg.m2", "A", "gears and mandrel, at the mandrel")
+M_MANDREL = Given(2500.0, "kg", "A", "mass on the bearings without a coil")
+MU = Given(0.003, "1", "A", "friction coefficient of the mandrel's bearings")
+BEARING = Given(0.40, "m", "A", "diameter of the mandrel's bearings")
+ACCELERATION = Given(1.0, "m/s2", "A", "acceleration of the line")
+DECELERATION = Given(1.25, "m/s2", "A", "deceleration of the line")
 
 HIGH, LOW = 1.0, 2.0
 """Commands of the gear."""

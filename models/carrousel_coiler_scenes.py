@@ -37,11 +37,12 @@ from lumped.models.carrousel_coiler_drive import (
     line_speed,
     turned,
 )
+from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
 
-MODULUS = 2.1e11  # Pa  [A]
-FREE = 10.0  # m  strip before the coil [A]
-DAMPING = 0.05  # 1  of the empty drive on the strip [A]
+MODULUS = Given(2.1e11, "Pa", "A", "modulus of elasticity of the strip")
+FREE = Given(10.0, "m", "A", "length of the strip before the coil")
+DAMPING = Given(0.05, "1", "A", "damping ratio of the empty drive on the strip")
 J_EMPTY = J_MANDREL + J_MOTOR * I_HIGH**2  # kg.m2  at the mandrel, high gear
 
 

@@ -22,17 +22,23 @@ from lumped.models.carrousel_coiler_drive import (
     UnderTension,
     WindingDrive,
 )
+from lumped.models.sources import Given
 from lumped.ops import where
 
 __all__ = ["JAM", "J_HALF", "J_WHEEL", "SLIP", "STIFFNESS", "ShaftedDrive", "jam"]
 
-SLIP = 140e3  # N.m  of the coupling, at the motor shaft: twice the rated torque [A]
-SLIDING = 0.9  # 1  torque of the slipping coupling over that [A]
-J_HALF = 20.0  # kg.m2  half of the coupling and pinion, at the motor shaft [A]
-J_WHEEL = 200.0  # kg.m2  of the gears, at the mandrel [A]
-STIFFNESS = 8.1e10 * np.pi * 0.4**4 / 32 / 6.0  # N.m/rad  G I_p / l [A]
-PLAY = 2e-3  # rad  at the mandrel [A]
-JAM = 400e3  # N.m  at the mandrel [A]
+SLIP = Given(140e3, "N.m", "A", "slip torque of the safety coupling, at the motor shaft")
+SLIDING = Given(0.9, "1", "A", "torque of the slipping coupling over its slip torque")
+J_HALF = Given(20.0, "kg.m2", "A", "half of the safety coupling and pinion, at the motor shaft")
+J_WHEEL = Given(200.0, "kg.m2", "A", "gears, at the mandrel")
+STIFFNESS = Given(
+    8.1e10 * np.pi * 0.4**4 / 32 / 6.0,
+    "N.m/rad",
+    "A",
+    "long shaft of steel, 0.4 m thick and 6 m long",
+)
+PLAY = Given(2e-3, "rad", "A", "play of the meshes, at the mandrel")
+JAM = Given(400e3, "N.m", "A", "torque that rubs when the mandrel jams")
 
 
 class ShaftedDrive(WindingDrive):

@@ -25,15 +25,19 @@ from lumped.models.carrousel_coiler_drive import (
     WIDTH,
     capacity,
 )
+from lumped.models.sources import Given
 from lumped.ops import pi, where
 
-CIRCLE = 1.25  # m  radius of the circle of the mandrels [A]
-ROLL = (-4.0, 1.8)  # m  fixed point of the strip, from the axis of the turret, upward [A]
-RADIUS_0 = 0.45  # m  coil at the begin [A]
-RATIO = 1.0  # 1  k, teeth of sun over wheel of the mandrel [A]
-LINE = 5.0  # m/s  [A]
-DURATION = 12.0  # s  of half a turn [A]
-RAMP = 3.0  # s  of speeding up and slowing down [A]
+CIRCLE = Given(1.25, "m", "A", "radius of the circle of the mandrels")
+ROLL = (
+    Given(-4.0, "m", "A", "fixed point of the strip, level distance from the turret's axis"),
+    Given(1.8, "m", "A", "fixed point of the strip, height above the turret's axis"),
+)
+RADIUS_0 = Given(0.45, "m", "A", "coil where the turret begins to turn")
+RATIO = Given(1.0, "1", "A", "teeth of the sun over those of the mandrel's wheel, k")
+LINE = Given(5.0, "m/s", "A", "line speed while the turret turns")
+DURATION = Given(12.0, "s", "A", "half a turn of the turret")
+RAMP = Given(3.0, "s", "A", "speeding up and slowing down of the turret")
 
 DISTANCE = float(np.hypot(*ROLL))
 BEGIN = float(-np.pi + np.arctan2(*ROLL[::-1]) - np.pi)

@@ -42,14 +42,15 @@ from lumped.models.eccentric_shear_stand import (
     PrintedShear,
     Shear,
 )
+from lumped.models.sources import Given
 
 PULSES = {"half-sine": (HALF_SINE, CENTRE_SINE), "rectangle": (RECTANGLE, CENTRE_RECTANGLE)}
 SLOW = 1e-5
 """Speed over `SPEED` at which inertia no longer counts: its torque falls with the square."""
-FLUX = 571.0  # V.s [A]
-RESISTANCE = 0.06  # Ohm [A]
-INDUCTANCE = 0.3e-3  # H [A]
-GAIN = 1500.0  # V/rad [A]
+FLUX = Given(571.0, "V.s", "A", "flux of the motor, voltage over speed")
+RESISTANCE = Given(0.06, "Ohm", "A", "resistance of the motor's armature")
+INDUCTANCE = Given(0.3e-3, "H", "A", "inductance of the motor's armature")
+GAIN = Given(1500.0, "V/rad", "A", "gain of the controller of the motor's angle")
 
 
 class CrankTurned(lp.Component):
@@ -280,9 +281,22 @@ def kept(run: lp.Trajectory) -> list[float]:
 
 
 def landing(run: lp.Trajectory) -> float:
-    """Greatest motor torque of the last turn outside of the cut over that within it."""
+    """Greatest motor torque of the last turn outside of the cut over that within it.
+
+    The peak after the landing is 10 ms wide: the output times must be closer than 1 ms.
+    """
     phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
-    last = phi >= phi[-1] - 2 * np.pi
-    angle = np.mod(phi, 2 * np.pi)
+    last = np.flatnonzero(phi >= phi[-1] - 2 * np.pi)
+    angle = np.mod(phi[last], 2 * np.pi)
     cutting = (angle >= CUT_BEGINS) & (angle <= CUT_ENDS)
-    return float(tau[last & ~cutting].max() / tau[last & cutting].max())
+    return _peak(run.t, tau, last[~cutting]) / _peak(run.t, tau, last[cutting])
+
+
+def _peak(t: np.ndarray, y: np.ndarray, places: np.ndarray) -> float:
+    """Top of the parabola through the greatest value at some places and its neighbours."""
+    i = places[y[places].argmax()]
+    near = slice(max(i - 1, 0), i + 2)
+    if len(set(t[near])) < 3 or y[near].argmax() != 1:  # an end, or a jump
+        return float(y[i])
+    a, b, c = np.polyfit(t[near] - t[i], y[near] / y[i], 2)
+    return float(y[i] * (c - b**2 / (4 * a)))

@@ -7,11 +7,12 @@ dry friction in a start from rest.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import lumped as lp
 from lumped.components import (
+    Gain,
     IdealGear,
     Inertia,
     InverterInductionMotor,
@@ -22,23 +23,28 @@ from lumped.components import (
     Sum,
 )
 from lumped.models.pilger_mill_stand import SPEED, Mill, mill
+from lumped.models.sources import Given
 from lumped.ops import minimum
 
-GEAR = 15.6  # 1  i [A]
-J_MOTOR = 30.0  # kg.m2 [A]
-J_SHAFT = 3000.0  # kg.m2  crankshaft and gear wheel [A]
-BREAKDOWN = 13.5e3  # N.m  Tb [A]
-SLIP = 5.2  # rad/s  db, slip speed at breakdown [A]
-LAG = 0.02  # s  tau_e [A]
-GAIN = 0.5  # 1  Kp [A]
-INTEGRAL_GAIN = 2.0  # 1/s  Ki [A]
-RUN_UP = 6.0  # s  ramp of a start from rest [A]
+GEAR = Given(15.6, "1", "A", "ratio of the gear, i")
+J_MOTOR = Given(30.0, "kg.m2", "A", "moment of inertia of the motor")
+J_SHAFT = Given(3000.0, "kg.m2", "A", "moment of inertia of crankshaft and gear wheel")
+BREAKDOWN = Given(13.5e3, "N.m", "A", "breakdown torque of the motor")
+SLIP = Given(5.2, "rad/s", "A", "slip speed of the motor at breakdown")
+LAG = Given(0.02, "s", "A", "time constant of the motor's torque")
+GAIN = Given(0.5, "1", "A", "gain of the speed control, Kp")
+INTEGRAL_GAIN = Given(2.0, "1/s", "A", "integral gain of the speed control, Ki")
+RUN_UP = Given(6.0, "s", "A", "ramp of a start from rest")
 
 
 class Driven(lp.Component):
-    """Mill on its motor with speed control; rigid gear."""
+    """Mill on its motor with speed control; rigid gear.
 
-    wanted = lp.Input("rad/s", "wanted speed of the motor")
+    The wanted speed is that of the crank times the ratio of the gear.
+    """
+
+    w: lp.Param = lp.param("rad/s", "wanted speed of the crank", SPEED["P"])
+    wanted = lp.Input("1", "share of the wanted speed")
     motor: InverterInductionMotor = InverterInductionMotor(
         J=J_MOTOR, tau_k=BREAKDOWN, d_k=SLIP, T=LAG
     )
@@ -46,13 +52,15 @@ class Driven(lp.Component):
     control: PIController = PIController(k=GAIN, T_i=GAIN / INTEGRAL_GAIN)
     command: Sum = Sum()
     gear: IdealGear = IdealGear(ratio=GEAR)
+    motor_speed: Gain = Gain(k=gear.ratio * w)
     shaft: Inertia = Inertia(J=J_SHAFT)
     mill: Mill = mill("P")
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.motor.flange, self.gear.flange_a, self.sensor.flange)
         yield from self.line()
-        yield lp.connect(self.wanted, self.control.wanted, self.command.a)
+        yield lp.connect(self.wanted, self.motor_speed.u)
+        yield lp.connect(self.motor_speed.y, self.control.wanted, self.command.a)
         yield lp.connect(self.sensor.w, self.control.measured)
         yield lp.connect(self.control.y, self.command.b)
         yield lp.connect(self.command.y, self.motor.w_s)
@@ -73,7 +81,13 @@ class ElasticallyDriven(Driven):
         yield from lp.chain(self.gear, self.twist, self.shaft, self.mill.crank)
 
 
-def running(part: Driven | None = None, until: float = 1.9, **options: Any) -> lp.Trajectory:
+def running(
+    part: Driven | None = None,
+    until: float = 1.9,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
     """Steady running, from the crank angle zero at the wanted speed without torque.
 
     Parameters
@@ -82,14 +96,17 @@ def running(part: Driven | None = None, until: float = 1.9, **options: Any) -> l
         Mill and motor; default is set P after the optimisation.
     until : float
         End, s.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
     **options
         Passed to `lumped.simulate`.
     """
-    w = GEAR * SPEED["P"]
-    part = (Driven() if part is None else part).with_({"wanted": w})
+    part = (Driven() if part is None else part).with_({"wanted": 1.0})
     system = lp.assemble(part, keep=["mill.crank.phi"])
-    start = options.pop("start", {}) | {"motor.w": w}
-    return lp.simulate(system, until=until, start=start, **options)
+    found = system.parameter_values(parameters)
+    begin = {"motor.w": found["gear.ratio"] * found["w"], "shaft.w": found["w"]}
+    begin |= dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)
 
 
 def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> lp.Trajectory:
@@ -97,10 +114,9 @@ def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> 
 
     Parameters as for `running`.
     """
-    w = GEAR * SPEED["P"]
     friction = SignTorque(tau_nominal=-Mill.M0)
     part = (Driven() if part is None else part).with_(
-        {"wanted": minimum(lp.time / RUN_UP, 1.0) * w, "mill.feed": friction}
+        {"wanted": minimum(lp.time / RUN_UP, 1.0), "mill.feed": friction}
     )
     system = lp.assemble(part, keep=["mill.crank.phi"])
     return lp.simulate(system, until=until, **options)

@@ -49,24 +49,39 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROUNDING = "within the rounding of the printed J and C"
-INFERRED = "J and C that round to the printed ones [I]"
+INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
 ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
-PUBLISHED = (  # quantity, unit, value, place, remark
+PUBLISHED: tuple[tuple[Any, ...], ...] = (  # quantity, unit, value, place, remark, bounds, fitted
     ("upper branch, gap open, f1", "Hz", 39.8, "equations (48) to (51) [P]", ROUNDING),
     ("upper branch, gap open, f2", "Hz", 21.7, "equations (48) to (51) [P]", ROUNDING),
     ("lower branch, gap open", "Hz", 38.9, "equation (46) [P]", ROUNDING),
-    ("upper f1, J and C inside their rounding", "Hz", 39.8, "equations (48) to (51) [P]", INFERRED),
-    ("upper f2, J and C inside their rounding", "Hz", 21.7, "equations (48) to (51) [P]", INFERRED),
-    ("lower f, J and C inside their rounding", "Hz", 38.9, "equation (46) [P]", INFERRED),
+    *(
+        (f"{name}, J and C inside their rounding", "Hz", value, place, INFERRED, None, True)
+        for name, value, place in (
+            ("upper f1", 39.8, "equations (48) to (51) [P]"),
+            ("upper f2", 21.7, "equations (48) to (51) [P]"),
+            ("lower f", 38.9, "equation (46) [P]"),
+        )
+    ),
     ("lower branch, motor alone", "Hz", 38.9, "equation (46) [P]", ALONE),
     (
         "influence of the mass of a spindle",
         "Hz",
-        0.1,
+        None,
         "equation (45) [P]",
-        "printed: below 0.1; inertia of 0.0026 kgf m s2 [I]",
+        "inertia of 0.0026 kgf m s2 [I], chosen to stay just below; the dimensions are not given",
+        (None, 0.1),
+        True,
     ),
-    ("eccentricity at 15 m/s", "Hz", 9.55, "equation (47) [P]", "fixes the lost diameter [I]"),
+    (
+        "eccentricity at 15 m/s",
+        "Hz",
+        9.55,
+        "equation (47) [P]",
+        "fixes the lost diameter [I]",
+        None,
+        True,
+    ),
     ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47) [P]", "print cut off, not rounded"),
 )
 NOT = "not published [R]"
@@ -167,8 +182,8 @@ def rows() -> list[Row]:
         *(sharing(s) for s in (0.03, 0.01)),
     ]
     return [
-        Row(quantity, unit, value, float(found), place, remark)
-        for (quantity, unit, value, place, remark), found in zip(
+        Row(quantity, unit, value, float(found), *rest)
+        for (quantity, unit, value, *rest), found in zip(
             (*PUBLISHED, *UNPUBLISHED), computed, strict=True
         )
     ]

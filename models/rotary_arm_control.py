@@ -33,12 +33,13 @@ from lumped.components import (
 from lumped.models.rotary_arm_cycle import ADOPTED
 from lumped.models.rotary_arm_loads import MAXIMUM, load_inertia, static_torque
 from lumped.models.rotary_arm_parts import EPS, ETA, FAST, J_ROTOR, RATIO, SLOW, Arm
+from lumped.models.sources import Given
 
-BRAKING = 1.0  # rad/s2  a_p of the profile and the square-root law [A]
-GAIN = 6.0  # 1/s     K near the aim [A]
-BANDWIDTH = 30.0  # rad/s   of the speed control, with the mandrel on the arm [A]
-LAG = 0.005  # s       of the torque [A]
-SECTOR = 0.02  # rad/s   error below which the ramp limiter is a lag [A]
+BRAKING = Given(1.0, "rad/s2", "A", "deceleration of the profile and of the square-root law, a_p")
+GAIN = Given(6.0, "1/s", "A", "gain near the aim, K")
+BANDWIDTH = Given(30.0, "rad/s", "A", "bandwidth of the speed control with the mandrel on the arm")
+LAG = Given(0.005, "s", "A", "time constant of the motor's torque")
+SECTOR = Given(0.02, "rad/s", "A", "error of speed below which the ramp limiter is a lag")
 BEGIN = ADOPTED.points["S"]
 AIM = BEGIN + 2 * np.pi
 NEAR = AIM - BRAKING / GAIN**2  # rad  where the square-root law becomes linear
