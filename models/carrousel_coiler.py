@@ -148,7 +148,7 @@ def _deviations() -> Iterator[Row]:
 
 
 def _elastic() -> Iterator[Row]:
-    lossless = {"eta": 1.0, "mu": 0.0}
+    lossless = {"drive.eta": 1.0, "drive.mu": 0.0}
     at = np.array([0.0, 10.0, 59.9, 150.1])
     run = elastic_winding(0.0, until=151.0, grid=at, rtol=1e-9, parameters=lossless)
     by_hand = (67_070.5, 81_534.7, 101_181)

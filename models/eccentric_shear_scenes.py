@@ -78,13 +78,13 @@ class FreeShear(lp.Component):
 
     w: lp.Param = lp.param("rad/s", "wanted motor speed", SPEED)
     eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
-    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR)
+    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR, w=w)
     loaded: Loaded = Loaded(eps=eps)
     source: VoltageSource = VoltageSource()
     ground: Ground = Ground()
     sensor: AngleSensor = AngleSensor()
     control: PController = PController(wanted=w * lp.time, k=GAIN)
-    voltage: Sum = Sum(b=FLUX * w)
+    voltage: Sum = Sum(b=motor.k * w)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.motor.flange, self.loaded.flange, self.sensor.flange)
@@ -100,12 +100,12 @@ def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
 
     Parameters
     ----------
-    shear : PrintedShear or GuidedShear
+    shear : PrintedShear or GuidedShear, or a class made from one
         Reading of the source.
     path : str
         Its path in the model.
     """
-    if shear is GuidedShear:
+    if issubclass(shear, GuidedShear):
         return {f"{path}.seat.v_rel": 0.0}
     bodies = (("mass_x", "v"), ("mass_y", "v"), ("body", "w"))
     resting = {f"{path}.lower.{body}.{speed}": 0.0 for body, speed in bodies}
@@ -251,25 +251,39 @@ def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
 
 
 def free_run(
-    eps: float = 0.0, turns: int = 2, shear: type[Shear] = PrintedShear, **options: Any
+    eps: float | None = None,
+    turns: int = 2,
+    shear: type[Shear] = PrintedShear,
+    model: FreeShear | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Controlled motor and free speed from the upper position, motor at its wanted speed.
 
     Parameters
     ----------
-    eps : float
-        Eccentricity of the ellipses.
+    eps : float, optional
+        Eccentricity of the ellipses; that of the model unless given.
     turns : int
         Turns at the wanted speed.
-    shear : PrintedShear or GuidedShear
+    shear : PrintedShear or GuidedShear, or a class made from one
         Reading of the source.
+    model : FreeShear, optional
+        Motor and shear, whose shear is then the one that runs; those of the source unless given.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
     **options
         Passed to `lumped.simulate`.
     """
-    system = lp.assemble(FreeShear().with_({"loaded.shear": shear()}))
-    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
-    options = {"until": 2 * np.pi * turns / SPEED} | options
-    return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
+    model = FreeShear().with_({"loaded.shear": shear()}) if model is None else model
+    system = lp.assemble(model)
+    changed = ({} if eps is None else {"eps": eps}) | dict(parameters or {})
+    begin = {"motor.phi": 0.0, "motor.i": 0.0} | seated(type(model.loaded.shear))
+    begin |= dict(start or {})
+    turn = 2 * np.pi / system.parameter_values(changed)["w"]
+    options = {"until": turns * turn} | options
+    return lp.simulate(system, parameters=changed, start=begin, **options)
 
 
 def kept(run: lp.Trajectory) -> list[float]:

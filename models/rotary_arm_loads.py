@@ -14,7 +14,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Speed, Torque
-from lumped.models.rotary_arm_parts import EPS, ETA, PRINTED, RATIO, SLOW, Driven, TrayGuide
+from lumped.models.rotary_arm_parts import EPS, PRINTED, RATIO, SLOW, Driven, TrayGuide
 from lumped.models.sources import Given
 
 KW_RPM = Given(9550.0, "N.m", "P", "torque of one kW at one revolution a minute, rounded")
@@ -55,12 +55,6 @@ def at(
 def lifting(eps: float) -> Speed:
     """Motion of the motor from slow speed with an acceleration of the arm in rad/s2."""
     return Speed(w=RATIO * (SLOW + eps * lp.time))
-
-
-def static_torque(phi: float, eta: float = ETA) -> float:
-    """Motor torque that holds the empty arm against gravity, without friction in the journals."""
-    point = at(lifting(0.0), phi, loaded=False)
-    return sum(point[name] for name in FREE_WEIGHTS) / (RATIO * eta)
 
 
 def load_inertia(loaded: bool, parameters: dict[str, float] | None = None) -> float:
