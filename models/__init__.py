@@ -6,6 +6,7 @@ if not __name__.startswith("lumped."):
         "Install the project and write 'from lumped.models import ...'."
     )
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lumped.analysis.result import Trajectory
+    from lumped.models.about import About, Measure
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
@@ -85,7 +87,9 @@ class Row(NamedTuple):
 
 
 class Machine(Protocol):
-    """What the module of a machine offers."""
+    """What the module of a machine offers; `ABOUT` is what its report says besides numbers."""
+
+    ABOUT: "About"
 
     def rows(self) -> list[Row]:
         """Published and computed numbers."""
@@ -94,10 +98,13 @@ class Machine(Protocol):
         """Figures by name."""
 
     def model(self) -> Component:
-        """The machine to draw and to report on."""
+        """The machine to draw."""
 
-    def scene(self, **options: Any) -> "Trajectory":
-        """The run whose error is shown against its time; options as for `lumped.simulate`."""
+    def scene(self, until: float = ..., **options: Any) -> "Trajectory":
+        """The run that is shown, and whose error against its time; options of `lumped.simulate`."""
+
+    def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
+        """What a change of parameters of that run is seen by."""
 
 
 def machine(name: str) -> Machine:

@@ -8,7 +8,7 @@ as the source does not give it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,8 @@ import numpy as np
 import lumped as lp
 from lumped.models import Row
 from lumped.models import carrousel_coiler_sizing as sizing
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.carrousel_coiler_about import ABOUT
 from lumped.models.carrousel_coiler_drive import (
     I_HIGH,
     I_LOW,
@@ -186,9 +188,24 @@ def model() -> UnderTension:
     return UnderTension()
 
 
-def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
+def scene(until: float | None = 30.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
     return elastic_winding(until=until, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: a coil wound by the line, and by torque control."""
+    system = lp.assemble(UnderTension())
+    run = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
+    asked = sizing.demand(run, sizing.chosen_motor())
+    found = [
+        Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
+        Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
+        Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
+        Measure("strip in the coil", "m", float(run["drive.coil.L"][-1])),
+        Measure("mass of the coil", "kg", float(run["drive.coil.m"][-1])),
+    ]
+    return [*found, *extremes(scene(None, parameters=parameters, grid=4000), ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

@@ -104,15 +104,18 @@ def drawn_motor() -> Motor:
 
 def demand(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
     """What a winding run asks of a motor, against its rated torque and its field weakening."""
-    speeds = np.linspace(motor.base, motor.speed, 400)
-    limit = np.column_stack([speeds, motor.power / speeds])
     return lp.sizing(
         run,
         torque="drive.rotor.flange_a.tau",
         speed="drive.rotor.w",
         rated=motor.torque,
-        maximum=limit.tolist(),
+        maximum=limit_rows(motor),
     )
+
+
+def limit_rows(motor: Motor) -> list[tuple[float, float]]:
+    """Speeds and greatest torques of a motor in field weakening."""
+    return [(float(w), motor.power / w) for w in np.linspace(motor.base, motor.speed, 400)]
 
 
 def torque_at_mandrel(torque: ArrayLike, ratio: float = I_HIGH) -> np.ndarray:

@@ -13,13 +13,15 @@ cut, and raises the peak.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.models import Row
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.eccentric_shear_about import ABOUT
 from lumped.models.eccentric_shear_scenes import (
     SLOW,
     CrankTurned,
@@ -204,6 +206,19 @@ def _at_the_change() -> Iterator[float]:
 def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
     return free_run(until=until, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: torque at constant crank speed, and the free run."""
+    demand = turn(CrankTurned, parameters=shared(lp.assemble(CrankTurned()), parameters))
+    found = [
+        Measure("constant crank speed, greatest motor torque", "N.m", demand.peak),
+        Measure("constant crank speed, RMS motor torque", "N.m", demand.rms),
+    ]
+    run = scene(ABOUT.until, parameters=parameters, grid=8000)
+    for i, share in enumerate(kept(run), 1):
+        found.append(Measure(f"speed of the crank kept at impact {i}", "1", share))
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

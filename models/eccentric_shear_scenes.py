@@ -201,7 +201,7 @@ def turn(
 def _turned(
     system: lp.System, shear: type[Shear], changes: dict[str, float], grid: Any
 ) -> lp.Trajectory:
-    until = 2 * np.pi / changes.get("w", SPEED)
+    until = 2 * np.pi / system.parameter_values(changes)["w"]
     start = seated(shear)
     return lp.simulate(system, until=until, parameters=changes, start=start, grid=grid, rtol=1e-10)
 

@@ -6,17 +6,20 @@ The drive and its source are described in `lumped.models.pilger_mill_stand`, its
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.models import Row
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.pilger_mill_about import ABOUT
 from lumped.models.pilger_mill_balance import Balance, balance
 from lumped.models.pilger_mill_drive import Driven, running, start_up
 from lumped.models.pilger_mill_stand import (
     DESIGNS,
+    IDLE,
     OFFSET,
     RADIUS,
     RATIO,
@@ -27,6 +30,7 @@ from lumped.models.pilger_mill_stand import (
     crank_torque,
     mill,
     revolution,
+    shaking_force,
     turned,
 )
 from lumped.models.sources import Given
@@ -100,6 +104,21 @@ def model() -> Driven:
 def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
     return start_up(until=until, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: a turn at constant speed, and a start from rest."""
+    w = SPEED["P"]
+    system = turned(mill("P"), w * lp.time)
+    changed = shared(system, parameters)
+    turn = revolution(system, w, np.arange(0.0, 360.05, 0.25), changed)
+    force = float(np.hypot(*shaking_force(turn).T).max())
+    torque = float(np.ptp(crank_torque(turn, IDLE)))
+    found = [
+        Measure("greatest force on the foundation", "N", force),
+        Measure("fluctuation of the crank torque", "N.m", torque),
+    ]
+    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

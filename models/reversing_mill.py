@@ -7,16 +7,20 @@ the roll gap sticks, skids and opens in `lumped.models.reversing_mill_scenes`, i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.models import Row
-from lumped.models.reversing_mill_drives import sharing
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.reversing_mill_about import ABOUT
+from lumped.models.reversing_mill_drives import TURNING, sharing
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
+    SPEED,
     StripGap,
     skidding,
     strip_break,
@@ -198,9 +202,24 @@ def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 
-def scene(until: float = 0.4, **options: Any) -> lp.Trajectory:
+def scene(
+    until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
+) -> lp.Trajectory:
     """The run whose error is shown against its time."""
-    return skidding(until=until, **options)
+    rolling = dict.fromkeys(TURNING, SPEED) | dict(start or {})
+    return skidding(until=until, start=rolling, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: frequencies, and the skidding gap."""
+    found = []
+    for name, gap in (("open", OpenGap()), ("closed", ClosedGap())):
+        system = lp.assemble(gap)
+        hertz = lp.modes(system, parameters=shared(system, parameters)).hertz
+        for i, f in enumerate(hertz, 1):
+            found.append(Measure(f"gap {name}, natural frequency {i}", "Hz", float(f)))
+    run = scene(ABOUT.until, parameters=parameters, grid=4000)
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

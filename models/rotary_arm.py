@@ -8,13 +8,16 @@ give it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
+from lumped.components import Torque
 from lumped.models import Row
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.rotary_arm_about import ABOUT
 from lumped.models.rotary_arm_control import AIM, Controlled, controlled, instants
 from lumped.models.rotary_arm_cycle import (
     ADOPTED,
@@ -51,6 +54,7 @@ from lumped.models.rotary_arm_parts import (
     R_WEIGHTS,
     RATIO,
     SLOW,
+    Driven,
 )
 
 if TYPE_CHECKING:
@@ -239,6 +243,19 @@ def model() -> Controlled:
 def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
     return controlled(until=until, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: the prescribed cycle, and the turn under control."""
+    given = shared(lp.assemble(Driven(drive=Torque(tau=0.0))), parameters)
+    asked = demand(run_cycle(parameters=given))
+    found = [
+        Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
+        Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
+    ]
+    run = scene(ABOUT.until, parameters=parameters, grid=4000)
+    found.append(Measure("way left at the end", "rad", float(AIM - run["arm.phi"][-1])))
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:
