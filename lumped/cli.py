@@ -119,7 +119,6 @@ def _report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
     if changes:
         text["Changed here"] = [f"{path} = {value}" for path, value in changes.items()]
     text |= {"Source": about.source, "Findings": about.findings, "Assumptions": about.assumptions}
-    text["Run"] = about.scene
     if changes:
         figures = {"What is watched in the run": run.plot(list(about.watched.values()))}
     else:
@@ -133,7 +132,7 @@ def _report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
         given=constants(name),
         marks=MARKS,
         figures=figures,
-        runs={"": run},
+        runs={about.scene: run},
         sizing={motor.name: sized(run, motor) for motor in about.motors},
         accuracy=accuracy,
     )

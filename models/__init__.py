@@ -35,7 +35,7 @@ MARKS = {
     "P": "printed",
     "R": "restored by derivation",
     "I": "inferred from the published results",
-    "A": "with assumed values, which the source does not give",
+    "A": "assumed, as the source does not give it",
 }
 """How a number is known."""
 

@@ -164,9 +164,9 @@ def _elastic() -> Iterator[Row]:
 
 
 def _extremes() -> Iterator[Row]:
-    for name, value in (("empty", "0.59"), ("full", "0.35")):
-        part = 100 * sizing.losses_over_tension(MANDREL if name == "empty" else RADIUS)
-        note = f"{value} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
+    for name, radius, percent in (("empty", MANDREL, "0.59"), ("full", RADIUS, "0.35")):
+        part = 100 * sizing.losses_over_tension(radius)
+        note = f"{percent} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
         label = f"bending and friction over tension, {name} coil"
         yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
     for h, value in ((THICKNESS, 93.75), (5e-3, 2344)):

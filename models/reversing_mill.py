@@ -178,7 +178,7 @@ def rows() -> list[Row]:
         creeping.damping[0],
         *(entry.table(SHAFTS).max(axis=0) / RATED),
         *(passive.table(SHAFTS).max(axis=0) / share),
-        np.abs(entry["upper.barrel.tau"]).max() / RATED,
+        np.abs(entry["upper.barrel.tau"] + RATED).max() / RATED,
         *(after_break.table(SHAFTS).min(axis=0) / RATED),
         *(1e3 * event.time for event in skids.events if event.component == "gap"),
         skids["gap.w_rel"].max(),
@@ -198,7 +198,7 @@ def model() -> StripGap:
     return StripGap()
 
 
-def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.ndarray:
+def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 

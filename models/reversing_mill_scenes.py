@@ -292,7 +292,7 @@ def unequal_rolls(
     system = lp.assemble(stand.with_({"eps": eps}))
     found = system.parameter_values(parameters)
     upper = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w")
-    begin = dict.fromkeys(SHAFTS, RATED) | dict.fromkeys(upper, SPEED)
+    begin: dict[str, Any] = dict.fromkeys(SHAFTS, RATED) | dict.fromkeys(upper, SPEED)
     for side in ("upper", "lower"):
         begin[f"{side}.drive.control.x"] = RATED / found[f"{side}.drive.control.k"]
     begin["lower.motor.w"] = (1 + found["eps"]) * SPEED

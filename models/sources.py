@@ -48,7 +48,7 @@ class Given(float):
 
 
 def constants(machine: str) -> list[Given]:
-    """Numbers declared in the modules of a machine, each once.
+    """Numbers declared in the modules of a machine, each once, the printed ones first.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def constants(machine: str) -> list[Given]:
         module = import_module(f"lumped.models.{file.stem}")
         for number in _numbers(vars(module).values()):
             found.setdefault(id(number), number)
-    return list(found.values())
+    return sorted(found.values(), key=lambda number: list(MARKS).index(number.mark))
 
 
 def _numbers(values: Iterable[object]) -> Iterator[Given]:
