@@ -96,7 +96,7 @@ TITLES = (  # quantity, unit, published, place, remark, bounds, fitted
     *(
         title
         for J in INERTIAS
-        for title in _pair(f"the same, J_mx = {J / 1e3:g} t.m2", PEAKS, FIGURE, MOTORS)
+        for title in _pair(f"the same, motor of {J / 1e3:g} t.m2", PEAKS, FIGURE, MOTORS)
     ),
     *_pair("RMS torque, reduction", LOADS, FIGURE, LOAD, None, True),
     *_pair("RMS torque, even motor, reduction", LOADS, FIGURE, EVEN),

@@ -59,7 +59,7 @@ PLAIN = {
     "P": "set fitted to it [I]; at the crank's shaft",
     "F": "set fitted to it [I]; at the motor's shaft, as the text has it",
 }
-ADDED = {"m2": "counterweight added by the optimum", "U": "ms Rs added by the optimum"}
+ADDED = {"m2": "counterweight added by the optimum", "U": "sector moment added by the optimum"}
 DIFFERENCE = "table 2, after less before [P]"
 FLAT = "set fitted to it [I], which leaves the optimum of a flat function loose: {best:.1f} {unit}"
 RESTORED = "not published [R]"
@@ -151,17 +151,26 @@ def _compared(name: str) -> Iterator[Row]:
         heavy[design] = exact.fluctuation(u) / RATIO[name]
     for design in DESIGNS:
         remark = FITTED if name == "F" else SLOW
-        row = Row(f"{head}F1 {design}", "N", FORCE[design], force[design], TABLE, remark)
+        row = Row(
+            f"{head}foundation force {design}", "N", FORCE[design], force[design], TABLE, remark
+        )
         yield row._replace(fitted=name == "F")
     less = 100 * (1 - force["after"] / force["before"])
-    yield Row(f"{head}reduction of F1", "%", 34.67, less, TABLE, FITTED, fitted=True)
+    yield Row(
+        f"{head}reduction of the foundation force", "%", 34.67, less, TABLE, FITTED, fitted=True
+    )
     for design in DESIGNS:
         row = Row(
-            f"{head}F2 {design}", "N.m", FLUCTUATION[design], torque[design], TABLE, PLAIN[name]
+            f"{head}torque fluctuation {design}",
+            "N.m",
+            FLUCTUATION[design],
+            torque[design],
+            TABLE,
+            PLAIN[name],
         )
         yield row._replace(fitted=True)
     change = torque["after"] - torque["before"]
-    yield Row(f"{head}change of F2", "N.m", None, change, CHOSEN, SMALL)
+    yield Row(f"{head}change of the torque fluctuation", "N.m", None, change, CHOSEN, SMALL)
     chosen = "mean" if name == "F" else "peak"
     for design in DESIGNS:
         label, reading = f"{head}motor power {design}", f"{chosen} power; {UNFIT}"
@@ -183,7 +192,7 @@ def _compared(name: str) -> Iterator[Row]:
     remark = FLAT.format(best=sectors, unit="kg.m")
     more = round(float(published[1] - before[1]), 2)
     row = Row(
-        f"{head}ms Rs added, best for 7228 kg",
+        f"{head}sector moment added, best for 7228 kg",
         "kg.m",
         more,
         sectors - before[1],
@@ -195,14 +204,24 @@ def _compared(name: str) -> Iterator[Row]:
     for label, unit, value, remark in (
         ("objective, published design", "1", paper.objective(published), bound),
         ("objective, best design", "1", paper.objective(best), bound),
-        ("F10, least F1", "N", goals[0], f"at m2 = {paper.single[0][0]:.1f} kg"),
-        ("F20, least F2", "N.m", goals[1] / RATIO[name], f"at m2 = {paper.single[1][0]:.1f} kg"),
+        (
+            "least foundation force of all designs",
+            "N",
+            goals[0],
+            f"at m2 = {paper.single[0][0]:.1f} kg",
+        ),
+        (
+            "least torque fluctuation of all designs",
+            "N.m",
+            goals[1] / RATIO[name],
+            f"at m2 = {paper.single[1][0]:.1f} kg",
+        ),
         ("inertia torque as printed", "kN.m", _swing(name, AsPrinted), "crest to trough"),
         ("inertia torque, exact", "kN.m", _swing(name, Mill), "crest to trough"),
     ):
         yield Row(head + label, unit, None, value, CHOSEN, remark)
     for design in DESIGNS:
-        label = f"{head}F2 {design}, exact and with gravity"
+        label = f"{head}torque fluctuation {design}, exact and with gravity"
         yield Row(label, "N.m", None, heavy[design], CHOSEN, "the source leaves gravity out")
 
 

@@ -149,8 +149,13 @@ def strip_break(
         spindle = ElastoBacklash(c=C_SPINDLE, b=play)
         stand = stand.with_({"upper.spindle": spindle, "lower.spindle": spindle})
     system = lp.assemble(stand)
-    twist = RATED / C_SPINDLE + play / 2
-    near = {f"{side}.spindle.phi_rel": twist for side in ("upper", "lower")}
+    found = system.parameter_values(parameters)
+    near: dict[str, Any] = {}
+    for side, torque in (("upper", (1 + share) * RATED), ("lower", (1 - share) * RATED)):
+        spindle = f"{side}.spindle"
+        if f"{spindle}.c" in found:  # on the driving side of its play
+            gap = found.get(f"{spindle}.b", 0.0)
+            near[f"{spindle}.phi_rel"] = torque / found[f"{spindle}.c"] + gap / 2
     rolling = lp.equilibrium(system, parameters=parameters, start=near | dict(start or {}))
     return lp.simulate(system, until=until, start=rolling, **options)
 

@@ -77,9 +77,9 @@ def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str
         cells = [(r.quantity, r.unit, *r.texts, r.place, r.remark) for r in printed]
         yield "Published and computed", key + table(head, cells, (2, 3, 4))
     if own:
-        head = ("quantity", "unit", "computed", "rests on", "found otherwise")
+        columns = ("quantity", "unit", "computed", "rests on", "found otherwise, or remark")
         alone = [(r.quantity, r.unit, r.texts[1], r.place, r.remark) for r in own]
-        yield "Computed besides", ("" if printed else key) + table(head, alone, (2,))
+        yield "Computed besides", ("" if printed else key) + table(columns, alone, (2,))
 
 
 def events(runs: Mapping[str, Trajectory]) -> str:
