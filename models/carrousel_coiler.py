@@ -205,7 +205,7 @@ def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
         Measure("strip in the coil", "m", float(run["drive.coil.L"][-1])),
         Measure("mass of the coil", "kg", float(run["drive.coil.m"][-1])),
     ]
-    return [*found, *extremes(scene(None, parameters=parameters, grid=4000), ABOUT)]
+    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

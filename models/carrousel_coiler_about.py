@@ -37,7 +37,7 @@ ABOUT = About(
         "A full coil is wound from rest to rest under torque control; the strip is elastic and the "
         "controller compensates the inertia."
     ),
-    until=160.4,
+    until=None,
     captions={
         "winding_run": "A whole coil: speeds, radius, inertia, torque and power",
         "tension_deviation": "Deviation of the tension over the radius without compensation",

@@ -9,7 +9,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
-from lumped.errors import SolverError
+from lumped.errors import OptionError, SolverError
 from lumped.models.carrousel_coiler_drive import (
     ACCELERATION,
     BEARING,
@@ -165,7 +165,8 @@ def elastic_winding(
     Raises
     ------
     OptionError
-        If the coil would be over-full, or the strip too short to reach the speed.
+        If the coil would be over-full, the strip too short to reach the speed, or at its end
+        before.
     SolverError
         If the strip loses its tension; `partial` is the run.
     """
@@ -173,6 +174,11 @@ def elastic_winding(
     at_rest = {"line.v": 0.0, "drive.control.v": 0.0, "drive.control.a": 0.0}
     found = lp.assemble(model.with_(at_rest)).parameter_values(parameters)
     _, speed, acceleration, end = line_speed(checked_length(length, found), v, a, b)
+    if until is not None and until > end * (1 + 1e-9):
+        raise OptionError(
+            f"elastic_winding: until = {until:g} s, but the strip ends at {end:.6g} s: wind a "
+            "longer one, or stop there."
+        )
     moving = {"line.v": speed, "drive.control.v": speed, "drive.control.a": acceleration}
     run = lp.simulate(
         lp.assemble(model.with_(moving)),

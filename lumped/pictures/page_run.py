@@ -90,8 +90,7 @@ def events(runs: Mapping[str, Trajectory]) -> str:
         for time, group in groupby(run.events, lambda event: event.time):
             same = list(group)
             loss = sum(event.loss for event in same)
-            changes = "; ".join(dict.fromkeys(map(_change, same)))
-            rows.append((number(time, 7), changes, number(loss) if loss else ""))
+            rows.append((number(time, 7), _changes(same), number(loss) if loss else ""))
         lead = f"<p>{escape(what)}</p>\n" if what else ""
         more = f"<p>{len(rows) - _MOST} more.</p>" if len(rows) > _MOST else ""
         head = ("time, s", "what changes", "energy lost, J")
@@ -99,10 +98,21 @@ def events(runs: Mapping[str, Trajectory]) -> str:
     return "\n".join(found)
 
 
-def _change(event: Event) -> str:
-    if event.before or event.after:
-        return f"{event.component}: {event.before} \u2192 {event.after}"
-    return f"{event.component}: a function of time changes its piece"
+def _changes(same: list[Event]) -> str:
+    """What happens at an instant: each change once, with the components that it concerns.
+
+    Where a component changes a mode that has a name, the condition behind it is left out.
+    """
+    named = {event.component for event in same if event.after.isalpha()}
+    found: dict[str, list[str]] = {}
+    for event in same:
+        if event.component in named and not event.after.isalpha():
+            continue
+        change = f"{event.before} \u2192 {event.after}" if event.after else "the next piece begins"
+        where = found.setdefault(change, [])
+        if event.component not in where:
+            where.append(event.component)
+    return "; ".join(f"{', '.join(where)}: {change}" for change, where in found.items())
 
 
 def energy(runs: Mapping[str, Trajectory]) -> str:
@@ -112,7 +122,12 @@ def energy(runs: Mapping[str, Trajectory]) -> str:
         audit = run.certificate.energy if run.certificate else None
         if audit is None:
             continue
-        rows = [(f"work of {path}", number(work)) for path, work in audit.works]
+        most = max((abs(work) for _, work in audit.works), default=0.0)
+        told = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
+        rows = [(f"work of {path}", number(work)) for path, work in told]
+        if len(told) < len(audit.works):
+            rest = sum(work for _, work in audit.works) - sum(work for _, work in told)
+            rows.append((f"work of {len(audit.works) - len(told)} others", number(rest)))
         rows += [
             ("sum of these works", number(audit.supplied)),
             ("stored at the end, less that at the begin", number(audit.change)),

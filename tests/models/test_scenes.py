@@ -112,6 +112,10 @@ class TestCoiler:
         with pytest.raises(SolverError, match="instead of 60000 N"):
             strip.elastic_winding(0.0, a=6.0, until=3.0, parameters={"drive.control.T": 60e3})
 
+    def test_a_run_beyond_the_end_of_the_strip_is_refused(self):
+        with pytest.raises(OptionError, match=r"until = 160 s, but the strip ends at 89\.23"):
+            strip.elastic_winding(until=160.0, parameters={"drive.h": 2e-3})
+
     def test_half_a_turn_with_thick_strip_keeps_its_geometry(self):
         changed = {"h": 5e-3, "R_0": 0.5, "v": 4.0, "r_t": 1.4}
         run = turret.half_turn(grid=121, parameters=changed)
