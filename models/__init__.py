@@ -100,7 +100,7 @@ class Machine(Protocol):
     def model(self) -> Component:
         """The machine to draw."""
 
-    def scene(self, until: float | None = ..., **options: Any) -> "Trajectory":
+    def scene(self, until: float = ..., **options: Any) -> "Trajectory":
         """The run that is shown, and whose error against its time; options of `lumped.simulate`."""
 
     def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":

@@ -43,8 +43,8 @@ class About(NamedTuple):
         assumed.
     scene : str
         What happens in the run.
-    until : float or None
-        Its end, s; None for that of the motion.
+    until : float
+        Its end, s; infinite for the end of the motion.
     captions : mapping of str to str
         What each figure shows, by its name.
     watched : mapping of str to str
@@ -58,7 +58,7 @@ class About(NamedTuple):
     findings: tuple[str, ...]
     assumptions: tuple[str, ...]
     scene: str
-    until: float | None
+    until: float
     captions: Mapping[str, str]
     watched: Mapping[str, str]
     motors: tuple[Motor, ...] = ()

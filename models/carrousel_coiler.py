@@ -188,9 +188,9 @@ def model() -> UnderTension:
     return UnderTension()
 
 
-def scene(until: float | None = 30.0, **options: Any) -> lp.Trajectory:
+def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
-    return elastic_winding(until=until, **options)
+    return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:

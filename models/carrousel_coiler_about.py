@@ -1,5 +1,7 @@
 """What the report says of the carrousel coiler."""
 
+from math import inf
+
 from lumped.models.about import About, Motor
 from lumped.models.carrousel_coiler_sizing import chosen_motor, limit_rows
 
@@ -37,7 +39,7 @@ ABOUT = About(
         "A full coil is wound from rest to rest under torque control; the strip is elastic and the "
         "controller compensates the inertia."
     ),
-    until=None,
+    until=inf,
     captions={
         "winding_run": "A whole coil: speeds, radius, inertia, torque and power",
         "tension_deviation": "Deviation of the tension over the radius without compensation",

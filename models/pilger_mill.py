@@ -98,7 +98,7 @@ def rows() -> list[Row]:
 
 def model() -> Driven:
     """The machine to draw and to report on."""
-    return Driven(wanted=1.0)
+    return Driven(wanted=Driven.gear.ratio * Driven.w)
 
 
 def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:

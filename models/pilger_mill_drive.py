@@ -12,7 +12,6 @@ from typing import Any
 
 import lumped as lp
 from lumped.components import (
-    Gain,
     IdealGear,
     Inertia,
     InverterInductionMotor,
@@ -38,13 +37,10 @@ RUN_UP = Given(6.0, "s", "A", "ramp of a start from rest")
 
 
 class Driven(lp.Component):
-    """Mill on its motor with speed control; rigid gear.
+    """Mill on its motor with speed control; rigid gear."""
 
-    The wanted speed is that of the crank times the ratio of the gear.
-    """
-
-    w: lp.Param = lp.param("rad/s", "wanted speed of the crank", SPEED["P"])
-    wanted = lp.Input("1", "share of the wanted speed")
+    w: lp.Param = lp.param("rad/s", "speed of the crank that scenes want", SPEED["P"])
+    wanted = lp.Input("rad/s", "wanted speed of the motor")
     motor: InverterInductionMotor = InverterInductionMotor(
         J=J_MOTOR, tau_k=BREAKDOWN, d_k=SLIP, T=LAG
     )
@@ -52,15 +48,13 @@ class Driven(lp.Component):
     control: PIController = PIController(k=GAIN, T_i=GAIN / INTEGRAL_GAIN)
     command: Sum = Sum()
     gear: IdealGear = IdealGear(ratio=GEAR)
-    motor_speed: Gain = Gain(k=gear.ratio * w)
     shaft: Inertia = Inertia(J=J_SHAFT)
     mill: Mill = mill("P")
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.motor.flange, self.gear.flange_a, self.sensor.flange)
         yield from self.line()
-        yield lp.connect(self.wanted, self.motor_speed.u)
-        yield lp.connect(self.motor_speed.y, self.control.wanted, self.command.a)
+        yield lp.connect(self.wanted, self.control.wanted, self.command.a)
         yield lp.connect(self.sensor.w, self.control.measured)
         yield lp.connect(self.control.y, self.command.b)
         yield lp.connect(self.command.y, self.motor.w_s)
@@ -79,6 +73,10 @@ class ElasticallyDriven(Driven):
 
     def line(self) -> Iterator[lp.Connection]:
         yield from lp.chain(self.gear, self.twist, self.shaft, self.mill.crank)
+
+
+_WANTED = Driven.gear.ratio * Driven.w
+"""Wanted speed of the motor, by the gear and crank speed of the very drive."""
 
 
 def running(
@@ -101,7 +99,7 @@ def running(
     **options
         Passed to `lumped.simulate`.
     """
-    part = (Driven() if part is None else part).with_({"wanted": 1.0})
+    part = (Driven() if part is None else part).with_({"wanted": _WANTED})
     system = lp.assemble(part, keep=["mill.crank.phi"])
     found = system.parameter_values(parameters)
     begin = {"motor.w": found["gear.ratio"] * found["w"], "shaft.w": found["w"]}
@@ -116,7 +114,7 @@ def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> 
     """
     friction = SignTorque(tau_nominal=-Mill.M0)
     part = (Driven() if part is None else part).with_(
-        {"wanted": minimum(lp.time / RUN_UP, 1.0), "mill.feed": friction}
+        {"wanted": minimum(lp.time / RUN_UP, 1.0) * _WANTED, "mill.feed": friction}
     )
     system = lp.assemble(part, keep=["mill.crank.phi"])
     return lp.simulate(system, until=until, **options)

@@ -146,8 +146,8 @@ def strip_break(
         }
     )
     if play:
-        spindle = ElastoBacklash(c=C_SPINDLE, b=play)
-        stand = stand.with_({"upper.spindle": spindle, "lower.spindle": spindle})
+        loose = ElastoBacklash(c=C_SPINDLE, b=play)
+        stand = stand.with_({"upper.spindle": loose, "lower.spindle": loose})
     system = lp.assemble(stand)
     found = system.parameter_values(parameters)
     near: dict[str, Any] = {}
