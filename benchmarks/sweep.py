@@ -32,7 +32,7 @@ def peak(run: lp.Trajectory) -> float:
 
 def main() -> None:
     """Print the table and write it as CSV."""
-    model = CreepingGap().with_({"upper.load.tau": -RATED, "lower.load.tau": -RATED})
+    model = CreepingGap().with_({"upper_load.tau": -RATED, "lower_load.tau": -RATED})
     system, cores = lp.assemble(model), os.cpu_count() or 1
     grid = np.array(np.meshgrid(*OVER.values(), indexing="ij")).reshape(2, -1).T
     points = [dict(zip(OVER, row.tolist(), strict=True)) for row in grid]

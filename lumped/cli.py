@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from lumped.errors import UnknownNameError
+from lumped.errors import LumpedError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.table import number, table
 
 __all__ = ["main"]
+
+Changes = Mapping[str, str | float]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,7 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0, or 2 if a name is unknown or a file cannot be written.
+        Exit code: 0, or 2 if a name or value is not understood, a changed machine cannot run, or a
+        file cannot be written.
     """
     arguments = _parser().parse_args(argv)
     if arguments.command == "list":
@@ -35,11 +38,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{name:{width}}  {text}")
         return 0
     try:
+        chosen, changes = machine(arguments.name), dict(arguments.set)
         if arguments.command == "report":
-            _report(arguments.name, arguments.output)
+            _report(chosen, arguments.name, arguments.output, changes)
+        elif changes:
+            _run_changed(chosen, arguments.name, changes, arguments.json, arguments.plot)
         else:
-            _run(arguments.name, arguments.json, arguments.plot)
-    except (UnknownNameError, OSError) as error:
+            _run(chosen, arguments.name, arguments.json, arguments.plot)
+    except (LumpedError, OSError) as error:
         print(f"lumped: {error}", file=sys.stderr)
         return 2
     return 0
@@ -52,13 +58,11 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("list", help="list the machines")
     run = commands.add_parser("run", help="compute a machine and compare it with its publication")
-    run.add_argument("name", help="name of the machine, see 'lumped list'")
     run.add_argument("--json", metavar="FILE", type=Path, help="write the numbers to FILE")
     run.add_argument("--plot", metavar="DIR", type=Path, help="draw the figures as PNG into DIR")
     report = commands.add_parser(
         "report", help="write a page about a machine, to open in a browser"
     )
-    report.add_argument("name", help="name of the machine, see 'lumped list'")
     report.add_argument(
         "-o",
         "--output",
@@ -67,65 +71,148 @@ def _parser() -> argparse.ArgumentParser:
         default=Path("report.html"),
         help="page to write; default is report.html",
     )
+    for command in (run, report):
+        command.add_argument("name", help="name of the machine, see 'lumped list'")
+        command.add_argument(
+            "--set",
+            metavar="PATH=VALUE",
+            type=_change,
+            action="append",
+            default=[],
+            help="change a parameter of the machine's run, such as upper.motor.J=30 or "
+            "upper.motor.J='30 kg.m2'; may be given several times",
+        )
     return parser
+
+
+def _change(text: str) -> tuple[str, str | float]:
+    path, sign, value = text.partition("=")
+    path, value = path.strip(), value.strip()
+    if not (sign and path and value):
+        raise argparse.ArgumentTypeError(
+            f"'{text}': write PATH=VALUE, for example upper.motor.J=30"
+        )
+    try:
+        return path, float(value)
+    except ValueError:
+        return path, value
 
 
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
 
 
-def _report(name: str, file: Path) -> None:
-    chosen = machine(name)
+def _report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
     from lumped.analysis.work_precision import work_precision
     from lumped.assemble import assemble
+    from lumped.models.about import sized
     from lumped.models.sources import constants
     from lumped.pictures.page import report_html
 
-    run = chosen.scene(grid=1)
+    about = chosen.ABOUT
+    run = chosen.scene(about.until, parameters=changes, grid=4000, certify=True)
+    short = chosen.scene(parameters=changes, grid=1)
     accuracy = work_precision(
-        run.system, until=float(run.t[-1]), start=run.point(0.0), tolerances=_TOLERANCES
+        short.system, until=float(short.t[-1]), start=short.point(0.0), tolerances=_TOLERANCES
     )
+    model, _, kept = run.system.origin
+    text: dict[str, str | Sequence[str]] = {"Introduction": about.introduction}
+    if changes:
+        text["Changed here"] = [f"{path} = {value}" for path, value in changes.items()]
+    text |= {"Source": about.source, "Findings": about.findings, "Assumptions": about.assumptions}
+    if changes:
+        figures = {"What is watched in the run": run.plot(list(about.watched.values()))}
+    else:
+        figures = {about.captions[key]: figure for key, figure in chosen.plots().items()}
     written = report_html(
-        assemble(chosen.model()),
+        assemble(model.with_(changes), keep=kept),
         file,
-        title=MACHINES[name],
-        figures={text.replace("_", " "): figure for text, figure in chosen.plots().items()},
-        compared=chosen.rows(),
+        title=MACHINES[name] + (", changed" if changes else ""),
+        text=text,
+        compared=_changed(chosen, changes) if changes else chosen.rows(),
         given=constants(name),
+        marks=MARKS,
+        figures=figures,
+        runs={about.scene: run},
+        sizing={motor.name: sized(run, motor) for motor in about.motors},
         accuracy=accuracy,
     )
     print(f"written: {written}")
 
 
-def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:
-    chosen = machine(name)
+def _run(chosen: Machine, name: str, json_file: Path | None, plot_folder: Path | None) -> None:
     rows = chosen.rows()
     print(f"{MACHINES[name]}\n")
     print(_compared(rows))
     if json_file:
-        keys = ("quantity", "unit", "published", "computed", "mark", "place", "remark")
-        records = [{key: getattr(row, key) for key in keys} for row in rows]
-        found = {"machine": name, "marks": MARKS, "rows": records}
-        json_file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+        keys = ("quantity", "unit", "published", "bounds", "fitted", "computed", "mark", "place")
+        records = [{key: getattr(row, key) for key in (*keys, "remark")} for row in rows]
+        _write(json_file, {"machine": name, "marks": MARKS, "rows": records})
     if plot_folder:
         print()
         _draw(chosen, name, plot_folder)
 
 
-def _compared(rows: Sequence[Row]) -> str:
-    """Table of the rows, and below it where the published numbers stand."""
-    notes = list(dict.fromkeys((row.place, row.remark) for row in rows))
+def _changed(chosen: Machine, changes: Changes) -> list[Row]:
+    """What is measured of a changed machine, beside the same of the published one."""
+    return [
+        Row(old.quantity, old.unit, None, new.value, "changed", f"{number(old.value)} unchanged")
+        for old, new in zip(chosen.measures(), chosen.measures(changes), strict=True)
+    ]
+
+
+def _run_changed(
+    chosen: Machine,
+    name: str,
+    changes: Changes,
+    json_file: Path | None,
+    plot_folder: Path | None,
+) -> None:
+    pairs = list(zip(chosen.measures(), chosen.measures(changes), strict=True))
+    told = ", ".join(f"{path} = {value}" for path, value in changes.items())
+    print(f"{MACHINES[name]}, changed: {told}\n{chosen.ABOUT.scene}\n")
     lines = []
+    for old, new in pairs:
+        off = f"{100 * (new.value / old.value - 1):+.2f}" if old.value else "-"
+        lines.append((old.quantity, old.unit, number(old.value), number(new.value), off))
+    print(table(("quantity", "unit", "as published", "changed", "change, %"), lines))
+    if json_file:
+        records = [
+            {"quantity": a.quantity, "unit": a.unit, "unchanged": a.value, "changed": b.value}
+            for a, b in pairs
+        ]
+        _write(json_file, {"machine": name, "set": dict(changes), "measures": records})
+    if plot_folder:
+        about = chosen.ABOUT
+        run = chosen.scene(about.until, parameters=changes, grid=4000)
+        plot_folder.mkdir(parents=True, exist_ok=True)
+        file = plot_folder / f"{name}_changed.png"
+        run.plot(list(about.watched.values())).savefig(file, dpi=150)
+        print(f"\nwritten: {file}")
+
+
+def _write(file: Path, found: Mapping[str, object]) -> None:
+    file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+
+
+def _compared(rows: Sequence[Row]) -> str:
+    """Published numbers, apart from them those of the model alone, and where each stands."""
+    notes = list(dict.fromkeys((row.place, row.remark) for row in rows))
+    printed, own = [], []
     for row in rows:
-        published, deviation = "-", "-"
-        if row.published is not None:
-            published = number(row.published)
-            deviation = f"{100 * (row.computed / row.published - 1):+.2f}"
+        published, computed, deviation = row.texts
         note = f"[{notes.index((row.place, row.remark)) + 1}]"
-        lines.append((row.quantity, row.unit, published, number(row.computed), deviation, note))
+        if row.printed:
+            printed.append((row.quantity, row.unit, published, computed, deviation, note))
+        else:
+            own.append((row.quantity, row.unit, computed, note))
     head = ("quantity", "unit", "published", "computed", "deviation, %", "note")
+    tables = [table(head, printed)]
+    if own:
+        tables.append("Not published:\n\n" + table(("quantity", "unit", "computed", "note"), own))
     listed = [f"[{i}] {place}: {remark}" for i, (place, remark) in enumerate(notes, 1)]
     marks = "; ".join(f"[{mark}] {text}" for mark, text in MARKS.items())
-    return "\n".join([table(head, lines), "", *listed, "", marks])
+    fitted = "fitted: something unknown was chosen so that this row agrees; it proves nothing"
+    return "\n".join(["\n\n".join(tables), "", *listed, "", marks, fitted])
 
 
 def _draw(chosen: Machine, name: str, folder: Path) -> None:

@@ -53,7 +53,7 @@ class Parameters:
     @cached_property
     def numbers(self) -> np.ndarray:
         """Value of every parameter in the model, shape (all,)."""
-        return self._all(self.defaults)
+        return self.all(self.defaults)
 
     @cached_property
     def _function(self) -> ca.Function:
@@ -64,7 +64,8 @@ class Parameters:
         limits = ca.vertcat(ca.SX(0, 1), *(least for _, least, *_ in self.ordered))
         return ca.Function("limits", [self.theta], [limits])
 
-    def _all(self, theta: np.ndarray) -> np.ndarray:
+    def all(self, theta: np.ndarray) -> np.ndarray:
+        """Every parameter, shape (all,), if those with a value of their own are `theta`."""
         return np.asarray(self._function(theta)).ravel()
 
     def places(self, numbers: Iterable[int]) -> list[int]:
@@ -120,7 +121,7 @@ class Parameters:
         ParameterError
             With path, value and unit of each.
         """
-        values = self._all(theta)
+        values = self.all(theta)
         faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
         limits = np.asarray(self._limits(theta)).ravel()
         for (high, _, name, rest), least in zip(self.ordered, limits, strict=True):

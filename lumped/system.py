@@ -437,6 +437,24 @@ class System:
         values = dict(zip(self.places(changes), changes.values(), strict=True))
         return self._flat.parameters.changed(values, self.name)
 
+    def parameter_values(self, changes: Changes | None = None) -> dict[str, float]:
+        """All parameters, those that follow from others too, with some changed.
+
+        Parameters
+        ----------
+        changes : mapping of name to float, optional
+            Parameters to change.
+
+        Raises
+        ------
+        UnknownNameError
+            If a parameter does not exist or is bound to others.
+        ParameterError
+            If a value is out of range.
+        """
+        p = self._flat.parameters
+        return dict(zip(p.names, map(float, p.all(self.theta(changes))), strict=True))
+
     def places(self, names: Iterable[Name]) -> list[int]:
         """Places of parameters in the parameter vector."""
         return self._flat.parameters.places([self._tree.parameter(name) for name in names])

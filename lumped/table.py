@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["listed", "number", "table"]
+__all__ = ["compared", "listed", "number", "table"]
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
@@ -16,6 +16,50 @@ def listed(names: Sequence[str], most: int = 6) -> str:
 def number(value: float, digits: int = 6) -> str:
     """A number in few characters."""
     return f"{value:.{digits}g}"
+
+
+def compared(
+    published: float | None,
+    computed: float,
+    bounds: tuple[float | None, float | None] | None = None,
+    fitted: bool = False,
+) -> tuple[str, str, str]:
+    """A published value, the computed one and what lies between them, as texts.
+
+    Parameters
+    ----------
+    published : float or None
+        Value as published, with all its digits; None if there is none.
+    computed : float
+        Value of a model.
+    bounds : (float or None, float or None), optional
+        Least and greatest value, where a range was published instead of a value.
+    fitted : bool
+        Whether something unknown was chosen so that both agree.
+
+    Returns
+    -------
+    tuple of str
+        Published, computed, and the deviation in per cent, or whether the range is met.
+    """
+    told = number(computed)
+    if bounds is not None:
+        low, high = bounds
+        met = (low is None or computed >= low) and (high is None or computed <= high)
+        text, verdict = _range(low, high), "met" if met else "not met"
+    elif published is not None:
+        off = round(100 * (computed / published - 1), 2) + 0.0  # never "-0.00"
+        text, verdict = number(published, 12), f"{off:+.2f}"
+        told = number(computed, max(6, len(text.strip("-").replace(".", ""))))
+    else:
+        return "-", told, "-"
+    return text, told, verdict + ", fitted" * fitted
+
+
+def _range(low: float | None, high: float | None) -> str:
+    if low is None or high is None:
+        return f"above {low:g}" if high is None else f"below {high:g}"
+    return f"{low:g} to {high:g}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -296,16 +296,22 @@ class Tree:
 
 
 def _origins(scope: Component) -> dict[int, str]:
-    """Objects that the parts of a component were made from, and their place."""
+    """Objects that the parts of a component were made from, and their place.
+
+    What a class declared for a part stands for it in the classes that inherit from it, too.
+    """
+    bases = [base for base in reversed(type(scope).__mro__) if issubclass(base, Component)]
+    declared = [item for base in bases for item in base._parts.items()]
     places: dict[int, str] = {}
-    for slot, declared in scope._parts.items():
-        for held in (declared, scope._default(slot)):
-            if isinstance(held, Component):
-                places[id(held)] = slot
-            elif isinstance(held, dict):
-                places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
-            else:
-                places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
+    for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
+        if slot not in scope._parts:
+            continue
+        if isinstance(held, Component):
+            places[id(held)] = slot
+        elif isinstance(held, dict):
+            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
+        else:
+            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
     return places
 
 

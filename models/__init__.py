@@ -6,16 +6,19 @@ if not __name__.startswith("lumped."):
         "Install the project and write 'from lumped.models import ...'."
     )
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
+from lumped.table import compared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lumped.analysis.result import Trajectory
+    from lumped.models.about import About, Measure
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 
@@ -32,7 +35,7 @@ MARKS = {
     "P": "printed",
     "R": "restored by derivation",
     "I": "inferred from the published results",
-    "A": "with assumed values, which the source does not give",
+    "A": "assumed, as the source does not give it",
 }
 """How a number is known."""
 
@@ -45,12 +48,17 @@ class Row(NamedTuple):
     quantity, unit : str
         What it is.
     published : float or None
-        Printed value; None if the source gives none.
+        Printed value; None if the source gives none, or a range.
     computed : float
         Value of the model.
     place, remark : str
         Where the printed value stands, with one of the `MARKS` in brackets: how the number of the
         source is known, or what the computed one rests on. What explains a deviation.
+    bounds : (float or None, float or None) or None
+        Printed range, where there is one instead of a value; None for an end that is open.
+    fitted : bool
+        Whether something that the source does not give was chosen so that this value comes out:
+        then the row proves nothing.
     """
 
     quantity: str
@@ -59,15 +67,29 @@ class Row(NamedTuple):
     computed: float
     place: str
     remark: str
+    bounds: tuple[float | None, float | None] | None = None
+    fitted: bool = False
 
     @property
     def mark(self) -> str:
         """Key of `MARKS`."""
         return self.place.partition("[")[2][:1]
 
+    @property
+    def printed(self) -> bool:
+        """The source gives a value or a range."""
+        return self.published is not None or self.bounds is not None
+
+    @property
+    def texts(self) -> tuple[str, str, str]:
+        """Published and computed value and their deviation (see `lumped.table.compared`)."""
+        return compared(self.published, self.computed, self.bounds, self.fitted)
+
 
 class Machine(Protocol):
-    """What the module of a machine offers."""
+    """What the module of a machine offers; `ABOUT` is what its report says besides numbers."""
+
+    ABOUT: "About"
 
     def rows(self) -> list[Row]:
         """Published and computed numbers."""
@@ -76,10 +98,13 @@ class Machine(Protocol):
         """Figures by name."""
 
     def model(self) -> Component:
-        """The machine to draw and to report on."""
+        """The machine to draw."""
 
-    def scene(self, **options: Any) -> "Trajectory":
-        """The run whose error is shown against its time; options as for `lumped.simulate`."""
+    def scene(self, until: float = ..., **options: Any) -> "Trajectory":
+        """The run that is shown, and whose error against its time; options of `lumped.simulate`."""
+
+    def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
+        """What a change of parameters of that run is seen by."""
 
 
 def machine(name: str) -> Machine:

@@ -8,7 +8,7 @@ as the source does not give it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,8 @@ import numpy as np
 import lumped as lp
 from lumped.models import Row
 from lumped.models import carrousel_coiler_sizing as sizing
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.carrousel_coiler_about import ABOUT
 from lumped.models.carrousel_coiler_drive import (
     I_HIGH,
     I_LOW,
@@ -51,10 +53,12 @@ def rows() -> list[Row]:
 
 def _motors() -> Iterator[Row]:
     motor, second = sizing.chosen_motor(), sizing.chosen_motor(sizing.SPEED_2)
-    note = "print cut off, not rounded; (3.4) [R] times 1.25, which is not in print [I]"
-    yield Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
-    note = "1.25 times the tension at 20 m/s and K without the efficiency [I]; 1.150 times (3.4)"
-    yield Row("motor power, drawing", "kW", 2160.0, sizing.drawn_power() / 1e3, DRAWING, note)
+    note = "print cut off, not rounded; (3.4) [R] times 1.25 [I], which is read off this number"
+    row = Row("motor power, 20 m/s", "kW", 2347.0, motor.power / 1e3, EXAMPLE_1, note)
+    yield row._replace(fitted=True)
+    note = "read as 1.25 times tension, 20 m/s and K, without the efficiency [I]; 1.150 times (3.4)"
+    row = Row("motor power, drawing", "kW", 2160.0, sizing.drawn_power() / 1e3, DRAWING, note)
+    yield row._replace(fitted=True)
     note = "1878.26, without the factor 1.25"
     yield Row("power of (3.4)", "kW", None, sizing.tension_power() / 1e3, RESTORED, note)
     for name, i, printed, slower in (
@@ -146,7 +150,7 @@ def _deviations() -> Iterator[Row]:
 
 
 def _elastic() -> Iterator[Row]:
-    lossless = {"eta": 1.0, "mu": 0.0}
+    lossless = {"drive.eta": 1.0, "drive.mu": 0.0}
     at = np.array([0.0, 10.0, 59.9, 150.1])
     run = elastic_winding(0.0, until=151.0, grid=at, rtol=1e-9, parameters=lossless)
     by_hand = (67_070.5, 81_534.7, 101_181)
@@ -160,6 +164,11 @@ def _elastic() -> Iterator[Row]:
 
 
 def _extremes() -> Iterator[Row]:
+    for name, radius, percent in (("empty", MANDREL, "0.59"), ("full", RADIUS, "0.35")):
+        part = 100 * sizing.losses_over_tension(radius)
+        note = f"{percent} from sigma_s b h^2 / 4 and mu Q d / 2, 1 mm [A]; it fits thicker strip"
+        label = f"bending and friction over tension, {name} coil"
+        yield Row(label, "%", None, part, "[P] text to (3.3)", note, bounds=(5.0, 10.0))
     for h, value in ((THICKNESS, 93.75), (5e-3, 2344)):
         model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
         found = lp.start_point(lp.assemble(model))["drive.coil.M_b"]
@@ -181,7 +190,22 @@ def model() -> UnderTension:
 
 def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
     """The run whose error is shown against its time."""
-    return elastic_winding(until=until, **options)
+    return elastic_winding(until=until if np.isfinite(until) else None, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: a coil wound by the line, and by torque control."""
+    system = lp.assemble(UnderTension())
+    run = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
+    asked = sizing.demand(run, sizing.chosen_motor())
+    found = [
+        Measure("prescribed motion, greatest motor power", "W", asked.peak_power),
+        Measure("prescribed motion, greatest motor torque", "N.m", asked.peak_torque),
+        Measure("prescribed motion, RMS motor torque", "N.m", asked.rms_torque),
+        Measure("strip in the coil", "m", float(run["drive.coil.L"][-1])),
+        Measure("mass of the coil", "kg", float(run["drive.coil.m"][-1])),
+    ]
+    return [*found, *extremes(scene(ABOUT.until, parameters=parameters, grid=4000), ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

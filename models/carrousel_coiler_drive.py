@@ -17,7 +17,7 @@ Angles count positive in the sense of winding, which is clockwise as the coiler 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -33,27 +33,28 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError
+from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
 
-TENSION = 80e3  # N  T [P]
-RADIUS = 1.0  # m  R, full coil [P]
-MANDREL = 0.305  # m  r [P]
-SPEED = 20.0  # m/s  v_max of example 3.1 [P]; example 3.2 has 1300 m/min
-I_HIGH = 1.354  # 1  high gear, the smaller ratio [P]
-I_LOW = 2.0  # 1  low gear [P]
-ETA = 0.92  # 1  [P]
+TENSION = Given(80e3, "N", "P", "tension of the strip, T")
+RADIUS = Given(1.0, "m", "P", "full coil, R")
+MANDREL = Given(0.305, "m", "P", "mandrel, r")
+SPEED = Given(20.0, "m/s", "P", "greatest line speed of example 3.1")
+I_HIGH = Given(1.354, "1", "P", "high gear, the smaller ratio")
+I_LOW = Given(2.0, "1", "P", "low gear")
+ETA = Given(0.92, "1", "P", "efficiency of the gears")
 
-WIDTH = 1.25  # m  [A]
-THICKNESS = 1e-3  # m  [A]
-DENSITY = 7850.0  # kg/m3  [A]
-YIELD = 300e6  # Pa  [A]
-J_MOTOR = 600.0  # kg.m2  at the motor shaft [A]
-J_MANDREL = 500.0  # kg.m2  gears and mandrel, at the mandrel [A]
-M_MANDREL = 2500.0  # kg  [A]
-MU = 0.003  # 1  friction of the bearings [A]
-BEARING = 0.40  # m  their diameter [A]
-ACCELERATION = 1.0  # m/s2  [A]
-DECELERATION = 1.25  # m/s2  [A]
+WIDTH = Given(1.25, "m", "A", "width of the strip")
+THICKNESS = Given(1e-3, "m", "A", "thickness of the strip, h")
+DENSITY = Given(7850.0, "kg/m3", "A", "density of the strip")
+YIELD = Given(300e6, "Pa", "A", "yield stress of the strip")
+J_MOTOR = Given(600.0, "kg.m2", "A", "motor, at its shaft")
+J_MANDREL = Given(500.0, "kg.m2", "A", "gears and mandrel, at the mandrel")
+M_MANDREL = Given(2500.0, "kg", "A", "mass on the bearings without a coil")
+MU = Given(0.003, "1", "A", "friction coefficient of the mandrel's bearings")
+BEARING = Given(0.40, "m", "A", "diameter of the mandrel's bearings")
+ACCELERATION = Given(1.0, "m/s2", "A", "acceleration of the line")
+DECELERATION = Given(1.25, "m/s2", "A", "deceleration of the line")
 
 HIGH, LOW = 1.0, 2.0
 """Commands of the gear."""
@@ -63,6 +64,8 @@ class WindingDrive(lp.Component):
     """Motor, gear, mandrel and coil; the strip is joined to `coil.strip` by what surrounds it."""
 
     strip = lp.LinearFlange()
+    r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL, above=0)
+    R: lp.Param = lp.param("m", "radius of the full coil", RADIUS, above=r)
     h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, min=0)
     eta: lp.Param = lp.param("1", "efficiency of the gears", ETA, above=0, max=1)
     mu: lp.Param = lp.param("1", "friction of the bearings", MU, min=0)
@@ -74,8 +77,8 @@ class WindingDrive(lp.Component):
     mandrel: Inertia = Inertia(J=J_MANDREL)
     bearing: Brake = Brake(characteristic=((0.0, 1.0),), c_geo=mu * BEARING / 2, f_max=1.0)
     coil: Coil = Coil(
-        r=MANDREL,
-        R_max=RADIUS + h,  # over-full is what is one layer more than full
+        r=r,
+        R_max=R + h,  # over-full is what is one layer more than full
         h=h,
         b=WIDTH,
         rho=DENSITY,
@@ -105,9 +108,9 @@ class UnderTension(lp.Component):
         yield lp.connect(self.drive.strip, self.line.flange)
 
 
-def capacity(radius: float = RADIUS, h: float = THICKNESS) -> float:
+def capacity(radius: float = RADIUS, h: float = THICKNESS, r: float = MANDREL) -> float:
     """Length of strip in a coil of this radius, m: pi (R^2 - r^2) / h, (3.8) [I]."""
-    return float(np.pi * (radius**2 - MANDREL**2) / h)
+    return float(np.pi * (radius**2 - r**2) / h) if h else np.inf
 
 
 def strip_momentum(radius: float, v: float = SPEED, h: float = THICKNESS) -> float:
@@ -160,25 +163,40 @@ def line_speed(
     return travel, speed, acceleration, slows + v / b
 
 
-def turned(length: lp.Expr, h: lp.Expr | float = THICKNESS) -> lp.Expr:
-    """Angle of the mandrel from the wound length in m, without difference of large numbers."""
-    return 2 * length / (MANDREL + sqrt(MANDREL**2 + h * length / pi))
+def turned(length: lp.Expr) -> lp.Expr:
+    """Angle of the mandrel of a `WindingDrive` from the wound length in m.
+
+    Without difference of large numbers, by the drive's own radius and thickness.
+    """
+    r = WindingDrive.r
+    return 2 * length / (r + sqrt(r**2 + WindingDrive.h * length / pi))
 
 
-def checked_length(length: float, h: float = THICKNESS) -> float:
-    """Length of a strip that the coil can take.
+def checked_length(length: float | None, found: Mapping[str, float]) -> float:
+    """Length of a strip that the coil can take: as given, or that of the full coil.
+
+    Parameters
+    ----------
+    length : float or None
+        Length, m.
+    found : mapping of name to float
+        Parameters of the model whose part `drive` is the winding drive.
 
     Raises
     ------
     OptionError
-        If the coil would be over-full.
+        If the coil would be over-full, or a strip without thickness would never fill it.
     """
-    full = capacity(h=h)
+    h, r, radius = (found[f"drive.{name}"] for name in ("h", "r", "R"))
+    full = capacity(radius, h, r)
+    length = full if length is None else length
+    if not np.isfinite(length):
+        raise OptionError("Strip without thickness, drive.h = 0 m, fills no coil: give its length.")
     if length > full * (1 + 1e-9):
-        grown = np.sqrt(MANDREL**2 + h * length / np.pi)
+        grown = np.sqrt(r**2 + h * length / np.pi)
         raise OptionError(
             f"A strip of {length:g} m and {1e3 * h:g} mm makes a coil of {grown:.4g} m radius; the "
-            f"full coil has {RADIUS:g} m. At most {full:.6g} m fit: shear the strip."
+            f"full coil has {radius:g} m. At most {full:.6g} m fit: shear the strip."
         )
     return length
 
@@ -189,9 +207,13 @@ def winding(
     v: float = SPEED,
     a: float = ACCELERATION,
     b: float = DECELERATION,
+    model: UnderTension | None = None,
+    parameters: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> lp.Trajectory:
     """Whole winding run at given tension and line speed: the torque at the motor follows.
+
+    The motor turns as the strip asks, by the drive's own ratio, radius and thickness.
 
     Parameters
     ----------
@@ -201,6 +223,10 @@ def winding(
         `HIGH` or `LOW`.
     v, a, b : float
         Line speed m/s, acceleration and deceleration m/s2.
+    model : UnderTension, optional
+        Drive, whose motor is a prescribed angle, under its strip; that of the source unless given.
+    parameters : mapping of name to value, optional
+        Parameters to change, such as ``{"drive.h": 2e-3}``.
     **options
         Passed to `lumped.simulate`.
 
@@ -209,9 +235,9 @@ def winding(
     OptionError
         If the coil would be over-full, or the strip too short.
     """
-    length = checked_length(capacity() if length is None else length)
-    travel, _, _, end = line_speed(length, v, a, b)
-    ratio = I_HIGH if gear == HIGH else I_LOW
-    motion = {"drive.motor.phi": ratio * turned(travel), "drive.gear.u": gear}
-    model = UnderTension().with_(motion)
-    return lp.simulate(lp.assemble(model), until=end, **({"rtol": 1e-11} | options))
+    model = (UnderTension() if model is None else model).with_({"drive.gear.u": gear})
+    found = lp.assemble(model).parameter_values(parameters)
+    travel, _, _, end = line_speed(checked_length(length, found), v, a, b)
+    ratio = WindingDrive.gear.ratio_1 if gear == HIGH else WindingDrive.gear.ratio_2
+    system = lp.assemble(model.with_({"drive.motor.phi": ratio * turned(travel)}))
+    return lp.simulate(system, until=end, parameters=parameters, **({"rtol": 1e-11} | options))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
-from lumped.errors import SolverError
+from lumped.errors import OptionError, SolverError
 from lumped.models.carrousel_coiler_drive import (
     ACCELERATION,
     BEARING,
@@ -18,7 +18,6 @@ from lumped.models.carrousel_coiler_drive import (
     ETA,
     HIGH,
     I_HIGH,
-    I_LOW,
     J_MANDREL,
     J_MOTOR,
     LOW,
@@ -37,11 +36,12 @@ from lumped.models.carrousel_coiler_drive import (
     line_speed,
     turned,
 )
+from lumped.models.sources import Given
 from lumped.ops import pi, sqrt, where
 
-MODULUS = 2.1e11  # Pa  [A]
-FREE = 10.0  # m  strip before the coil [A]
-DAMPING = 0.05  # 1  of the empty drive on the strip [A]
+MODULUS = Given(2.1e11, "Pa", "A", "modulus of elasticity of the strip")
+FREE = Given(10.0, "m", "A", "length of the strip before the coil")
+DAMPING = Given(0.05, "1", "A", "damping ratio of the empty drive on the strip")
 J_EMPTY = J_MANDREL + J_MOTOR * I_HIGH**2  # kg.m2  at the mandrel, high gear
 
 
@@ -91,7 +91,18 @@ class ControlledDrive(WindingDrive):
 
     motor: Torque = Torque()
     control: TensionControl = TensionControl(
-        h=WindingDrive.h, eta=WindingDrive.eta, mu=WindingDrive.mu
+        i=WindingDrive.gear.ratio_1,
+        eta=WindingDrive.eta,
+        h=WindingDrive.h,
+        b=WindingDrive.coil.b,
+        rho=WindingDrive.coil.rho,
+        sigma_s=WindingDrive.sigma_s,
+        r=WindingDrive.r,
+        m_0=WindingDrive.coil.m_0,
+        J_0=WindingDrive.mandrel.J,
+        J_m=WindingDrive.rotor.J,
+        mu=WindingDrive.mu,
+        g=WindingDrive.coil.g,
     )
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -103,14 +114,15 @@ class ControlledDrive(WindingDrive):
 class ElasticStrip(lp.Component):
     """Winding drive on an elastic strip whose far end runs with the line."""
 
-    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, above=0)
     free: lp.Param = lp.param("m", "length of the strip before the coil", FREE, above=0)
-    eta: lp.Param = lp.param("1", "efficiency", ETA, above=0, max=1)
-    mu: lp.Param = lp.param("1", "friction of the bearings", MU, min=0)
-    drive: ControlledDrive = ControlledDrive(h=h, eta=eta, mu=mu)
+    E: lp.Param = lp.param("Pa", "modulus of elasticity of the strip", MODULUS, above=0)
+    drive: ControlledDrive = ControlledDrive()
+    stiffness = E * drive.coil.b * drive.h / free
+    J_empty = drive.mandrel.J + drive.rotor.J * drive.gear.ratio_1**2
     strip: Strip = Strip(
-        c=MODULUS * WIDTH * h / free,
-        d=2 * DAMPING / MANDREL * sqrt(J_EMPTY * MODULUS * WIDTH * h / free),
+        c=stiffness,
+        d=2 * DAMPING / drive.r * sqrt(J_empty * stiffness),
+        s_rel=drive.control.T / stiffness,  # at the wanted tension
     )
     line: translation.Speed = translation.Speed(v=0.0)
 
@@ -127,7 +139,8 @@ def elastic_winding(
     v: float = SPEED,
     a: float = ACCELERATION,
     b: float = DECELERATION,
-    parameters: dict[str, float] | None = None,
+    model: ElasticStrip | None = None,
+    parameters: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> lp.Trajectory:
     """Winding under torque control, from rest to rest, the strip at the wanted tension before.
@@ -142,42 +155,47 @@ def elastic_winding(
         End, s; that of the strip unless given.
     v, a, b : float
         Line speed m/s, acceleration and deceleration m/s2.
-    parameters : mapping, optional
-        Other parameters of `ElasticStrip`, such as ``{"h": 5e-3}``.
+    model : ElasticStrip, optional
+        Drive and strip; those of the source unless given.
+    parameters : mapping of name to value, optional
+        Parameters to change besides, such as ``{"drive.h": 5e-3}``.
     **options
         Passed to `lumped.simulate`.
 
     Raises
     ------
     OptionError
-        If the coil would be over-full, or the strip too short to reach the speed.
+        If the coil would be over-full, the strip too short to reach the speed, or at its end
+        before.
     SolverError
         If the strip loses its tension; `partial` is the run.
     """
-    given = parameters or {}
-    h, free = given.get("h", THICKNESS), given.get("free", FREE)
-    length = checked_length(capacity(h=h) if length is None else length, h)
-    _, speed, acceleration, end = line_speed(length, v, a, b)
-    model = ElasticStrip().with_(
-        {"line.v": speed, "drive.control.v": speed, "drive.control.a": acceleration}
-    )
+    model = ElasticStrip() if model is None else model
+    at_rest = {"line.v": 0.0, "drive.control.v": 0.0, "drive.control.a": 0.0}
+    found = lp.assemble(model.with_(at_rest)).parameter_values(parameters)
+    _, speed, acceleration, end = line_speed(checked_length(length, found), v, a, b)
+    if until is not None and until > end * (1 + 1e-9):
+        raise OptionError(
+            f"elastic_winding: until = {until:g} s, but the strip ends at {end:.6g} s: wind a "
+            "longer one, or stop there."
+        )
+    moving = {"line.v": speed, "drive.control.v": speed, "drive.control.a": acceleration}
     run = lp.simulate(
-        lp.assemble(model),
+        lp.assemble(model.with_(moving)),
         until=end if until is None else until,
-        parameters=given | {"drive.control.compensation": compensation},
-        start={"strip.s_rel": TENSION * free / (MODULUS * WIDTH * h)},
+        parameters={"drive.control.compensation": compensation} | dict(parameters or {}),
         **options,
     )
-    _refuse_lost_tension(run)
+    _refuse_lost_tension(run, found["drive.control.T"])
     return run
 
 
-def _refuse_lost_tension(run: lp.Trajectory) -> None:
+def _refuse_lost_tension(run: lp.Trajectory, wanted: float) -> None:
     lost = next((event.time for event in run.events if event.component == "strip"), None)
     if lost is not None:
         radius, v = (np.interp(lost, run.t, run[name]) for name in ("drive.coil.R", "line.v"))
         raise SolverError(
-            f"The strip loses its tension, T = 0 N instead of {TENSION:g} N, at t = {lost:.4g} s, "
+            f"The strip loses its tension, T = 0 N instead of {wanted:g} N, at t = {lost:.4g} s, "
             f"coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. Compensate the inertia "
             "or accelerate less.",
             run,
@@ -191,7 +209,7 @@ class PlacedDrive(WindingDrive):
     v: lp.Param = lp.param("m/s", "speed at the time zero", 0.0)
     a: lp.Param = lp.param("m/s2", "acceleration", 0.0)
     motor: Position = Position(
-        phi=I_HIGH * turned(L_0 + v * lp.time + a * lp.time**2 / 2, WindingDrive.h)
+        phi=WindingDrive.gear.ratio_1 * turned(L_0 + v * lp.time + a * lp.time**2 / 2)
     )
 
 
@@ -227,15 +245,34 @@ def tension_deviation(
     return np.array(found)
 
 
-def gear_change(at: float = 5.0, until: float = 10.0, **options: Any) -> lp.Trajectory:
+def gear_change(
+    at: float = 5.0,
+    until: float = 10.0,
+    drive: WindingDrive | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
     """Gear changed from low to high while the empty mandrel turns freely at 20 rad/s.
 
     Never done on the machine: speeds jump so that momentum is kept, and the event tells the energy
     lost in the dogs.
+
+    Parameters
+    ----------
+    at, until : float
+        Instant of the change, and end, s.
+    drive : WindingDrive, optional
+        Drive, which runs here without losses, strip and torque; that of the source unless given.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
+    **options
+        Passed to `lumped.simulate`.
     """
-    drive = WindingDrive(motor=Torque(tau=0.0), mu=0.0, sigma_s=0.0, eta=1.0, h=0.0)
-    model = UnderTension(T=0.0, drive=drive).with_(
-        {"drive.gear.u": where(lp.time >= at, HIGH, LOW)}
-    )
-    start = {"drive.mandrel.w": 20.0, "drive.rotor.w": 20.0 * I_LOW}
-    return lp.simulate(lp.assemble(model), until=until, start=start, **options)
+    free = {"motor": Torque(tau=0.0), "mu": 0.0, "sigma_s": 0.0, "eta": 1.0, "h": 0.0}
+    free["gear.u"] = where(lp.time >= at, HIGH, LOW)
+    drive = (WindingDrive() if drive is None else drive).with_(free)
+    system = lp.assemble(UnderTension(T=0.0, drive=drive))
+    ratio = system.parameter_values(parameters)["drive.gear.ratio_2"]
+    begin = {"drive.mandrel.w": 20.0, "drive.rotor.w": 20.0 * ratio} | dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)

@@ -18,12 +18,17 @@ from lumped.models.carrousel_coiler_drive import (
     RADIUS,
     SPEED,
     TENSION,
+    THICKNESS,
+    UnderTension,
 )
+from lumped.models.sources import Given
 
-K = 1.08  # 1  bending and friction over tension [P]
-AMPLIFICATION = 1.25  # 1  a, from the printed 2347 kW [I]
-SPEED_2 = 1300 / 60  # m/s  v_max of example 3.2 [P]
-SPEED_MIN = 400 / 60  # m/s  v_min of example 3.2 [P]
+K = Given(1.08, "1", "P", "torque of tension, bending and friction over that of the tension, K")
+AMPLIFICATION = Given(
+    1.25, "1", "I", "motor power over that of the tension, a, from the printed 2347 kW"
+)
+SPEED_2 = Given(1300 / 60, "m/s", "P", "greatest line speed of example 3.2: 1300 m/min")
+SPEED_MIN = Given(400 / 60, "m/s", "P", "least line speed of example 3.2: 400 m/min")
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,23 @@ class Motor:
 def tension_power(T: float = TENSION, v: float = SPEED) -> float:
     """Power of tension, bending and friction at the motor, W: K T v / eta, (3.4) [R]."""
     return K * T * v / ETA
+
+
+def losses_over_tension(radius: float, h: float = THICKNESS) -> float:
+    """Torque of bending and friction over that of the tension, from the model at rest.
+
+    The source has 5 to 10 per cent, (3.3), and K = 1.08.
+
+    Parameters
+    ----------
+    radius, h : float
+        Of the coil and thickness of the strip, m.
+    """
+    model = UnderTension().with_({"drive.h": h, "drive.motor.phi": lp.time})
+    wound = {"drive.coil.theta": 2 * np.pi * (radius - MANDREL) / h}
+    point = lp.start_point(lp.assemble(model), start=wound)
+    friction = -point["drive.bearing.flange_a.tau"]
+    return float((point["drive.coil.M_b"] + abs(friction)) / (TENSION * radius))
 
 
 def speed_range(i: float = I_HIGH, v_max: float = SPEED_2, v_min: float = SPEED_MIN) -> float:
@@ -82,15 +104,18 @@ def drawn_motor() -> Motor:
 
 def demand(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
     """What a winding run asks of a motor, against its rated torque and its field weakening."""
-    speeds = np.linspace(motor.base, motor.speed, 400)
-    limit = np.column_stack([speeds, motor.power / speeds])
     return lp.sizing(
         run,
         torque="drive.rotor.flange_a.tau",
         speed="drive.rotor.w",
         rated=motor.torque,
-        maximum=limit.tolist(),
+        maximum=limit_rows(motor),
     )
+
+
+def limit_rows(motor: Motor) -> list[tuple[float, float]]:
+    """Speeds and greatest torques of a motor in field weakening."""
+    return [(float(w), motor.power / w) for w in np.linspace(motor.base, motor.speed, 400)]
 
 
 def torque_at_mandrel(torque: ArrayLike, ratio: float = I_HIGH) -> np.ndarray:

@@ -23,17 +23,20 @@ from lumped.models.carrousel_coiler_drive import (
     TENSION,
     THICKNESS,
     WIDTH,
-    capacity,
 )
-from lumped.ops import pi, where
+from lumped.models.sources import Given
+from lumped.ops import cos, pi, sqrt, where
 
-CIRCLE = 1.25  # m  radius of the circle of the mandrels [A]
-ROLL = (-4.0, 1.8)  # m  fixed point of the strip, from the axis of the turret, upward [A]
-RADIUS_0 = 0.45  # m  coil at the begin [A]
-RATIO = 1.0  # 1  k, teeth of sun over wheel of the mandrel [A]
-LINE = 5.0  # m/s  [A]
-DURATION = 12.0  # s  of half a turn [A]
-RAMP = 3.0  # s  of speeding up and slowing down [A]
+CIRCLE = Given(1.25, "m", "A", "radius of the circle of the mandrels")
+ROLL = (
+    Given(-4.0, "m", "A", "fixed point of the strip, level distance from the turret's axis"),
+    Given(1.8, "m", "A", "fixed point of the strip, height above the turret's axis"),
+)
+RADIUS_0 = Given(0.45, "m", "A", "coil where the turret begins to turn")
+RATIO = Given(1.0, "1", "A", "teeth of the sun over those of the mandrel's wheel, k")
+LINE = Given(5.0, "m/s", "A", "line speed while the turret turns")
+DURATION = Given(12.0, "s", "A", "half a turn of the turret")
+RAMP = Given(3.0, "s", "A", "speeding up and slowing down of the turret")
 
 DISTANCE = float(np.hypot(*ROLL))
 BEGIN = float(-np.pi + np.arctan2(*ROLL[::-1]) - np.pi)
@@ -60,13 +63,23 @@ class HeldTension(lp.Component):
 class Turret(lp.Component):
     """Turret, sun drive, coil and strip to the fixed roll."""
 
+    T: lp.Param = lp.param("N", "tension", TENSION)
+    v: lp.Param = lp.param("m/s", "line speed", LINE)
+    r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL, above=0)
+    R_0: lp.Param = lp.param("m", "radius of the coil at the begin", RADIUS_0, above=r)
+    h: lp.Param = lp.param("m", "thickness of the strip", THICKNESS, above=0)
+    r_t: lp.Param = lp.param("m", "radius of the circle of the mandrels", CIRCLE, above=0)
+    d: lp.Param = lp.param("m", "roll from the axis of the turret", DISTANCE, above=0)
     rho: lp.Param = lp.param("kg/m3", "density of the strip; 0: without inertia", 0.0, min=0)
     k: lp.Param = lp.param("1", "teeth of the sun over those of the mandrel", RATIO, above=0)
     turn: Position = Position(phi=0.0)
     gear: IdealGear = IdealGear(ratio=-1 / k)
-    coil: Coil = Coil(r=MANDREL, R_max=RADIUS, h=THICKNESS, b=WIDTH, rho=rho)
-    path: StripPath = StripPath(r_t=CIRCLE, d=DISTANCE, phi_0=BEGIN)
-    held: HeldTension = HeldTension(s=0.0, T=TENSION)
+    coil: Coil = Coil(r=r, R_max=RADIUS, h=h, b=WIDTH, rho=rho, theta=2 * pi * (R_0 - r) / h)
+    path: StripPath = StripPath(r_t=r_t, d=d, phi_0=BEGIN)
+    to_roll = r_t**2 + d**2 + 2 * r_t * d * cos(path.phi_0)  # m2  square of mandrel to roll
+    held: HeldTension = HeldTension(
+        s=pi * (R_0**2 - r**2) / h + sqrt(to_roll - R_0**2) + v * lp.time, T=T
+    )
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.held.motor, self.gear.flange_a)
@@ -86,21 +99,20 @@ def half_turn_angle() -> lp.Expr:
     return where(t < RAMP, top * t**2 / (2 * RAMP), where(left <= 0, pi + 0 * t, ends))
 
 
-def half_turn(turning: bool = True, **options: Any) -> lp.Trajectory:
-    """Half a turn while winding at `LINE`; `held.motor` is the sun, `turn` the turret drive.
+def half_turn(turning: bool = True, turret: Turret | None = None, **options: Any) -> lp.Trajectory:
+    """Half a turn while winding; `held.motor` is the sun, `turn` the turret drive.
 
     Parameters
     ----------
     turning : bool
         Whether the turret turns.
+    turret : Turret, optional
+        Turret; that of the source unless given.
     **options
-        Passed to `lumped.simulate`.
+        Passed to `lumped.simulate`, among them `parameters` such as ``{"h": 2e-3}``.
     """
-    begin = CIRCLE * np.exp(1j * BEGIN) + DISTANCE
-    position = capacity(RADIUS_0) + np.sqrt(abs(begin) ** 2 - RADIUS_0**2) + LINE * lp.time
-    given: dict[str, Any] = {"held.s": position}
+    turret = Turret() if turret is None else turret
     if turning:
-        given["turn.phi"] = half_turn_angle()
-    wound = 2 * np.pi * (RADIUS_0 - MANDREL) / THICKNESS
-    system = lp.assemble(Turret().with_(given), keep=["turn.phi"])
-    return lp.simulate(system, until=DURATION, start={"coil.theta": wound}, **options)
+        turret = turret.with_({"turn.phi": half_turn_angle()})
+    system = lp.assemble(turret, keep=["turn.phi"])
+    return lp.simulate(system, **({"until": DURATION} | options))

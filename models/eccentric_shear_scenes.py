@@ -42,14 +42,15 @@ from lumped.models.eccentric_shear_stand import (
     PrintedShear,
     Shear,
 )
+from lumped.models.sources import Given
 
 PULSES = {"half-sine": (HALF_SINE, CENTRE_SINE), "rectangle": (RECTANGLE, CENTRE_RECTANGLE)}
 SLOW = 1e-5
 """Speed over `SPEED` at which inertia no longer counts: its torque falls with the square."""
-FLUX = 571.0  # V.s [A]
-RESISTANCE = 0.06  # Ohm [A]
-INDUCTANCE = 0.3e-3  # H [A]
-GAIN = 1500.0  # V/rad [A]
+FLUX = Given(571.0, "V.s", "A", "flux of the motor, voltage over speed")
+RESISTANCE = Given(0.06, "Ohm", "A", "resistance of the motor's armature")
+INDUCTANCE = Given(0.3e-3, "H", "A", "inductance of the motor's armature")
+GAIN = Given(1500.0, "V/rad", "A", "gain of the controller of the motor's angle")
 
 
 class CrankTurned(lp.Component):
@@ -77,13 +78,13 @@ class FreeShear(lp.Component):
 
     w: lp.Param = lp.param("rad/s", "wanted motor speed", SPEED)
     eps: lp.Param = lp.param("1", "eccentricity of the ellipses", 0.0, min=0, below=1)
-    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR)
+    motor: DCMotor = DCMotor(k=FLUX, R=RESISTANCE, L=INDUCTANCE, J=J_MOTOR, w=w)
     loaded: Loaded = Loaded(eps=eps)
     source: VoltageSource = VoltageSource()
     ground: Ground = Ground()
     sensor: AngleSensor = AngleSensor()
     control: PController = PController(wanted=w * lp.time, k=GAIN)
-    voltage: Sum = Sum(b=FLUX * w)
+    voltage: Sum = Sum(b=motor.k * w)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield lp.connect(self.motor.flange, self.loaded.flange, self.sensor.flange)
@@ -99,12 +100,12 @@ def seated(shear: type[Shear], path: str = "loaded.shear") -> dict[str, float]:
 
     Parameters
     ----------
-    shear : PrintedShear or GuidedShear
+    shear : PrintedShear or GuidedShear, or a class made from one
         Reading of the source.
     path : str
         Its path in the model.
     """
-    if shear is GuidedShear:
+    if issubclass(shear, GuidedShear):
         return {f"{path}.seat.v_rel": 0.0}
     bodies = (("mass_x", "v"), ("mass_y", "v"), ("body", "w"))
     resting = {f"{path}.lower.{body}.{speed}": 0.0 for body, speed in bodies}
@@ -200,7 +201,7 @@ def turn(
 def _turned(
     system: lp.System, shear: type[Shear], changes: dict[str, float], grid: Any
 ) -> lp.Trajectory:
-    until = 2 * np.pi / changes.get("w", SPEED)
+    until = 2 * np.pi / system.parameter_values(changes)["w"]
     start = seated(shear)
     return lp.simulate(system, until=until, parameters=changes, start=start, grid=grid, rtol=1e-10)
 
@@ -250,25 +251,39 @@ def motions(run: lp.Trajectory, shear: type[Shear]) -> np.ndarray:
 
 
 def free_run(
-    eps: float = 0.0, turns: int = 2, shear: type[Shear] = PrintedShear, **options: Any
+    eps: float | None = None,
+    turns: int = 2,
+    shear: type[Shear] = PrintedShear,
+    model: FreeShear | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Controlled motor and free speed from the upper position, motor at its wanted speed.
 
     Parameters
     ----------
-    eps : float
-        Eccentricity of the ellipses.
+    eps : float, optional
+        Eccentricity of the ellipses; that of the model unless given.
     turns : int
         Turns at the wanted speed.
-    shear : PrintedShear or GuidedShear
+    shear : PrintedShear or GuidedShear, or a class made from one
         Reading of the source.
+    model : FreeShear, optional
+        Motor and shear, whose shear is then the one that runs; those of the source unless given.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
     **options
         Passed to `lumped.simulate`.
     """
-    system = lp.assemble(FreeShear().with_({"loaded.shear": shear()}))
-    start = {"motor.w": SPEED, "motor.phi": 0.0, "motor.i": 0.0} | seated(shear)
-    options = {"until": 2 * np.pi * turns / SPEED} | options
-    return lp.simulate(system, parameters={"eps": eps}, start=start, **options)
+    model = FreeShear().with_({"loaded.shear": shear()}) if model is None else model
+    system = lp.assemble(model)
+    changed = ({} if eps is None else {"eps": eps}) | dict(parameters or {})
+    begin = {"motor.phi": 0.0, "motor.i": 0.0} | seated(type(model.loaded.shear))
+    begin |= dict(start or {})
+    turn = 2 * np.pi / system.parameter_values(changed)["w"]
+    options = {"until": turns * turn} | options
+    return lp.simulate(system, parameters=changed, start=begin, **options)
 
 
 def kept(run: lp.Trajectory) -> list[float]:
@@ -280,9 +295,22 @@ def kept(run: lp.Trajectory) -> list[float]:
 
 
 def landing(run: lp.Trajectory) -> float:
-    """Greatest motor torque of the last turn outside of the cut over that within it."""
+    """Greatest motor torque of the last turn outside of the cut over that within it.
+
+    The peak after the landing is 10 ms wide: the output times must be closer than 1 ms.
+    """
     phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
-    last = phi >= phi[-1] - 2 * np.pi
-    angle = np.mod(phi, 2 * np.pi)
+    last = np.flatnonzero(phi >= phi[-1] - 2 * np.pi)
+    angle = np.mod(phi[last], 2 * np.pi)
     cutting = (angle >= CUT_BEGINS) & (angle <= CUT_ENDS)
-    return float(tau[last & ~cutting].max() / tau[last & cutting].max())
+    return _peak(run.t, tau, last[~cutting]) / _peak(run.t, tau, last[cutting])
+
+
+def _peak(t: np.ndarray, y: np.ndarray, places: np.ndarray) -> float:
+    """Top of the parabola through the greatest value at some places and its neighbours."""
+    i = places[y[places].argmax()]
+    near = slice(max(i - 1, 0), i + 2)
+    if len(set(t[near])) < 3 or y[near].argmax() != 1:  # an end, or a jump
+        return float(y[i])
+    a, b, c = np.polyfit(t[near] - t[i], y[near] / y[i], 2)
+    return float(y[i] * (c - b**2 / (4 * a)))

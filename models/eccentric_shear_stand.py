@@ -40,30 +40,57 @@ from lumped.components import (
 )
 from lumped.components.noncircular import slowest_at
 from lumped.components.translation import Mass
+from lumped.models.sources import Given
 
 DEGREE = np.pi / 180
 MINUTE = DEGREE / 60
-ECCENTRICITY = 0.25  # m  of the crank [P]
-MEETS = 92 * DEGREE + 20 * MINUTE  # rad  the upper support meets the strip [P]
-CUT_BEGINS = MEETS + 3 * DEGREE + 25 * MINUTE  # rad  [P]
-CUT = 58 * DEGREE + 25 * MINUTE  # rad  cutting [P]
-PULSE = 68 * DEGREE  # rad  cutting and overlap [P]
-CUT_ENDS = CUT_BEGINS + CUT  # rad
-PULSE_ENDS = CUT_BEGINS + PULSE  # rad
-M_UPPER, J_UPPER, CENTRE_UPPER = 27.3e3, 21e3, 1.7  # kg, kg.m2, m from the pin [P]
-M_LOWER, J_LOWER, CENTRE_LOWER = 37.2e3, 50e3, 2.2  # kg, kg.m2, m from the journal [P]
-ROD_UPPER, ROD_LOWER = 3.4, 4.4  # m  twice the distances of the centres [A]
-M_SHAFT, J_JOURNAL, J_PIN = 17.2e3, 1.1e3, 0.8e3  # kg, kg.m2 about A and about the pin [P]
-CENTRE_SHAFT = (ECCENTRICITY + (J_JOURNAL - J_PIN) / (M_SHAFT * ECCENTRICITY)) / 2  # m  [I]
-J_SHAFT = J_JOURNAL - M_SHAFT * CENTRE_SHAFT**2  # kg.m2  about its centre [I]
-J_MOTOR = 54e3  # kg.m2  J_mx; print damaged, 51, 56 or 5.4 cannot be excluded [I]
-SPEED = 1.05  # rad/s  [P], printed with 4 cuts/min
-FOUR_CUTS = 0.419  # rad/s  4 cuts/min without pauses
-GREATEST = 2.5e6  # N.m  Mmax [P]
-IDLE = 0.085 * GREATEST  # N.m  fitted to the printed reductions; the text has 5 to 10 % [I]
-MEAN = 2 * CUT / (np.pi * PULSE) * GREATEST  # N.m  equivalent rectangle (17) [R]
-CENTRE_SINE = CUT_BEGINS + CUT / 2  # rad
-CENTRE_RECTANGLE = CUT_BEGINS + PULSE / 2  # rad  phi_max [P]
+ECCENTRICITY = Given(0.25, "m", "P", "crank radius, e")
+MEETS = Given(92 * DEGREE + 20 * MINUTE, "rad", "P", "upper support meets the strip: 92 deg 20 min")
+GAP = Given(
+    3 * DEGREE + 25 * MINUTE, "rad", "P", "from there to the begin of the cut: 3 deg 25 min"
+)
+CUT = Given(58 * DEGREE + 25 * MINUTE, "rad", "P", "cut: 58 deg 25 min")
+OVERLAP = Given(9 * DEGREE + 35 * MINUTE, "rad", "P", "overlap after the cut: 9 deg 35 min")
+CUT_BEGINS = MEETS + GAP
+PULSE = Given(CUT + OVERLAP, "rad", "R", "width of the rectangle, cut and overlap: 68 deg")
+CUT_ENDS = CUT_BEGINS + CUT
+PULSE_ENDS = CUT_BEGINS + PULSE
+M_UPPER = Given(27.3e3, "kg", "P", "upper support")
+J_UPPER = Given(21e3, "kg.m2", "P", "upper support about its centre of mass")
+CENTRE_UPPER = Given(1.7, "m", "P", "centre of mass of the upper support from the pin")
+M_LOWER = Given(37.2e3, "kg", "P", "lower support")
+J_LOWER = Given(50e3, "kg.m2", "P", "lower support about its centre of mass")
+CENTRE_LOWER = Given(2.2, "m", "P", "centre of mass of the lower support from the journal")
+ROD_UPPER = Given(
+    3.4, "m", "A", "pin to foot of the upper support: twice the distance of its centre"
+)
+ROD_LOWER = Given(4.4, "m", "A", "journal to guide of the lower support: likewise")
+M_SHAFT = Given(17.2e3, "kg", "P", "crank shaft")
+J_JOURNAL = Given(1.1e3, "kg.m2", "P", "crank shaft about its journal A")
+J_PIN = Given(0.8e3, "kg.m2", "P", "crank shaft about its pin")
+CENTRE_SHAFT = Given(
+    (ECCENTRICITY + (J_JOURNAL - J_PIN) / (M_SHAFT * ECCENTRICITY)) / 2,
+    "m",
+    "I",
+    "centre of mass of the crank shaft from its journal",
+)
+J_SHAFT = Given(
+    J_JOURNAL - M_SHAFT * CENTRE_SHAFT**2, "kg.m2", "I", "crank shaft about its centre of mass"
+)
+J_MOTOR = Given(
+    54e3, "kg.m2", "I", "motor, J_mx: print damaged, 51, 56 or 5.4 t.m2 cannot be excluded"
+)
+SPEED = Given(1.05, "rad/s", "P", "speed of the crank, printed beside 4 cuts a minute")
+FOUR_CUTS = Given(0.419, "rad/s", "R", "4 cuts a minute without pauses")
+GREATEST = Given(2.5e6, "N.m", "P", "greatest torque of the cut, Mmax")
+IDLE = Given(
+    0.085 * GREATEST, "N.m", "I", "idle torque, fitted to the printed reductions; text: 5 to 10 %"
+)
+MEAN = Given(2 * CUT / (np.pi * PULSE) * GREATEST, "N.m", "R", "equivalent rectangle (17)")
+CENTRE_SINE = CUT_BEGINS + CUT / 2
+CENTRE_RECTANGLE = Given(
+    CUT_BEGINS + PULSE / 2, "rad", "R", "middle of cut and overlap, phi_max: 129 deg 45 min"
+)
 
 HALF_SINE = PulseTorque(tau_max=-GREATEST, centre=CENTRE_SINE, width=CUT)
 RECTANGLE = PulseTorque(shape="rectangle", tau_max=-MEAN, centre=CENTRE_RECTANGLE, width=PULSE)

@@ -7,7 +7,7 @@ dry friction in a start from rest.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import lumped as lp
@@ -22,22 +22,24 @@ from lumped.components import (
     Sum,
 )
 from lumped.models.pilger_mill_stand import SPEED, Mill, mill
+from lumped.models.sources import Given
 from lumped.ops import minimum
 
-GEAR = 15.6  # 1  i [A]
-J_MOTOR = 30.0  # kg.m2 [A]
-J_SHAFT = 3000.0  # kg.m2  crankshaft and gear wheel [A]
-BREAKDOWN = 13.5e3  # N.m  Tb [A]
-SLIP = 5.2  # rad/s  db, slip speed at breakdown [A]
-LAG = 0.02  # s  tau_e [A]
-GAIN = 0.5  # 1  Kp [A]
-INTEGRAL_GAIN = 2.0  # 1/s  Ki [A]
-RUN_UP = 6.0  # s  ramp of a start from rest [A]
+GEAR = Given(15.6, "1", "A", "ratio of the gear, i")
+J_MOTOR = Given(30.0, "kg.m2", "A", "moment of inertia of the motor")
+J_SHAFT = Given(3000.0, "kg.m2", "A", "moment of inertia of crankshaft and gear wheel")
+BREAKDOWN = Given(13.5e3, "N.m", "A", "breakdown torque of the motor")
+SLIP = Given(5.2, "rad/s", "A", "slip speed of the motor at breakdown")
+LAG = Given(0.02, "s", "A", "time constant of the motor's torque")
+GAIN = Given(0.5, "1", "A", "gain of the speed control, Kp")
+INTEGRAL_GAIN = Given(2.0, "1/s", "A", "integral gain of the speed control, Ki")
+RUN_UP = Given(6.0, "s", "A", "ramp of a start from rest")
 
 
 class Driven(lp.Component):
     """Mill on its motor with speed control; rigid gear."""
 
+    w: lp.Param = lp.param("rad/s", "speed of the crank that scenes want", SPEED["P"])
     wanted = lp.Input("rad/s", "wanted speed of the motor")
     motor: InverterInductionMotor = InverterInductionMotor(
         J=J_MOTOR, tau_k=BREAKDOWN, d_k=SLIP, T=LAG
@@ -73,7 +75,17 @@ class ElasticallyDriven(Driven):
         yield from lp.chain(self.gear, self.twist, self.shaft, self.mill.crank)
 
 
-def running(part: Driven | None = None, until: float = 1.9, **options: Any) -> lp.Trajectory:
+_WANTED = Driven.gear.ratio * Driven.w
+"""Wanted speed of the motor, by the gear and crank speed of the very drive."""
+
+
+def running(
+    part: Driven | None = None,
+    until: float = 1.9,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
     """Steady running, from the crank angle zero at the wanted speed without torque.
 
     Parameters
@@ -82,14 +94,17 @@ def running(part: Driven | None = None, until: float = 1.9, **options: Any) -> l
         Mill and motor; default is set P after the optimisation.
     until : float
         End, s.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
     **options
         Passed to `lumped.simulate`.
     """
-    w = GEAR * SPEED["P"]
-    part = (Driven() if part is None else part).with_({"wanted": w})
+    part = (Driven() if part is None else part).with_({"wanted": _WANTED})
     system = lp.assemble(part, keep=["mill.crank.phi"])
-    start = options.pop("start", {}) | {"motor.w": w}
-    return lp.simulate(system, until=until, start=start, **options)
+    found = system.parameter_values(parameters)
+    begin = {"motor.w": found["gear.ratio"] * found["w"], "shaft.w": found["w"]}
+    begin |= dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)
 
 
 def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> lp.Trajectory:
@@ -97,10 +112,9 @@ def start_up(part: Driven | None = None, until: float = 9.0, **options: Any) -> 
 
     Parameters as for `running`.
     """
-    w = GEAR * SPEED["P"]
     friction = SignTorque(tau_nominal=-Mill.M0)
     part = (Driven() if part is None else part).with_(
-        {"wanted": minimum(lp.time / RUN_UP, 1.0) * w, "mill.feed": friction}
+        {"wanted": minimum(lp.time / RUN_UP, 1.0) * _WANTED, "mill.feed": friction}
     )
     system = lp.assemble(part, keep=["mill.crank.phi"])
     return lp.simulate(system, until=until, **options)

@@ -42,49 +42,65 @@ from lumped.components import (
     Torque,
     translation,
 )
+from lumped.models.sources import Given
 from lumped.ops import maximum, pi, sqrt
 
-RADIUS = 0.59  # m  R [P]
-ROD = 4.25  # m  L [P]
-ROD_1 = 3.4  # m  L1 [P]
-OFFSET = 0.33  # m  e [P]
-IDLE = 0.04  # 1  mu [P]
-CENTRE = 0.45  # 1  centre of a rod from the crank pin over its length, 1 - LB / L [A]
-ROLL = 1100.0  # kg  mG [A]
-ROLL_RADIUS = 0.21  # m  R0 [A]
-PINION = 0.19  # m  Rgear [A]
-SECTOR_RADIUS = 0.9  # m  Rs [A]
-SLENDER = 1 / 12 - (CENTRE - 0.5) ** 2  # 1  inertia of a rod over m_rod L^2 [A]
+RADIUS = Given(0.59, "m", "P", "crank radius R")
+ROD = Given(4.25, "m", "P", "rod of the stand, L")
+ROD_1 = Given(3.4, "m", "P", "rod of the counterweight, L1")
+OFFSET = Given(0.33, "m", "P", "offset of the stand's guide from the crankshaft, e")
+IDLE = Given(0.04, "1", "P", "idle friction as a share of the crank torque, mu")
+CENTRE = Given(0.45, "1", "A", "centre of a rod from the crank pin, as a share of its length")
+ROLL = Given(1100.0, "kg", "A", "mass of a roll, mG")
+ROLL_RADIUS = Given(0.21, "m", "A", "radius of a roll, R0")
+PINION = Given(0.19, "m", "A", "radius of the pinion of a roll")
+SECTOR_RADIUS = Given(0.9, "m", "A", "radius at which the sectors' mass counts, Rs")
+SLENDER = Given(
+    1 / 12 - (CENTRE - 0.5) ** 2,
+    "1",
+    "A",
+    "moment of inertia of a rod over its mass and the square of its length",
+)
 
-SPEED = {"P": 63.982 * np.pi / 30, "F": 136.471 * np.pi / 30}  # rad/s  crank [I]
-SETS = {  # [I]
-    "P": {
-        "m1": 8431.17,
-        "m_rod": 1048.95,
-        "m_rod_1": 1832.40,
-        "m_pin": 8714.52,
-        "T_f": 58298.95,
-        "back": 0.690,
-        "al": 1.000,
-        "be": 0.659,
-        "M0": 9719.6,
-    },
-    "F": {
-        "m1": 9004.15,
-        "m_rod": 2182.70,
-        "m_rod_1": 2789.72,
-        "m_pin": 5244.44,
-        "T_f": 110418.0,
-        "back": 0.844,
-        "al": 2.235,
-        "be": 0.662,
-        "M0": 0.0,
-    },
+SPEED = {
+    "P": Given(63.982 * np.pi / 30, "rad/s", "I", "speed of the crank, set P"),
+    "F": Given(136.471 * np.pi / 30, "rad/s", "I", "speed of the crank, set F"),
 }
-RATIO = {"P": 1.0, "F": 6.193}  # 1  crank shaft at which F2 is meant, over the motor's [I]
-DESIGNS = {  # table 2 [P]
-    "before": {"m2": 7142.0, "U": 3349.96},
-    "after": {"m2": 7228.0, "U": 3124.73},
+_FITTED = (  # name in `Mill`, unit, what it is, set P, set F
+    ("m1", "kg", "stand", 8431.17, 9004.15),
+    ("m_rod", "kg", "a rod of the stand", 1048.95, 2182.70),
+    ("m_rod_1", "kg", "a rod of the counterweight", 1832.40, 2789.72),
+    ("m_pin", "kg", "crank pin", 8714.52, 5244.44),
+    ("T_f", "N.m", "greatest rolling torque at the crank", 58298.95, 110418.0),
+    ("back", "1", "rolling force on the way back over that on the way out", 0.690, 0.844),
+    ("al", "1", "exponent of the rolling force at the outer end", 1.000, 2.235),
+    ("be", "1", "exponent of the rolling force at the inner end", 0.659, 0.662),
+    ("M0", "N.m", "torque of the feed and turning gear", 9719.6, 0.0),
+)
+SETS = {
+    letter: {
+        name: Given(row[i], unit, "I", f"{text}, set {letter}")
+        for name, unit, text, *row in _FITTED
+    }
+    for i, letter in enumerate("PF")
+}
+RATIO = {
+    "P": Given(
+        1.0, "1", "I", "speed of the shaft at which F2 is meant over that of the crank, set P"
+    ),
+    "F": Given(
+        6.193, "1", "I", "speed of the shaft at which F2 is meant over that of the crank, set F"
+    ),
+}
+DESIGNS = {
+    "before": {
+        "m2": Given(7142.0, "kg", "P", "counterweight before the optimisation, m2"),
+        "U": Given(3349.96, "kg.m", "P", "mass moment of a sector before it, ms Rs"),
+    },
+    "after": {
+        "m2": Given(7228.0, "kg", "P", "counterweight after the optimisation, m2"),
+        "U": Given(3124.73, "kg.m", "P", "mass moment of a sector after it, ms Rs"),
+    },
 }
 
 

@@ -7,16 +7,20 @@ the roll gap sticks, skids and opens in `lumped.models.reversing_mill_scenes`, i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.models import Row
-from lumped.models.reversing_mill_drives import sharing
+from lumped.models.about import Measure, extremes, shared
+from lumped.models.reversing_mill_about import ABOUT
+from lumped.models.reversing_mill_drives import TURNING, sharing
 from lumped.models.reversing_mill_scenes import (
     DIFFERENCE,
     SKIDS,
+    SPEED,
     StripGap,
     skidding,
     strip_break,
@@ -49,24 +53,39 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROUNDING = "within the rounding of the printed J and C"
-INFERRED = "J and C that round to the printed ones [I]"
+INFERRED = "J and C chosen that round to the printed ones [I]; rounds to the printed digits"
 ALONE = "J2 without gearbox [I]; then no rounding gives all three frequencies at once"
-PUBLISHED = (  # quantity, unit, value, place, remark
+PUBLISHED: tuple[tuple[Any, ...], ...] = (  # quantity, unit, value, place, remark, bounds, fitted
     ("upper branch, gap open, f1", "Hz", 39.8, "equations (48) to (51) [P]", ROUNDING),
     ("upper branch, gap open, f2", "Hz", 21.7, "equations (48) to (51) [P]", ROUNDING),
     ("lower branch, gap open", "Hz", 38.9, "equation (46) [P]", ROUNDING),
-    ("upper f1, J and C inside their rounding", "Hz", 39.8, "equations (48) to (51) [P]", INFERRED),
-    ("upper f2, J and C inside their rounding", "Hz", 21.7, "equations (48) to (51) [P]", INFERRED),
-    ("lower f, J and C inside their rounding", "Hz", 38.9, "equation (46) [P]", INFERRED),
+    *(
+        (f"{name}, J and C inside their rounding", "Hz", value, place, INFERRED, None, True)
+        for name, value, place in (
+            ("upper f1", 39.8, "equations (48) to (51) [P]"),
+            ("upper f2", 21.7, "equations (48) to (51) [P]"),
+            ("lower f", 38.9, "equation (46) [P]"),
+        )
+    ),
     ("lower branch, motor alone", "Hz", 38.9, "equation (46) [P]", ALONE),
     (
         "influence of the mass of a spindle",
         "Hz",
-        0.1,
+        None,
         "equation (45) [P]",
-        "printed: below 0.1; inertia of 0.0026 kgf m s2 [I]",
+        "inertia of 0.0026 kgf m s2 [I], chosen to stay just below; the dimensions are not given",
+        (None, 0.1),
+        True,
     ),
-    ("eccentricity at 15 m/s", "Hz", 9.55, "equation (47) [P]", "fixes the lost diameter [I]"),
+    (
+        "eccentricity at 15 m/s",
+        "Hz",
+        9.55,
+        "equation (47) [P]",
+        "fixes the lost diameter [I]",
+        None,
+        True,
+    ),
     ("eccentricity at 10 m/s", "Hz", 6.36, "equation (47) [P]", "print cut off, not rounded"),
 )
 NOT = "not published [R]"
@@ -96,7 +115,7 @@ UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ),
     *(
         (
-            f"equation (55), K_s near 0, mode {i}",
+            f"equation (55), hardly any creep torque, mode {i}",
             "Hz",
             None,
             NOT,
@@ -106,23 +125,77 @@ UNPUBLISHED = (  # quantity, unit, None, place, reference and its origin
     ),
     ("speed that excites closed mode 1", "m/s", None, NOT, "9.97 from equations (47) and (56)"),
     ("damping ratio of closed mode 1", "1", None, NOT, "0.27 at K_s = 400 kgf m s, eigenvalues"),
-    ("strip entry, peak / mean, shaft B1", "1", None, NOT, "2.491 from modal sums over 2 s"),
-    ("strip entry, peak / mean, spindle B2", "1", None, NOT, "2.124 from modal sums over 2 s"),
-    ("strip entry, peak / mean, spindle B3", "1", None, NOT, "2.192 from modal sums over 2 s"),
-    ("motors unchanged, peak / mean, shaft B1", "1", None, NOT, "2.914 from modal sums over 2 s"),
-    ("motors unchanged, peak / mean, spindle B2", "1", None, NOT, "2.082 from modal sums over 2 s"),
-    ("motors unchanged, peak / mean, spindle B3", "1", None, NOT, "2.107 from modal sums over 2 s"),
-    ("strip entry, equalizing torque / Mr", "1", None, NOT, "0.250 from modal sums"),
-    ("strip break, lowest torque / Mr, shaft B1", "1", None, NOT, "-0.51 from modal sums over 2 s"),
-    ("strip break, lowest torque / Mr, spindle B2", "1", None, NOT, "-0.941 from modal sums"),
-    ("strip break, lowest torque / Mr, spindle B3", "1", None, NOT, "-0.943 from modal sums"),
+    (
+        "strip entry, peak over mean torque, shaft B1",
+        "1",
+        None,
+        NOT,
+        "2.491 from modal sums over 2 s",
+    ),
+    (
+        "strip entry, peak over mean torque, spindle B2",
+        "1",
+        None,
+        NOT,
+        "2.124 from modal sums over 2 s",
+    ),
+    (
+        "strip entry, peak over mean torque, spindle B3",
+        "1",
+        None,
+        NOT,
+        "2.192 from modal sums over 2 s",
+    ),
+    (
+        "motors unchanged, peak over mean torque, shaft B1",
+        "1",
+        None,
+        NOT,
+        "2.914 from modal sums over 2 s",
+    ),
+    (
+        "motors unchanged, peak over mean torque, spindle B2",
+        "1",
+        None,
+        NOT,
+        "2.082 from modal sums over 2 s",
+    ),
+    (
+        "motors unchanged, peak over mean torque, spindle B3",
+        "1",
+        None,
+        NOT,
+        "2.107 from modal sums over 2 s",
+    ),
+    ("strip entry, equalizing over rated torque", "1", None, NOT, "0.250 from modal sums"),
+    (
+        "strip break, lowest over rated torque, shaft B1",
+        "1",
+        None,
+        NOT,
+        "-0.51 from modal sums over 2 s",
+    ),
+    ("strip break, lowest over rated torque, spindle B2", "1", None, NOT, "-0.941 from modal sums"),
+    ("strip break, lowest over rated torque, spindle B3", "1", None, NOT, "-0.943 from modal sums"),
     *(
         (f"skidding, {what}", "ms", None, LIMITS, f"{1e3 * t:.3f} from modal sums between events")
         for what, t in zip(CHANGES, SKIDS, strict=True)
     ),
     ("skidding, largest slip at 500 points", "rad/s", None, LIMITS, "7.764 from modal sums"),
-    ("M_u / Mr, eps = 0.2 %, droop 3 %", "1", None, MOTORS, "0.0333 from eps / (2 s)"),
-    ("M_u / Mr, eps = 0.2 %, droop 1 %", "1", None, MOTORS, "0.1000 from eps / (2 s)"),
+    (
+        "equalizing over rated torque, rolls 0.2 % apart, droop 3 %",
+        "1",
+        None,
+        MOTORS,
+        "0.0333 from eps / (2 s)",
+    ),
+    (
+        "equalizing over rated torque, rolls 0.2 % apart, droop 1 %",
+        "1",
+        None,
+        MOTORS,
+        "0.1000 from eps / (2 s)",
+    ),
     ("the same on converters, droop 3 %", "1", None, MOTORS, "0.0333 from eps / (2 s)"),
     ("the same on converters, droop 1 %", "1", None, MOTORS, "0.1000 from eps / (2 s)"),
 )
@@ -159,7 +232,7 @@ def rows() -> list[Row]:
         creeping.damping[0],
         *(entry.table(SHAFTS).max(axis=0) / RATED),
         *(passive.table(SHAFTS).max(axis=0) / share),
-        np.abs(entry["upper.barrel.tau"]).max() / RATED,
+        np.abs(entry["upper.barrel.tau"] + RATED).max() / RATED,
         *(after_break.table(SHAFTS).min(axis=0) / RATED),
         *(1e3 * event.time for event in skids.events if event.component == "gap"),
         skids["gap.w_rel"].max(),
@@ -167,8 +240,8 @@ def rows() -> list[Row]:
         *(sharing(s) for s in (0.03, 0.01)),
     ]
     return [
-        Row(quantity, unit, value, float(found), place, remark)
-        for (quantity, unit, value, place, remark), found in zip(
+        Row(quantity, unit, value, float(found), *rest)
+        for (quantity, unit, value, *rest), found in zip(
             (*PUBLISHED, *UNPUBLISHED), computed, strict=True
         )
     ]
@@ -179,13 +252,28 @@ def model() -> StripGap:
     return StripGap()
 
 
-def _hertz(gap: lp.Component, parameters: dict[str, float] | None = None) -> np.ndarray:
+def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> np.ndarray:
     return lp.modes(lp.assemble(gap), parameters=parameters).hertz
 
 
-def scene(until: float = 0.4, **options: Any) -> lp.Trajectory:
+def scene(
+    until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
+) -> lp.Trajectory:
     """The run whose error is shown against its time."""
-    return skidding(until=until, **options)
+    rolling = dict.fromkeys(TURNING, SPEED) | dict(start or {})
+    return skidding(until=until, start=rolling, **options)
+
+
+def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
+    """What a change of parameters is seen by: frequencies, and the skidding gap."""
+    found = []
+    for name, gap in (("open", OpenGap()), ("closed", ClosedGap())):
+        system = lp.assemble(gap)
+        hertz = lp.modes(system, parameters=shared(system, parameters)).hertz
+        for i, f in enumerate(hertz, 1):
+            found.append(Measure(f"gap {name}, natural frequency {i}", "Hz", float(f)))
+    run = scene(ABOUT.until, parameters=parameters, grid=4000)
+    return [*found, *extremes(run, ABOUT)]
 
 
 def plots() -> dict[str, Figure]:

@@ -8,7 +8,7 @@ and a load-share trim on the lower drive removes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import lumped as lp
@@ -24,9 +24,10 @@ from lumped.models.reversing_mill_stand import (
     RATED,
     Branch,
 )
+from lumped.models.sources import Given
 
-OVERLOAD = 2.5  # 1  greatest over rated torque [A]
-LOOP = 5e-3  # s  time constant of the torque loop [A]
+OVERLOAD = Given(2.5, "1", "A", "greatest torque of a motor over the rated one")
+LOOP = Given(5e-3, "s", "A", "time constant of a motor's torque loop")
 MOTOR = SpeedDrive(
     J=J_MOTOR,
     tau_max=OVERLOAD * RATED,
@@ -109,7 +110,11 @@ def sharing(s: float, eps: float = DIFFERENCE) -> float:
 
 
 def motors_at_entry(
-    stand: MotorStand | SharingStand, idle: float = SPEED, until: float = 4.0, **options: Any
+    stand: MotorStand | SharingStand,
+    idle: float = SPEED,
+    until: float = 4.0,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Strip that enters at 0.5 s between unequal rolls turning idle, and what the motors do.
 
@@ -121,8 +126,11 @@ def motors_at_entry(
         Speed before, rad/s.
     until : float
         End, s.
+    start : mapping of name to value, optional
+        Start values besides.
     **options
         Passed to `lumped.simulate`.
     """
     system = lp.assemble(stand.with_({"eps": DIFFERENCE, "enters": 0.5}))
-    return lp.simulate(system, until=until, start=dict.fromkeys(TURNING, idle), **options)
+    begin = dict.fromkeys(TURNING, idle) | dict(start or {})
+    return lp.simulate(system, until=until, start=begin, **options)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -140,7 +142,7 @@ def _draw_skidding() -> Figure:
 def _draw_break() -> Figure:
     figure = Figure((8, 8), layout="constrained")
     axes = figure.subplots(3, sharex=True, sharey=True)
-    cases: tuple[tuple[str, dict[str, float]], ...] = (
+    cases: tuple[tuple[str, dict[str, Any]], ...] = (
         ("motors at rated torque", {}),
         ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
         (

@@ -13,7 +13,7 @@ together.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import lumped as lp
@@ -37,15 +37,16 @@ from lumped.models.reversing_mill_stand import (
     OpenGap,
     UpperBranch,
 )
+from lumped.models.sources import Given
 from lumped.ops import where
 
-STATIC = 0.40 * RATED  # N.m  M_s [A]
-KINETIC = 0.30 * RATED  # N.m  M_k [A]
-SPEED = 140.0  # rad/s  w_0 of the motors [A]
-DIFFERENCE = 0.002  # 1  eps [A]
-GAIN = 1000.0  # N.m.s/rad  of a PI speed controller [A]
-INTEGRAL_TIME = 0.2  # s  of a PI speed controller [A]
-PLAY = 0.02  # rad  of a spindle, at the motor shaft [A]
+STATIC = Given(0.40 * RATED, "N.m", "A", "greatest equalizing torque without skidding, M_s")
+KINETIC = Given(0.30 * RATED, "N.m", "A", "equalizing torque while skidding, M_k")
+SPEED = Given(140.0, "rad/s", "A", "speed of the motors while rolling, w_0")
+DIFFERENCE = Given(0.002, "1", "A", "relative difference of the roll diameters, eps")
+GAIN = Given(1000.0, "N.m.s/rad", "A", "gain of a PI speed controller")
+INTEGRAL_TIME = Given(0.2, "s", "A", "integral time of a PI speed controller")
+PLAY = Given(0.02, "rad", "A", "play of a spindle at the motor shaft")
 NEVER = 1e9  # s
 SKIDS = (0.031472, 0.205081, 0.212507, 0.231298)
 """Instants at which the gap skids and sticks in `skidding`, s, by modal sums between them."""
@@ -75,34 +76,48 @@ class StripGap(OpenGap):
     gap: lp.Component = SlipCoupling(static=M_s, kinetic=M_k, u=between(enters, leaves))
 
     def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
         yield from lp.chain(self.lower.barrel, self.ratio, self.gap, self.upper.barrel)
-        yield lp.connect(self.upper.barrel, self.upper_load.flange)
-        yield lp.connect(self.lower.barrel, self.lower_load.flange)
 
 
-def skidding(until: float = 0.4, **options: Any) -> lp.Trajectory:
+def skidding(
+    stand: StripGap | None = None,
+    until: float = 0.4,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
     """Motors at 1.6 and 0.4 Mr for 0.12 s of steady rolling, then at Mr again [A].
 
     Parameters
     ----------
+    stand : StripGap, optional
+        Stand whose motors are torques; that of the source unless given.
     until : float
         End, s.
+    start : mapping of name to value, optional
+        Start values besides rated torque in all shafts.
     **options
         Passed to `lumped.simulate`, among them ``parameters={"M_s": ..., "M_k": ...}``.
     """
     early = lp.time < 0.12
-    stand = StripGap().with_(
+    stand = (StripGap() if stand is None else stand).with_(
         {
             "upper.drive.tau": where(early, 1.6 * RATED, RATED),
             "lower.drive.tau": where(early, 0.4 * RATED, RATED),
         }
     )
-    start = dict.fromkeys(SHAFTS, RATED)
-    return lp.simulate(lp.assemble(stand), until=until, start=start, **options)
+    rolling = dict.fromkeys(SHAFTS, RATED) | dict(start or {})
+    return lp.simulate(lp.assemble(stand), until=until, start=rolling, **options)
 
 
 def strip_break(
-    share: float = 0.0, play: float = 0.0, until: float = 0.22, **options: Any
+    share: float = 0.0,
+    play: float = 0.0,
+    until: float = 0.22,
+    stand: StripGap | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Strip that breaks at 20 ms of steady rolling; the motors keep their torques.
 
@@ -114,19 +129,34 @@ def strip_break(
         Whole play in each spindle, at the motor shaft, rad.
     until : float
         End, s.
+    stand : StripGap, optional
+        Stand whose motors are torques; that of the source unless given.
+    parameters : mapping of name to value, optional
+        Parameters to change.
+    start : mapping of name to value, optional
+        Values near which, or with which, the steady rolling is sought.
     **options
         Passed to `lumped.simulate`.
     """
-    stand = StripGap(leaves=0.02).with_(
-        {"upper.drive.tau": (1 + share) * RATED, "lower.drive.tau": (1 - share) * RATED}
+    stand = (StripGap() if stand is None else stand).with_(
+        {
+            "leaves": 0.02,
+            "upper.drive.tau": (1 + share) * RATED,
+            "lower.drive.tau": (1 - share) * RATED,
+        }
     )
     if play:
-        spindle = ElastoBacklash(c=C_SPINDLE, b=play)
-        stand = stand.with_({"upper.spindle": spindle, "lower.spindle": spindle})
+        loose = ElastoBacklash(c=C_SPINDLE, b=play)
+        stand = stand.with_({"upper.spindle": loose, "lower.spindle": loose})
     system = lp.assemble(stand)
-    twist = RATED / C_SPINDLE + play / 2
-    near = {f"{side}.spindle.phi_rel": twist for side in ("upper", "lower")}
-    rolling = lp.equilibrium(system, start=near)
+    found = system.parameter_values(parameters)
+    near: dict[str, Any] = {}
+    for side, torque in (("upper", (1 + share) * RATED), ("lower", (1 - share) * RATED)):
+        spindle = f"{side}.spindle"
+        if f"{spindle}.c" in found:  # on the driving side of its play
+            gap = found.get(f"{spindle}.b", 0.0)
+            near[f"{spindle}.phi_rel"] = torque / found[f"{spindle}.c"] + gap / 2
+    rolling = lp.equilibrium(system, parameters=parameters, start=near | dict(start or {}))
     return lp.simulate(system, until=until, start=rolling, **options)
 
 
@@ -137,7 +167,11 @@ class JoinedGap(StripGap):
 
 
 def entry_at_speed(
-    stand: StripGap, lead: float, until: float = 0.2, **options: Any
+    stand: StripGap,
+    lead: float,
+    until: float = 0.2,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Strip that enters at 20 ms; the motors have rated torque from then on.
 
@@ -149,6 +183,8 @@ def entry_at_speed(
         Speed of the upper branch before, relative to the lower one, rad/s.
     until : float
         End, s.
+    start : mapping of name to value, optional
+        Start values besides.
     **options
         Passed to `lumped.simulate`.
     """
@@ -156,8 +192,8 @@ def entry_at_speed(
     drives = {"upper.drive.tau": step, "lower.drive.tau": step}
     system = lp.assemble(stand.with_({"enters": 0.02} | drives))
     turning = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "gap.w_rel")
-    start = dict.fromkeys(turning, lead)
-    return lp.simulate(system, until=until, start=start, **options)
+    begin = dict.fromkeys(turning, lead) | dict(start or {})
+    return lp.simulate(system, until=until, start=begin, **options)
 
 
 class SpeedControlled(lp.Component):
@@ -236,12 +272,34 @@ def with_droop(s: float) -> ControlledStand:
 
 
 def unequal_rolls(
-    stand: ControlledStand | TrimmedStand, until: float, eps: float = DIFFERENCE, **options: Any
+    stand: ControlledStand | TrimmedStand,
+    until: float,
+    eps: float = DIFFERENCE,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
-    """Rolls of unequal diameter between PI controllers: begins with rated torque in all shafts."""
+    """Rolls of unequal diameter between PI controllers: begins with rated torque in all shafts.
+
+    Parameters
+    ----------
+    stand : ControlledStand or TrimmedStand
+        Stand.
+    until : float
+        End, s.
+    eps : float
+        Diameter of the upper over that of the lower rolls, less 1.
+    parameters, start : mapping of name to value, optional
+        Parameters to change, and start values besides.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    system = lp.assemble(stand.with_({"eps": eps}))
+    found = system.parameter_values(parameters)
     upper = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w")
-    start = dict.fromkeys(SHAFTS, RATED) | dict.fromkeys(upper, SPEED)
-    start |= {f"{side}.drive.control.x": RATED / GAIN for side in ("upper", "lower")}
-    start |= {"lower.motor.w": (1 + eps) * SPEED}
-    stand = stand.with_({"eps": eps})
-    return lp.simulate(lp.assemble(stand), until=until, start=start, **options)
+    begin: dict[str, Any] = dict.fromkeys(SHAFTS, RATED) | dict.fromkeys(upper, SPEED)
+    for side in ("upper", "lower"):
+        begin[f"{side}.drive.control.x"] = RATED / found[f"{side}.drive.control.k"]
+    begin["lower.motor.w"] = (1 + found["eps"]) * SPEED
+    begin |= dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)

@@ -17,41 +17,59 @@ angles of both branches count positive in the direction of rolling, and a shaft 
 positive when the motor drives. The motions are deviations from steady idling.
 
 The printed frequencies follow from the printed parameters to 0.6 % and no better, but within the
-rounding of every J and C (for example J1 = 3.0102, J3 = 2.4467, backup roll 0.15842 kgf m s2,
-C1 = 26233, C2 = 9180 kgf m) all three come within half a unit of the printed digit. The statement
+rounding of every J and C (for example J1 = 3.006, J3 = 2.446, backup roll 0.1583 kgf m s2,
+C1 = 26240, C2 = 9182 kgf m) all three round to the printed digits. The statement
 that the mass of the shafts changes them by less than 0.1 Hz needs dimensions that are not given.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 import lumped as lp
 from lumped.components import Damper, IdealGear, Inertia, Planetary, Spring, Torque
+from lumped.models.sources import Given
 
 KGF = 9.80665  # N
-RATED = 365 * KGF  # N.m       rated torque of one motor [P]
-J_MOTOR = 3.01 * KGF  # kg.m2      J1 [P]
-J_GEARBOX = 2.45 * KGF  # kg.m2      J3, at the motor shaft [P]
-J_BACKUP = 0.16 * KGF  # kg.m2      backup roll, referred [P]
-J_WORK = 0.0001 * KGF  # kg.m2      work roll, referred [P]; implausibly small, but used in print
-C_SHAFT = 2.62e4 * KGF  # N.m/rad    C1', shaft B1 [P]
-C_SPINDLE = 0.918e4 * KGF  # N.m/rad    C2', spindles B2 and B3, referred [P]
-J_SPINDLE = 0.0026 * KGF  # kg.m2  a spindle that explains the printed influence of 0.1 Hz [I]
-CREEP = 300 * KGF  # N.m.s/rad  K_s, the middle of a plausible 210 to 420 kgf m s [A]
-BACKUP_DIAMETER = 0.5  # m          from (47) and the printed 9.55 Hz at 15 m/s [I]
+RATED = Given(365 * KGF, "N.m", "P", "rated torque of a motor, Mr: 365 kgf m")
+J_MOTOR = Given(3.01 * KGF, "kg.m2", "P", "motor, J1: 3.01 kgf m s2")
+J_GEARBOX = Given(2.45 * KGF, "kg.m2", "P", "gearbox at the motor shaft, J3: 2.45 kgf m s2")
+J_BACKUP = Given(0.16 * KGF, "kg.m2", "P", "backup roll at the motor shaft: 0.16 kgf m s2")
+J_WORK = Given(
+    0.0001 * KGF, "kg.m2", "P", "work roll at the motor shaft: 0.0001 kgf m s2, implausibly small"
+)
+C_SHAFT = Given(2.62e4 * KGF, "N.m/rad", "P", "long shaft B1, C1: 2.62e4 kgf m")
+C_SPINDLE = Given(
+    0.918e4 * KGF, "N.m/rad", "P", "spindles B2 and B3 at the motor shaft, C2: 0.918e4 kgf m"
+)
+J_SPINDLE = Given(
+    0.0026 * KGF, "kg.m2", "I", "a spindle that explains the printed influence of 0.1 Hz"
+)
+CREEP = Given(
+    300 * KGF,
+    "N.m.s/rad",
+    "A",
+    "creep coefficient of the roll gap, K_s: middle of a plausible 210 to 420 kgf m s",
+)
+BACKUP_DIAMETER = Given(0.5, "m", "I", "backup roll, from (47) and the printed 9.55 Hz at 15 m/s")
 
-MOTOR_ONLY = {"motor.J": J_MOTOR / 2, "gearbox.J": J_MOTOR / 2}  # the other reading of J2 [I]
-INSIDE = {  # parameters that round to the printed ones [I]
-    "motor.J": 3.0102 * KGF,
-    "gearbox.J": 2.4467 * KGF,
-    "rolls.J": (0.15842 + 0.0001) * KGF,
-    "spindle.c": 9180 * KGF,
+MOTOR_ONLY = {
+    part: Given(
+        J_MOTOR / 2, "kg.m2", "I", f"lower {part[:-2]} by the other reading of J2, motor alone"
+    )
+    for part in ("motor.J", "gearbox.J")
 }
-C_INSIDE = 26233 * KGF  # N.m/rad  of the shaft B1, likewise [I]
+_ROUNDS = "rounds to the printed digits and gives the printed frequencies"
+INSIDE = {
+    "motor.J": Given(3.006 * KGF, "kg.m2", "I", f"motor that {_ROUNDS}"),
+    "gearbox.J": Given(2.446 * KGF, "kg.m2", "I", f"gearbox that {_ROUNDS}"),
+    "rolls.J": Given((0.1583 + 0.0001) * KGF, "kg.m2", "I", f"rolls whose inertia {_ROUNDS}"),
+    "spindle.c": Given(9182 * KGF, "N.m/rad", "I", f"spindle whose stiffness {_ROUNDS}"),
+}
+C_INSIDE = Given(26240 * KGF, "N.m/rad", "I", f"shaft B1 whose stiffness {_ROUNDS}")
 
 SHAFTS = ("upper.shaft.tau", "upper.spindle.tau", "lower.spindle.tau")
 SHAFT_LABELS = ("shaft B1", "upper spindle B2", "lower spindle B3")
@@ -72,14 +90,13 @@ class UpperBranch(Branch):
     gearbox: Inertia = Inertia(J=J_GEARBOX)
     spindle: Spring = Spring(c=C_SPINDLE)
     rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
-    load: Torque = Torque(tau=0.0)
 
     def connections(self) -> Iterator[lp.Connection]:
         # From the rolls to the motor: a spring torque is positive when flange b leads.
         yield from lp.chain(
             self.rolls, self.spindle, self.gearbox, self.shaft, self.motor, self.drive
         )
-        yield lp.connect(self.barrel, self.rolls.flange_a, self.load.flange)
+        yield lp.connect(self.barrel, self.rolls.flange_a)
 
 
 class LowerBranch(Branch):
@@ -90,24 +107,30 @@ class LowerBranch(Branch):
     gearbox: Inertia = Inertia(J=J_GEARBOX)
     spindle: Spring = Spring(c=C_SPINDLE)
     rolls: Inertia | IdealGear = Inertia(J=J_BACKUP + J_WORK)
-    load: Torque = Torque(tau=0.0)
 
     def connections(self) -> Iterator[lp.Connection]:
         yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.motor, self.drive)
-        yield lp.connect(self.barrel, self.rolls.flange_a, self.load.flange)
+        yield lp.connect(self.barrel, self.rolls.flange_a)
 
 
 class OpenGap(lp.Component):
-    """No strip: the two branches turn without each other."""
+    """No strip: the two branches turn without each other, each under its load."""
 
     upper: Branch = UpperBranch()
     lower: Branch = LowerBranch()
+    upper_load: Torque = Torque(tau=0.0)
+    lower_load: Torque = Torque(tau=0.0)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.upper.barrel, self.upper_load.flange)
+        yield lp.connect(self.lower.barrel, self.lower_load.flange)
 
 
 class ClosedGap(OpenGap):
     """Rolls joined by the strip: one body."""
 
     def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
         yield lp.connect(self.upper.barrel, self.lower.barrel)
 
 
@@ -118,6 +141,7 @@ class CreepingGap(OpenGap):
     creep: Damper = Damper(d=K_s / 2)
 
     def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
         yield from lp.chain(self.upper.barrel, self.creep, self.lower.barrel)
 
 
@@ -136,6 +160,7 @@ class PrintedGap(OpenGap):
     rolls: Inertia = Inertia(J=2 * (J_BACKUP + J_WORK))
 
     def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
         yield lp.connect(self.upper.barrel, self.creep.flange_a, self.mean.sun)
         yield lp.connect(self.lower.barrel, self.creep.flange_b, self.mean.ring)
         yield lp.connect(self.mean.carrier, self.rolls.flange_a)
@@ -163,7 +188,11 @@ def critical_strip_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
 
 
 def strip_entry(
-    gap: OpenGap, motor_torque: float = 0.0, until: float = 0.2, **options: Any
+    gap: OpenGap,
+    motor_torque: float = 0.0,
+    until: float = 0.2,
+    parameters: Mapping[str, Any] | None = None,
+    **options: Any,
 ) -> lp.Trajectory:
     """Load of rated torque on each pair of rolls from the time zero.
 
@@ -175,20 +204,19 @@ def strip_entry(
         Step of each motor's torque at the same instant, N.m; zero leaves the motors unchanged.
     until : float
         End, s.
+    parameters : mapping of name to value, optional
+        Parameters to change besides.
     **options
         Passed to `lumped.simulate`.
     """
-    return lp.simulate(
-        lp.assemble(gap),
-        until=until,
-        parameters={
-            "upper.drive.tau": motor_torque,
-            "lower.drive.tau": motor_torque,
-            "upper.load.tau": -RATED,
-            "lower.load.tau": -RATED,
-        },
-        **options,
-    )
+    steps = {
+        "upper.drive.tau": motor_torque,
+        "lower.drive.tau": motor_torque,
+        "upper_load.tau": -RATED,
+        "lower_load.tau": -RATED,
+    }
+    changed = steps | dict(parameters or {})
+    return lp.simulate(lp.assemble(gap), until=until, parameters=changed, **options)
 
 
 def eccentricity_hertz(speed: float) -> float:
@@ -214,7 +242,7 @@ def eccentricity_gains(gap: OpenGap, speeds: np.ndarray, torque: float) -> np.nd
         Amplitudes of the torques `SHAFTS`.
     """
     line = lp.linearise(
-        lp.assemble(gap), inputs=["upper.load.tau", "lower.load.tau"], outputs=SHAFTS
+        lp.assemble(gap), inputs=["upper_load.tau", "lower_load.tau"], outputs=SHAFTS
     )
     push = line.B.sum(axis=1) * torque
     omegas = 2 * np.pi * eccentricity_hertz(1) * np.asarray(speeds)

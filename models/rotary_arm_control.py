@@ -13,7 +13,7 @@ later.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,17 +31,17 @@ from lumped.components import (
     Switch,
 )
 from lumped.models.rotary_arm_cycle import ADOPTED
-from lumped.models.rotary_arm_loads import MAXIMUM, load_inertia, static_torque
+from lumped.models.rotary_arm_loads import FREE_WEIGHTS, MAXIMUM, load_inertia
 from lumped.models.rotary_arm_parts import EPS, ETA, FAST, J_ROTOR, RATIO, SLOW, Arm
+from lumped.models.sources import Given
 
-BRAKING = 1.0  # rad/s2  a_p of the profile and the square-root law [A]
-GAIN = 6.0  # 1/s     K near the aim [A]
-BANDWIDTH = 30.0  # rad/s   of the speed control, with the mandrel on the arm [A]
-LAG = 0.005  # s       of the torque [A]
-SECTOR = 0.02  # rad/s   error below which the ramp limiter is a lag [A]
+BRAKING = Given(1.0, "rad/s2", "A", "deceleration of the profile and of the square-root law, a_p")
+GAIN = Given(6.0, "1/s", "A", "gain near the aim, K")
+BANDWIDTH = Given(30.0, "rad/s", "A", "bandwidth of the speed control with the mandrel on the arm")
+LAG = Given(0.005, "s", "A", "time constant of the motor's torque")
+SECTOR = Given(0.02, "rad/s", "A", "error of speed below which the ramp limiter is a lag")
 BEGIN = ADOPTED.points["S"]
 AIM = BEGIN + 2 * np.pi
-NEAR = AIM - BRAKING / GAIN**2  # rad  where the square-root law becomes linear
 J_M = J_ROTOR + load_inertia(loaded=True) / RATIO**2  # kg.m2
 PROFILE = (
     (BEGIN, SLOW),
@@ -55,18 +55,19 @@ class Controlled(lp.Component):
     """Arm on a speed-controlled motor that a square-root controller leads to its aim."""
 
     bandwidth: lp.Param = lp.param("1/s", "bandwidth of the speed control", BANDWIDTH, above=0)
+    target: lp.Param = lp.param("1", "angle of the arm to reach", AIM)
 
-    aim: SquareRootController = SquareRootController(wanted=AIM, K=GAIN, a=BRAKING)
+    aim: SquareRootController = SquareRootController(wanted=target, K=GAIN, a=BRAKING)
     profile: SpeedProfile = SpeedProfile(sections=PROFILE, a=BRAKING)
     slower: Minimum = Minimum()
     ramp: RateLimiter = RateLimiter(rate=EPS, T=SECTOR / EPS)
-    near: Latch = Latch(on=NEAR)
+    near: Latch = Latch(on=target - aim.a / aim.K**2)  # where the square-root law becomes linear
     wanted: Switch = Switch()
-    at_motor: Gain = Gain(k=RATIO)
+    reducer: EfficientGear = EfficientGear(ratio=RATIO, eta=ETA)
+    at_motor: Gain = Gain(k=reducer.ratio)
     motor: SpeedDrive = SpeedDrive(
         J=J_ROTOR, k=bandwidth * J_M, T_i=5 / bandwidth, T=LAG, tau_max=MAXIMUM, P_max=1e9
     )
-    reducer: EfficientGear = EfficientGear(ratio=RATIO, eta=ETA)
     arm: Arm = Arm()
 
     def connections(self) -> Iterator[lp.Connection]:
@@ -83,8 +84,9 @@ class Controlled(lp.Component):
 
 def controlled(
     until: float = 10.98,
-    parameters: dict[str, float] | None = None,
-    start: dict[str, float] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    start: Mapping[str, Any] | None = None,
+    model: Controlled | None = None,
     **options: Any,
 ) -> lp.Trajectory:
     """The cycle under position control, from rest at S.
@@ -93,22 +95,24 @@ def controlled(
     ----------
     until : float
         End, s.
-    parameters : dict
+    parameters : mapping of name to value, optional
         Changed parameters, such as ``reducer.eta``, ``motor.tau_max``, ``bandwidth``.
-    start : dict
-        Start values instead of rest at S.
+    start : mapping of name to value, optional
+        Start values instead of rest at S, with the torque that holds the arm there.
+    model : Controlled, optional
+        Arm, motor and control; those of the source unless given.
     **options
         Passed to `lumped.simulate`.
     """
-    changed = parameters or {}
-    held = static_torque(BEGIN, changed.get("reducer.eta", ETA))
-    gain = changed.get("bandwidth", BANDWIDTH) * J_M
-    begin = {"arm.phi": BEGIN, "motor.tau": held, "motor.x": held / gain}
-    resting = {"arm.mandrel.phi": changed.get("arm.pick_up", ADOPTED.pick_up), "arm.table.gap": 0.0}
-    system = lp.assemble(Controlled(), keep=["arm.angle.phi"])
-    return lp.simulate(
-        system, until=until, parameters=changed, start=begin | resting | (start or {}), **options
-    )
+    system = lp.assemble(Controlled() if model is None else model, keep=["arm.angle.phi"])
+    found = system.parameter_values(parameters)
+    still = {"arm.phi": BEGIN, "arm.mandrel.phi": found["arm.pick_up"], "arm.table.gap": 0.0}
+    point = lp.start_point(system, parameters=parameters, start=still)
+    weight = sum(point[name] for name in FREE_WEIGHTS)
+    held = weight / (found["reducer.ratio"] * found["reducer.eta"])
+    begin = still | {"motor.tau": held, "motor.x": held / found["motor.k"]}
+    begin |= dict(start or {})
+    return lp.simulate(system, until=until, parameters=parameters, start=begin, **options)
 
 
 def instants(run: lp.Trajectory) -> tuple[float, float, float]:

@@ -14,8 +14,9 @@ the RMS.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,6 @@ from lumped.models.rotary_arm_parts import (
     PRINTED,
     R_H,
     R_X,
-    RATIO,
     RELEASE,
     SLOW,
     Driven,
@@ -148,7 +148,8 @@ def run_cycle(
     printed: bool = False,
     grid: int | Sequence[float] = 1800,
     rtol: float = 1e-6,
-    parameters: dict[str, float] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    model: Driven | None = None,
 ) -> lp.Trajectory:
     """Inverse dynamics of a cycle: the torque of the motor, `MOTOR`, follows from the motion.
 
@@ -162,21 +163,26 @@ def run_cycle(
         Number of intervals, or instants, s.
     rtol : float
         Tolerance of `lumped.inverse`.
-    parameters : dict, optional
+    parameters : mapping of name to value, optional
         Changed parameters.
+    model : Driven, optional
+        Arm, reducer and rotor, on which a torque acts; those of the source unless given.
     """
     t, w = cycle.speed()
-    model = Driven(drive=Torque(tau=0.0)).with_(
-        {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
-    )
+    places = {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
+    model = (Driven() if model is None else model).with_({"drive": Torque(tau=0.0)} | places)
+    system = lp.assemble(model, keep=["arm.angle.phi"])
+    changed = (PRINTED if printed else {}) | dict(parameters or {})
+    found = system.parameter_values(changed)
+    still = {"arm.mandrel.phi": found["arm.pick_up"], "arm.table.gap": 0.0}
     return lp.inverse(
-        lp.assemble(model, keep=["arm.angle.phi"]),
-        motion={"rotor.w": RATIO * lp.ops.table(t, w)},
+        system,
+        motion={"rotor.w": found["reducer.ratio"] * lp.ops.table(t, w)},
         drive="drive.tau",
         until=cycle.duration,
         grid=grid,
-        start={"arm.phi": cycle.points["S"], "arm.mandrel.phi": cycle.pick_up, "arm.table.gap": 0},
-        parameters=(PRINTED if printed else {}) | (parameters or {}),
+        start={"arm.phi": cycle.points["S"]} | still,
+        parameters=changed,
         rtol=rtol,
     )
 

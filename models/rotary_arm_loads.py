@@ -14,14 +14,15 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Speed, Torque
-from lumped.models.rotary_arm_parts import EPS, ETA, PRINTED, RATIO, SLOW, Driven, TrayGuide
+from lumped.models.rotary_arm_parts import EPS, PRINTED, RATIO, SLOW, Driven, TrayGuide
+from lumped.models.sources import Given
 
-KW_RPM = 9550.0  # N.m  of one kW at one revolution per minute, as the source rounds it [P]
-SPEED = 480.0  # 1/min [P]
-RATED = KW_RPM * 250 / SPEED  # N.m, the chosen motor [P]
-FIRST = KW_RPM * 210 / SPEED  # N.m, the first motor [P]
-OVERLOAD = 2.0  # [P]
-MAXIMUM = 9948.0  # N.m, the chosen motor [P]
+KW_RPM = Given(9550.0, "N.m", "P", "torque of one kW at one revolution a minute, rounded")
+SPEED = Given(480.0, "1/min", "P", "rated speed of both motors")
+RATED = Given(KW_RPM * 250 / SPEED, "N.m", "R", "rated torque of the chosen motor, from 250 kW")
+FIRST = Given(KW_RPM * 210 / SPEED, "N.m", "R", "rated torque of the first motor, from 210 kW")
+OVERLOAD = Given(2.0, "1", "P", "greatest over rated torque of the motors")
+MAXIMUM = Given(9948.0, "N.m", "P", "greatest torque of the chosen motor")
 FREE_WEIGHTS = ("arm.trays.tau_g", "arm.arms.tau_g", "arm.weights.tau_g")
 
 
@@ -54,12 +55,6 @@ def at(
 def lifting(eps: float) -> Speed:
     """Motion of the motor from slow speed with an acceleration of the arm in rad/s2."""
     return Speed(w=RATIO * (SLOW + eps * lp.time))
-
-
-def static_torque(phi: float, eta: float = ETA) -> float:
-    """Motor torque that holds the empty arm against gravity, without friction in the journals."""
-    point = at(lifting(0.0), phi, loaded=False)
-    return sum(point[name] for name in FREE_WEIGHTS) / (RATIO * eta)
 
 
 def load_inertia(loaded: bool, parameters: dict[str, float] | None = None) -> float:

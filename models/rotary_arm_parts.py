@@ -37,21 +37,33 @@ from lumped.components import (
     Torque,
     Weight,
 )
+from lumped.models.sources import Given
 
-R_H = 1.008  # m      arm, centre of the shaft to centre of the tray [P]
-R_X = 0.2535  # m      mandrel [P]
-M_TRAYS, M_ARMS, M_WEIGHTS = 5 * 65.0, 5 * 1463.0, 5 * 1064.0  # kg [P]
-R_WEIGHTS = 0.350  # m      counterweights [P]
-M_MANDREL = 31_700.0  # kg [P]
-M_SHAFT, D_SHAFT = 7269.0, 0.270  # kg, m [P]
-J_REDUCER = 0.2  # kg.m2  at its output [P]
-MU, K_JOURNAL = 0.15, 1.27  # friction coefficient, factor of a run-in journal [P]
-RATIO, ETA = 50.0, 0.85  # [P]
-J_ROTOR = 12.8  # kg.m2  250 kW, 480 rpm [P]
-EPS = 1.38  # rad/s2 = (1 - 0.17) / 0.6 s [P]
-SLOW, FAST = 0.17, 1.0  # rad/s [P]
+R_H = Given(1.008, "m", "P", "arm, centre of the shaft to centre of the tray")
+R_X = Given(0.2535, "m", "P", "radius of the mandrel")
+M_TRAYS = Given(5 * 65.0, "kg", "P", "five trays of 65 kg")
+M_ARMS = Given(5 * 1463.0, "kg", "P", "five arms of 1463 kg")
+M_WEIGHTS = Given(5 * 1064.0, "kg", "P", "five counterweights of 1064 kg")
+R_WEIGHTS = Given(0.350, "m", "P", "counterweights from the centre of the shaft")
+M_MANDREL = Given(31_700.0, "kg", "P", "mandrel")
+M_SHAFT = Given(7269.0, "kg", "P", "shaft")
+D_SHAFT = Given(0.270, "m", "P", "diameter of the shaft")
+J_REDUCER = Given(0.2, "kg.m2", "P", "reducer at its output")
+MU = Given(0.15, "1", "P", "friction coefficient of the journals")
+K_JOURNAL = Given(1.27, "1", "P", "factor of a run-in journal")
+RATIO = Given(50.0, "1", "P", "ratio of the reducer")
+ETA = Given(0.85, "1", "P", "efficiency of the reducer")
+J_ROTOR = Given(12.8, "kg.m2", "P", "rotor of the motor of 250 kW and 480 rpm")
+EPS = Given(1.38, "rad/s2", "P", "angular acceleration of the arm")
+SLOW = Given(0.17, "rad/s", "P", "slow speed of the arm")
+FAST = Given(1.0, "rad/s", "P", "fast speed of the arm")
 
-DIP = np.radians(1.46912594852)  # rad  of pick-up and release below the shaft [A], see the cycle
+DIP = Given(
+    np.radians(1.46912594852),
+    "rad",
+    "I",
+    "pick-up and release below the shaft, fitted to the printed RMS torque of 4100 N.m",
+)
 PICK_UP, RELEASE = -DIP, np.pi + DIP
 
 PRINTED = {"arm.g": 10.0, "arm.spin": 1.0, "reducer.eta": 1.0}

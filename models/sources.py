@@ -1,80 +1,73 @@
-"""Numbers of a machine's source, with the marks that say how they are known."""
+"""Numbers of a machine's source, each with its unit, how it is known, and what it is."""
 
 from __future__ import annotations
 
-import ast
-import io
-import re
-import tokenize
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
 
-__all__ = ["Constant", "constants"]
+from lumped.models import MARKS
 
-_MARK = re.compile(r"\[([PRIA])\]")
+__all__ = ["Given", "constants"]
 
 
-class Constant(NamedTuple):
-    """A marked number.
+class Given(float):
+    """A number together with what a report says of it.
 
-    Attributes
+    It counts as a plain float; what is computed from it is one.
+
+    Parameters
     ----------
-    name : str
-        Name in the module, with the key if it stands in a table.
     value : float
-        Its value.
-    unit, mark, text : str
-        Unit; "P" printed, "R" restored, "I" inferred or "A" assumed; what it is.
+        The number.
+    unit : str
+        Its unit.
+    mark : {"P", "R", "I", "A"}
+        How it is known, see `lumped.models.MARKS`.
+    text : str
+        What it is, and its symbol in the source if it has one there.
+
+    Raises
+    ------
+    KeyError
+        If there is no such mark.
     """
 
-    name: str
-    value: float
     unit: str
     mark: str
     text: str
 
+    def __new__(cls, value: float, unit: str, mark: str, text: str) -> Given:
+        MARKS[mark]
+        found = super().__new__(cls, value)
+        found.unit, found.mark, found.text = unit, mark, text
+        return found
 
-def constants(machine: str) -> list[Constant]:
-    """Marked numbers in the modules of a machine, as its comments say.
+    def __getnewargs__(self) -> tuple[float, str, str, str]:  # type: ignore[override]
+        return float(self), self.unit, self.mark, self.text
+
+
+def constants(machine: str) -> list[Given]:
+    """Numbers declared in the modules of a machine, each once, the printed ones first.
 
     Parameters
     ----------
     machine : str
         Name of the machine.
     """
-    found: list[Constant] = []
+    found: dict[int, Given] = {}
     for file in sorted(Path(__file__).parent.glob(f"{machine}*.py")):
         module = import_module(f"lumped.models.{file.stem}")
-        found += _marked(file.read_text(encoding="utf-8"), vars(module))
-    return found
+        for number in _numbers(vars(module).values()):
+            found.setdefault(id(number), number)
+    return sorted(found.values(), key=lambda number: list(MARKS).index(number.mark))
 
 
-def _marked(source: str, values: dict[str, Any]) -> Iterator[Constant]:
-    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    comments = {t.start[0]: t.string for t in tokens if t.type == tokenize.COMMENT}
-    for node in ast.parse(source).body:
-        if not isinstance(node, ast.Assign):
-            continue
-        comment = comments.get(node.lineno) or comments.get(node.end_lineno or 0) or ""
-        mark = _MARK.search(comment)
-        if mark is None:
-            continue
-        words = _MARK.sub("", comment.lstrip("# ")).strip(" ,").split(maxsplit=1)
-        unit, text = [*words, "", ""][:2]
-        for target in ast.walk(node.targets[0]):
-            if isinstance(target, ast.Name):
-                for name, value in _numbers(target.id, values[target.id]):
-                    yield Constant(name, value, unit, mark[1], text.strip(" ,"))
-
-
-def _numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _numbers(f"{name}[{key!r}]", inner)
-    else:
-        try:
-            yield name, float(value)
-        except (TypeError, ValueError):
-            return
+def _numbers(values: Iterable[object]) -> Iterator[Given]:
+    for value in values:
+        if isinstance(value, Given):
+            yield value
+        elif isinstance(value, Mapping):
+            yield from _numbers(value.values())
+        elif isinstance(value, tuple | list):
+            yield from _numbers(value)

@@ -9,6 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from lumped.cli import main
@@ -56,18 +57,28 @@ def ran(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     return Ran(name, printed.getvalue(), json.loads(text), folder, rows)
 
 
-def test_run_prints_every_number_with_its_deviation_and_place(ran: Ran):
-    head = "quantity unit published computed deviation, % note"
-    assert head in " ".join(ran.printed.split())
+def test_run_prints_published_numbers_apart_with_deviation_and_place(ran: Ran):
+    printed, own = ran.printed.split("Not published:")
+    assert "quantity unit published computed deviation, % note" in " ".join(printed.split())
+    assert "quantity unit computed note" in " ".join(own.split())
     for row in ran.rows:
-        (line,) = (x for x in ran.printed.splitlines() if x.startswith(f"{row.quantity} "))
+        part = printed if row.published is not None or row.bounds else own
+        (line,) = (x for x in part.splitlines() if x.startswith(f"{row.quantity} "))
         cells = line.removeprefix(row.quantity).split()
-        deviation = "-"
-        if row.published is not None:
-            deviation = f"{100 * (row.computed - row.published) / row.published:+.2f}"
-        expected = [row.unit, cells[1], f"{row.computed:.6g}", deviation]
-        assert cells[:-1] == expected
+        assert cells[0] == row.unit
         assert f"{cells[-1]} {row.place}: {row.remark}" in ran.printed
+        if part is own:
+            assert float(cells[1]) == pytest.approx(row.computed, rel=1e-5)
+            continue
+        assert line.endswith(f", fitted  {cells[-1]}") == row.fitted
+        if row.bounds:
+            low, high = (x if x is not None else s for x, s in zip(row.bounds, (-1e99, 1e99)))  # noqa: B905
+            assert ("not met" in line) == (not low <= row.computed <= high)
+            assert "met" in line
+        else:
+            assert float(cells[1]) == row.published
+            off = 100 * (row.computed - row.published) / row.published
+            assert float(cells[3].rstrip(",")) == pytest.approx(off, abs=0.0051)
     for mark, text in MARKS.items():
         assert f"[{mark}] {text}" in ran.printed
 
@@ -78,6 +89,8 @@ def test_json_holds_every_number_with_its_mark_and_reason(ran: Ran):
             "quantity": row.quantity,
             "unit": row.unit,
             "published": row.published,
+            "bounds": None if row.bounds is None else list(row.bounds),
+            "fitted": row.fitted,
             "computed": pytest.approx(row.computed, rel=1e-12),
             "mark": ran.json["rows"][i]["mark"],
             "place": row.place,
@@ -88,6 +101,8 @@ def test_json_holds_every_number_with_its_mark_and_reason(ran: Ran):
     assert ran.json == {"machine": ran.name, "marks": MARKS, "rows": expected}
     for row in ran.json["rows"]:
         assert re.findall(r"\[([PRIA])\]", row["place"]) == [row["mark"]]
+        if row["bounds"]:
+            assert row["mark"] == "P"
         if row["published"] is not None:
             assert row["mark"] == "P"
             off = abs(row["computed"] / row["published"] - 1)
@@ -124,6 +139,65 @@ def test_file_in_place_of_the_plot_folder_is_answered_with_its_name(
     file.touch()
     assert main(["run", "reversing_mill", "--plot", str(file)]) == 2
     assert str(file) in capsys.readouterr().err
+
+
+def test_a_parameter_is_changed_from_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = tmp_path / "numbers.json"
+    given = ["--set", "upper.motor.J=30", "--set", "lower.spindle.c = 100000 N.m/rad"]
+    assert main(["run", "reversing_mill", *given, "--json", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert "upper.motor.J = 30.0, lower.spindle.c = 100000 N.m/rad" in printed
+    found = json.loads(file.read_text(encoding="utf-8"))
+    assert found["set"] == {"upper.motor.J": 30.0, "lower.spindle.c": "100000 N.m/rad"}
+    measures = {row["quantity"]: row for row in found["measures"]}
+    # the lower branch alone: two bodies and a spring
+    rolls, drive = (0.16 + 0.0001) * 9.80665, (3.01 + 2.45) * 9.80665
+    for key, c in (("unchanged", 0.918e4 * 9.80665), ("changed", 1e5)):
+        expected = np.sqrt(c * (1 / rolls + 1 / drive)) / (2 * np.pi)
+        received = [row[key] for name, row in measures.items() if name.startswith("gap open")]
+        assert min(np.abs(np.array(received) / expected - 1)) < 1e-12
+
+
+def test_a_changed_machine_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    folder = tmp_path / "new"
+    given = ["--set", "M_s=500", "--plot", str(folder)]
+    assert main(["run", "reversing_mill", *given]) == 0
+    (file,) = folder.iterdir()
+    assert f"written: {file}" in capsys.readouterr().out
+    assert file.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("command", ["run", "report"])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("upper.moto.J=30", "no parameter 'upper.moto.J'. Nearest: upper.motor.J"),
+        ("upper.motor.J=-3", "upper.motor.J = -3 kg.m2 (moment of inertia)"),
+        ("upper.motor.J=3 kg", "upper.motor.J = '3 kg': the unit must be of the kind kg.m2"),
+        ("upper.motor.J=many", "upper.motor.J = 'many': a number in kg.m2"),
+        ("gap.static=3", "'gap.static' is bound to an expression of other parameters"),
+    ],
+)
+def test_a_change_that_is_not_understood_is_answered_with_path_and_value(
+    command: str, given: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = ["-o", str(tmp_path / "page.html")] if command == "report" else []
+    assert main([command, "reversing_mill", "--set", given, *file]) == 2
+    received = capsys.readouterr()
+    assert received.out == ""
+    assert words in received.err
+
+
+@pytest.mark.parametrize("given", ["upper.motor.J", "=3", "upper.motor.J="])
+def test_a_change_without_path_or_value_is_answered_with_the_form(
+    given: str, capsys: pytest.CaptureFixture[str]
+):
+    with pytest.raises(SystemExit) as stopped:
+        main(["run", "reversing_mill", "--set", given])
+    assert stopped.value.code == 2
+    assert "write PATH=VALUE, for example upper.motor.J=30" in capsys.readouterr().err
 
 
 def test_missing_command_is_answered_with_the_usage(capsys: pytest.CaptureFixture[str]):

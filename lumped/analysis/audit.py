@@ -52,6 +52,9 @@ class EnergyAudit:
         Largest energy stored, or work done.
     error : float
         Largest gap of the balance in the course of the run, over the turnover.
+    works : tuple of (str, float)
+        What each of the others that does work gave at its mechanical ports, impacts apart;
+        negative if it took. Parts stand for the composites they are in.
     """
 
     components: tuple[str, ...]
@@ -61,6 +64,7 @@ class EnergyAudit:
     impacts: float
     turnover: float
     error: float
+    works: tuple[tuple[str, float], ...] = ()
 
     def __repr__(self) -> str:
         parts = (self.supplied, self.change, self.dissipated, self.impacts)
@@ -95,14 +99,16 @@ def audited(
     pieces = [piece for piece in steps.pieces if len(piece.t)]
     inner = [_inside(piece.t) for piece in pieces]
     fine = again(np.concatenate([t.ravel() for t in inner]))
+    others = _others(run.system)
     powers = np.concatenate([_values(piece, run.theta, nodes)[:, 1:] for piece in fine.pieces])
+    given = np.zeros(len(others))
     supplied = dissipated = impacts = largest = worst = 0.0
     first = before = float(_values(pieces[0], run.theta, nodes)[0, 0])
     place = 0
     for piece, t in zip(pieces, inner, strict=True):
         stored = _values(piece, run.theta, nodes)[:, 0]
         impacts += before - float(stored[0])
-        own = powers[place : place + t.size].reshape(*t.shape, 2)
+        own = powers[place : place + t.size].reshape(*t.shape, 2 + len(others))
         place += t.size
         width = 0.5 * np.diff(piece.t)
         work = np.cumsum(np.einsum("knp,n,k->kp", own, _WEIGHTS, width), axis=0)
@@ -113,10 +119,32 @@ def audited(
             largest = max(largest, float(np.abs(each).max(initial=0.0)))
         if len(work):
             supplied, dissipated = float(in_[-1]), float(out[-1])
+            given -= work[-1, 2:]
         before = float(stored[-1])
     error = worst / largest if largest else 0.0
     paths = tuple(node.path for node in nodes)
-    return EnergyAudit(paths, supplied, before - first, dissipated, impacts, largest, error)
+    works = tuple(
+        (node.path, float(work))
+        for node, work in zip(others, given, strict=True)
+        if abs(work) > 1e-9 * largest
+    )
+    return EnergyAudit(paths, supplied, before - first, dissipated, impacts, largest, error, works)
+
+
+def _others(system: System) -> list[Node]:
+    """Components without parts that do not say what they store and have mechanical ports."""
+    return [
+        node
+        for node in system._tree.nodes
+        if not node.children and not hasattr(node.component, "stored") and _ports(node)
+    ]
+
+
+def _ports(node: Node) -> list[int]:
+    """Places of the potentials of mechanical ports."""
+    quantities = node.layout.quantities
+    pairs = ((i, quantities[i], quantities[i + 1]) for i in range(0, 2 * len(node.layout.ports), 2))
+    return [i for i, potential, flow in pairs if (potential.unit, flow.unit) in _WORK]
 
 
 def _inside(t: np.ndarray) -> np.ndarray:
@@ -126,7 +154,7 @@ def _inside(t: np.ndarray) -> np.ndarray:
 
 
 def _values(piece: Piece, theta: np.ndarray, nodes: list[Node]) -> np.ndarray:
-    """Energy stored, power through ports and power dissipated, shape (k, 3)."""
+    """Energy stored, power through ports, power dissipated, and power into others, (k, 3 + m)."""
     system = piece.system
     if "audit" not in system.made:
         system.made["audit"] = ca.Function("audit", system._inputs, [_sums(system, nodes)])
@@ -141,12 +169,18 @@ def _sums(system: System, nodes: list[Node]) -> ca.SX:
         stored += _lowered(system, node, component.stored())
         if hasattr(component, "loss"):
             loss += _lowered(system, node, component.loss())
-        for i in range(0, 2 * len(node.layout.ports), 2):
-            potential, flow = node.layout.quantities[i : i + 2]
-            if (potential.unit, flow.unit) in _WORK:
-                q = node.first_unknown + i
-                power += system._raw([q + 1]) * _speed(system, q)
-    return ca.densify(system._in_states(ca.vertcat(stored, power, loss)))
+        power += _power(system, node)
+    rest = [_power(system, node) for node in _others(system)]
+    return ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
+
+
+def _power(system: System, node: Node) -> ca.SX:
+    """Power that flows into a component through its mechanical ports."""
+    power = ca.SX(0)
+    for i in _ports(node):
+        q = node.first_unknown + i
+        power += system._raw([q + 1]) * _speed(system, q)
+    return power
 
 
 def _speed(system: System, unknown: int) -> ca.SX:

@@ -118,7 +118,7 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     """
     tree = run.system._tree
     parameters = run.system._flat.parameters
-    values = parameters._all(run.theta)
+    values = parameters.all(run.theta)
     symbols: dict[str, ca.SX] = {}
 
     def leaf(ref: Expr, scope: Node) -> ca.SX:

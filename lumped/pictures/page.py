@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from lumped.pictures.inline import inline
+from lumped.pictures.page_run import Told, comparison, energy, events, sizes, table
 from lumped.pictures.schematic import schematic
 from lumped.system import System
 from lumped.table import number
@@ -16,48 +17,32 @@ from lumped.table import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lumped.analysis.result import Trajectory
+    from lumped.analysis.sizing import Sizing
     from lumped.analysis.work_precision import WorkPrecision
 
-__all__ = ["Compared", "Given", "report_html"]
+__all__ = ["Given", "Told", "report_html"]
+
+Section = tuple[str, str]
 
 
-class Compared(Protocol):
-    """A published number beside the computed one."""
-
-    @property
-    def quantity(self) -> str:
-        """What it is."""
+class Given(Protocol):
+    """A number of a source; `float` gives its value."""
 
     @property
     def unit(self) -> str:
         """Its unit."""
 
     @property
-    def published(self) -> float | None:
-        """Printed value."""
+    def mark(self) -> str:
+        """Letter that says how it is known."""
 
     @property
-    def computed(self) -> float:
-        """Value of the model."""
+    def text(self) -> str:
+        """What it is, in words."""
 
-    @property
-    def place(self) -> str:
-        """Where the printed value stands."""
-
-    @property
-    def remark(self) -> str:
-        """What explains a deviation."""
-
-
-Given = tuple[str, float, str, str, str]
-"""A number of the source: name, value, unit, mark ([P], [R], [I], [A]) and text."""
-
-_MARKS = {
-    "P": "printed",
-    "R": "restored by derivation",
-    "I": "inferred",
-    "A": "assumed, as the source does not give it",
-}
+    def __float__(self) -> float:
+        """Its value."""
 
 
 def report_html(
@@ -65,14 +50,19 @@ def report_html(
     path: str | Path,
     *,
     title: str | None = None,
-    figures: Mapping[str, Figure] | None = None,
-    compared: Iterable[Compared] = (),
+    text: Mapping[str, str | Sequence[str]] | None = None,
+    compared: Iterable[Told] = (),
     given: Iterable[Given] = (),
+    marks: Mapping[str, str] | None = None,
+    figures: Mapping[str, Figure] | None = None,
+    runs: Mapping[str, Trajectory] | None = None,
+    sizing: Mapping[str, Sizing] | None = None,
     accuracy: WorkPrecision | None = None,
 ) -> Path:
-    """Write a report: model, schematic, parameters, figures that zoom, and what was left out.
+    """Write a report on a model, and on runs of it if there are any.
 
-    The page loads nothing. Without scripts it shows all but the zoom.
+    It begins with the texts, goes on with results, and ends with the model, its parameters and
+    what was left out. The page loads nothing. Without scripts it shows all but the zoom.
 
     Parameters
     ----------
@@ -82,12 +72,21 @@ def report_html(
         File to write.
     title : str, optional
         Title of the page; default is the name of the model.
-    figures : mapping of str to Figure, optional
-        Pictures to show, by their titles, such as ``{"run-up": run.plot()}``.
-    compared : iterable of Compared, optional
-        Published numbers beside computed ones.
+    text : mapping of str to str or sequence of str, optional
+        Sections to begin with, by their headings: a paragraph, or items of a list.
+    compared : iterable of Told, optional
+        Numbers of the model, published ones beside them where there are any.
     given : iterable of Given, optional
-        Numbers of the source with their marks.
+        Numbers of the source.
+    marks : mapping of str to str, optional
+        What the letters in brackets behind places and numbers mean.
+    figures : mapping of str to Figure, optional
+        Pictures to show, by their captions, such as ``{"Run-up": run.plot()}``.
+    runs : mapping of str to Trajectory, optional
+        Runs whose events are told, by what happens in them; with ``certify=True`` their energy
+        balance too.
+    sizing : mapping of str to Sizing, optional
+        What runs ask of motors, by their names, from `lumped.sizing`.
     accuracy : WorkPrecision, optional
         Error against run time, from `lumped.work_precision`.
 
@@ -97,30 +96,45 @@ def report_html(
         The file.
     """
     name = title or system.name
-    sections = [
-        ("Model", _model(system)),
-        ("Schematic", inline(schematic(system), f"{system.name}: schematic", "schematic")),
-        ("Parameters", _parameters(system, list(given))),
-    ]
-    rows = list(compared)
-    if rows:
-        sections.append(("Published and computed", _comparison(rows)))
+    sections: list[Section] = [(head, _prose(body)) for head, body in (text or {}).items()]
+    sections += comparison(list(compared), marks or {})
+    sections.append(
+        ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic"))
+    )
     if figures:
-        drawn = [inline(f, text, f"figure-{i}") for i, (text, f) in enumerate(figures.items())]
+        drawn = [
+            inline(f, caption, f"figure-{i}") for i, (caption, f) in enumerate(figures.items())
+        ]
         sections.append(("Figures", "\n".join(drawn)))
+    for head, found in (("Events", events(runs or {})), ("Energy balance", energy(runs or {}))):
+        if found:
+            sections.append((head, found))
+    if sizing:
+        sections.append(("Sizing of motors", sizes(sizing)))
+    numbers = list(given)
+    if numbers:
+        sections.append(("Numbers of the source", _numbers(numbers, marks or {})))
+    sections += [("Model", _model(system)), ("Parameters", _parameters(system))]
     if accuracy is not None:
         sections.append(("Error and run time", _accuracy(accuracy)))
     sections.append(("Left out", _left_out(system)))
-    anchors = [text.lower().replace(" ", "-") for text, _ in sections]
+    target = Path(path)
+    target.write_text(_page(name, sections), encoding="utf-8")
+    return target
+
+
+def _page(name: str, sections: list[Section]) -> str:
+    anchors = [f"section-{i}" for i in range(len(sections))]
     links = "".join(
-        f'<li><a href="#{a}">{t}</a></li>' for a, (t, _) in zip(anchors, sections, strict=True)
+        f'<li><a href="#{a}">{escape(t)}</a></li>'
+        for a, (t, _) in zip(anchors, sections, strict=True)
     )
     body = "".join(
-        f'<section aria-labelledby="{a}">\n<h2 id="{a}">{t}</h2>\n{content}\n</section>\n'
+        f'<section aria-labelledby="{a}">\n<h2 id="{a}">{escape(t)}</h2>\n{content}\n</section>\n'
         for a, (t, content) in zip(anchors, sections, strict=True)
     )
     parts = files("lumped.pictures")
-    text = (
+    return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<link rel="icon" href="data:,">\n'
@@ -128,30 +142,18 @@ def report_html(
         f"</head>\n<body>\n<h1>{escape(name)}</h1>\n<nav><ul>{links}</ul></nav>\n{body}"
         f"<script>\n{(parts / 'page.js').read_text()}</script>\n</body>\n</html>\n"
     )
-    target = Path(path)
-    target.write_text(text, encoding="utf-8")
-    return target
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    def line(cells: Sequence[str], tag: str) -> str:
-        texts = (
-            f'<{tag} class="number">{c}</{tag}>' if i in numbers else f"<{tag}>{c}</{tag}>"
-            for i, c in enumerate(map(escape, cells))
-        )
-        return f"<tr>{''.join(texts)}</tr>"
-
-    body = "\n".join(line(row, "td") for row in rows)
-    return (
-        f'<div class="wide"><table>\n<thead>{line(head, "th")}</thead>\n'
-        f"<tbody>\n{body}\n</tbody>\n</table></div>"
-    )
+def _prose(body: str | Sequence[str]) -> str:
+    if isinstance(body, str):
+        return f"<p>{escape(body)}</p>"
+    return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in body) + "</ul>"
 
 
 def _model(system: System) -> str:
     report = system.report()
-    counts = _table(("", "count"), [(k, str(v)) for k, v in report.counts.items()], (1,))
-    states = _table(
+    counts = table(("", "count"), [(k, str(v)) for k, v in report.counts.items()], (1,))
+    states = table(
         ("state", "unit", "why it is one"),
         [(n, _unit(system, n), why) for n, why in report.states.items()],
     )
@@ -187,45 +189,27 @@ def _tree(system: System) -> str:
     return f'<div class="tree"><ul>{inner[0]}</ul></div>'
 
 
-def _parameters(system: System, given: list[Given]) -> str:
+def _parameters(system: System) -> str:
     parameters = system._flat.parameters
     free = set(parameters.free)
     rows = [
-        (name, number(value), p.unit, p.text, "" if i in free else "follows from others")
+        (p.text, name, number(value), p.unit, "" if i in free else "follows from others")
         for i, (name, value, p) in enumerate(
             zip(parameters.names, parameters.numbers, parameters.declared, strict=True)
         )
     ]
-    text = _table(("parameter", "value", "unit", "what it is", ""), rows, (1,))
-    if not given:
-        return text
-    used = {mark for *_, mark, _ in given}
-    key = "; ".join(f"[{mark}] {what}" for mark, what in _MARKS.items() if mark in used)
-    numbers = _table(
-        ("number", "value", "unit", "mark", "what it is"),
-        [(name, number(value), unit, f"[{m}]", text) for name, value, unit, m, text in given],
-        (1,),
-    )
-    return f"<h3>Numbers of the source</h3>\n<p>{key}</p>\n{numbers}\n<h3>Model</h3>\n{text}"
+    return table(("what it is", "parameter", "value", "unit", ""), rows, (2,))
 
 
-def _comparison(rows: list[Compared]) -> str:
-    lines = []
-    for row in rows:
-        published, deviation = "", ""
-        if row.published is not None:
-            published = number(row.published)
-            deviation = f"{100 * (row.computed / row.published - 1):+.2f}"
-        cells = (row.quantity, row.unit, published, number(row.computed), deviation)
-        lines.append((*cells, row.place, row.remark))
-    head = ("quantity", "unit", "published", "computed", "deviation, %", "place", "remark")
-    return _table(head, lines, (2, 3, 4))
+def _numbers(given: list[Given], marks: Mapping[str, str]) -> str:
+    rows = [(n.text, number(float(n)), n.unit, marks.get(n.mark, n.mark)) for n in given]
+    return table(("what it is", "value", "unit", "how it is known"), rows, (1,))
 
 
 def _left_out(system: System) -> str:
     if not system.left_out:
         return "<p>Nothing.</p>"
-    return _table(("what", "why"), [(item.what, item.why) for item in system.left_out])
+    return table(("what", "why"), [(item.what, item.why) for item in system.left_out])
 
 
 def _accuracy(found: WorkPrecision) -> str:
@@ -246,6 +230,6 @@ def _accuracy(found: WorkPrecision) -> str:
         f"<p>Largest difference from the reference ({escape(found.reference)}, whose own error is "
         f"{found.reference_error:.1g}) relative to the ranges of the quantities.</p>"
     )
-    return f"{text}\n{_table(head, rows, range(1, 7))}\n" + inline(
-        found.plot(), "run time over error", "accuracy"
+    return f"{text}\n{table(head, rows, range(1, 7))}\n" + inline(
+        found.plot(), "Run time over error", "accuracy"
     )

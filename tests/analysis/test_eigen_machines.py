@@ -21,7 +21,7 @@ def rolling():
 
 def winding():
     run = coiler.elastic_winding(until=0.3)
-    return run.point(0.2), ["drive.rotor.J", "drive.coil.r", "h", "drive.gear.ratio_1"]
+    return run.point(0.2), ["drive.rotor.J", "drive.r", "drive.h", "drive.gear.ratio_1"]
 
 
 def piercing():

@@ -333,7 +333,7 @@ def winding():
     system = coiler.elastic_winding(until=1e-3).system
     stretch = coiler.TENSION * coiler.FREE / (coiler.MODULUS * coiler.WIDTH * coiler.THICKNESS)
     of = [fun.peak("drive.motor.flange.tau"), fun.rms("strip.T"), fun.final("drive.mandrel.w")]
-    to = ["drive.rotor.J", "eta", "free"]
+    to = ["drive.rotor.J", "drive.eta", "free"]
     return system, of, to, 2.0, {"strip.s_rel": stretch}, {}, 0
 
 

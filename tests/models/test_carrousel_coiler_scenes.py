@@ -12,7 +12,7 @@ from lumped.models import carrousel_coiler_turret as turret
 
 T, r, R, h, b, rho = 80e3, 0.305, 1.0, 1e-3, 1.25, 7850.0
 J_EMPTY = 500 + 600 * 1.354**2  # at the mandrel, high gear
-LOSSLESS = {"eta": 1.0, "mu": 0.0}
+LOSSLESS = {"drive.eta": 1.0, "drive.mu": 0.0}
 AT = np.array([0.0, 10.0, 59.9])
 
 
@@ -47,7 +47,7 @@ class TestElasticStrip:
         assert damped == pytest.approx(speed * np.sqrt(1 - 0.05**2), rel=0.01)
 
     def test_thick_strip_needs_the_controller(self):
-        given = LOSSLESS | {"h": 5e-3}
+        given = LOSSLESS | {"drive.h": 5e-3}
         options = {"until": 28.0, "grid": np.array([0.0, 28.0]), "rtol": 1e-9}
         run = scenes.elastic_winding(1.0, parameters=given, **options)
         assert run["strip.T"][-1] == pytest.approx(T, abs=0.01)

@@ -11,6 +11,7 @@ from shear_by_hand import DEGREES, apart, data, nearest
 
 import lumped as lp
 from lumped.models import eccentric_shear
+from lumped.models import eccentric_shear_stand as stand
 from lumped.models.eccentric_shear_scenes import (
     CrankTurned,
     MotorTurned,
@@ -234,6 +235,17 @@ class TestRows:
         assert abs(rows["free run, RMS motor torque"].computed - 880.1) < 0.05
         assert all(row.remark for row in rows.values())
         assert all(re.search(r"\[[PRIA]\]", row.place) for row in rows.values())
+
+    def test_marks_are_those_of_the_print(self):
+        rows = {row.quantity: row for row in eccentric_shear.rows()}
+        assert rows["overlap of the knives"].published == 15.0
+        marks = {name: getattr(stand, name).mark for name in ("CUT", "OVERLAP", "PULSE", "MEETS")}
+        assert marks == {"CUT": "P", "OVERLAP": "P", "PULSE": "R", "MEETS": "P"}
+        assert stand.CENTRE_RECTANGLE.mark == "R"
+        assert np.degrees(stand.PULSE) == pytest.approx(68.0, rel=1e-14)
+        assert np.degrees(stand.CENTRE_RECTANGLE) == pytest.approx(129.75, rel=1e-14)
+        landing = rows["free run, e = 0.5, landing over cutting torque"]
+        assert landing.computed == pytest.approx(1.67950, abs=5e-6)  # converged
 
     def test_figures_are_drawn(self):
         received = set(eccentric_shear.plots())

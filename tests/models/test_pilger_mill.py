@@ -96,42 +96,61 @@ class TestPublished:
             if row.published is not None
         }
         expected = {
-            "set F, F1 before": 0.01,
-            "set F, F1 after": -0.01,
-            "set F, reduction of F1": 0.05,
-            "set F, F2 before": 0.0,
-            "set F, F2 after": 0.0,
-            "set F, change of F2": -5.08,
+            "set F, foundation force before": 0.01,
+            "set F, foundation force after": -0.01,
+            "set F, reduction of the foundation force": 0.06,
+            "set F, torque fluctuation before": 0.0,
+            "set F, torque fluctuation after": 0.0,
             "set F, motor power before": -0.90,
             "set F, motor power after": 0.88,
-            "set F, best m2": 0.13,
-            "set F, best ms Rs": 0.43,
-            "set F, ms Rs, best for 7228 kg": 0.41,
-            "set P, F1 before": -80.53,
-            "set P, F1 after": -80.52,
-            "set P, reduction of F1": -0.07,
-            "set P, F2 before": 0.02,
-            "set P, F2 after": 0.02,
-            "set P, change of F2": -7.36,
+            "set P, foundation force before": -80.53,
+            "set P, foundation force after": -80.52,
+            "set P, reduction of the foundation force": -0.07,
+            "set P, torque fluctuation before": 0.02,
+            "set P, torque fluctuation after": 0.02,
             "set P, motor power before": -0.68,
             "set P, motor power after": 0.74,
-            "set P, best m2": -1.17,
-            "set P, best ms Rs": 0.69,
-            "set P, ms Rs, best for 7228 kg": 1.06,
         }
-        assert received == expected
+        assert {name: received[name] for name in expected} == expected
+        added = {
+            "set F, counterweight added by the optimum": (86.0, 7237.6 - 7142.0),
+            "set F, sector moment added by the optimum": (-225.23, 3138.15 - 3349.96),
+            "set F, sector moment added, best for 7228 kg": (-225.23, 3137.40 - 3349.96),
+            "set P, counterweight added by the optimum": (86.0, 7143.7 - 7142.0),
+            "set P, sector moment added by the optimum": (-225.23, 3146.31 - 3349.96),
+            "set P, sector moment added, best for 7228 kg": (-225.23, 3157.93 - 3349.96),
+        }
+        for name, (published, value) in added.items():
+            assert rows[name].published == published
+            assert abs(rows[name].computed - value) < 0.06, name
+        assert set(received) == set(expected) | set(added)
+
+    def test_rows_show_the_digits_that_are_printed_and_what_was_fitted(self, rows):
+        shown = rows["set F, foundation force before"].texts
+        assert shown[0] == "491228.9"
+        assert shown[2] == "+0.01, fitted"
+        assert rows["set P, torque fluctuation before"].texts[0] == "84439.48"
+        assert rows["set P, reduction of the foundation force"].published == 34.67
+        loose = {name for name, row in rows.items() if row.printed and not row.fitted}
+        assert loose == {f"set P, foundation force {design}" for design in ("before", "after")}
 
     def test_unpublished_numbers_are_those_of_the_reference(self, rows):
         """Digits and half a unit of the last one."""
         expected = {
             "stroke of the stand": (1183.644, 5e-4),
             "crank angle of the stroke inward": (178.7365, 5e-5),
-            "set F, change of F2": (72.6, 0.1),  # a difference of rounded numbers
-            "set P, change of F2": (70.9, 0.1),
-            "set F, F10, least F1": (312592, 2.0),  # 2 N above the least, see the balance
-            "set P, F10, least F1": (58727.7, 0.1),
-            "set F, F20, least F2": (84352.8, 0.6),  # likewise
-            "set P, F20, least F2": (84441.4, 1.0),
+            "set F, change of the torque fluctuation": (
+                72.6,
+                0.1,
+            ),
+            "set P, change of the torque fluctuation": (70.9, 0.1),
+            "set F, least foundation force of all designs": (
+                312592,
+                2.0,
+            ),  # 2 N too high
+            "set P, least foundation force of all designs": (58727.7, 0.1),
+            "set F, least torque fluctuation of all designs": (84352.8, 0.6),  # likewise
+            "set P, least torque fluctuation of all designs": (84441.4, 1.0),
             "set F, peak power after": (4719, 0.5),
             "set F, rms power after": (2213, 0.5),
             "set P, rms power after": (277.6, 0.05),

@@ -107,13 +107,26 @@ class TestRunning:
         options = {"until": FORWARD["t_s"][-1], "grid": 4000, "rtol": 1e-9}
         rigid = drive.running(**options)
         part = drive.ElasticallyDriven(c=c, d=2 * 0.05 * np.sqrt(c * J))
-        run = drive.running(part, start={"shaft.w": SPEED["P"]}, **options)
+        run = drive.running(part, **options)
         received = [
             np.abs(run["twist.phi_rel"]).max(),
             np.abs(run["mill.crank.phi"] - rigid["mill.crank.phi"]).max(),
             np.abs(run["shaft.w"] - rigid["shaft.w"]).max(),
         ]
         assert np.abs(np.divide(received, [twist, angle, speed]) - 1).max() < 0.03  # two digits
+
+    def test_a_parameter_takes_along_what_depends_on_it(self):
+        """Another ratio of the gear: the crank turns as before, the motor by the ratio faster."""
+        changed = {"gear.ratio": 20.0, "w": 6.0}
+        for part in (drive.Driven(), drive.ElasticallyDriven(c=1e7, d=1e4)):
+            run = drive.running(part, until=0.1, parameters=changed)
+            assert run["shaft.w"][0] == pytest.approx(6.0, rel=1e-12)
+            assert run["motor.w"][0] == pytest.approx(120.0, rel=1e-12)
+            assert run["control.wanted"][-1] == pytest.approx(120.0, rel=1e-12)
+
+    def test_a_start_value_given_holds(self):
+        run = drive.running(until=0.01, start={"motor.w": 78.0, "shaft.w": 5.0})
+        assert run["motor.w"][0] == pytest.approx(78.0, rel=1e-12)
 
 
 class TestStartUp:

@@ -40,7 +40,7 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(tmp_path, monkeypat
         angles = np.linalg.solve(matrix, load)
         # a spring torque is positive when the motor side leads
         torque = 0.918e4 * G * (twist @ angles)[1]
-        received = response["upper.spindle.tau", "upper.load.tau"][k]
+        received = response["upper.spindle.tau", "upper_load.tau"][k]
         assert received == pytest.approx(torque, rel=1e-9)
     speeds = [c.speed for c in names["lp"].critical_speeds(names["modes"], [2])]
     assert speeds == pytest.approx(oscillating / 2, rel=1e-9)

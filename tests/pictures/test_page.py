@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.cli import main
-from lumped.components import Inertia, Spring, Torque
-from lumped.models.sources import constants
+from lumped.components import Coupling, Inertia, Spring, Torque
+from lumped.models import MARKS, Row
+from lumped.models import reversing_mill_stand as stand
 
 PROGRAM = chromium()
 VOID = {"meta", "link", "br", "use", "img", "input"}
@@ -34,13 +35,16 @@ class Rig(lp.Component):
         yield from lp.chain(self.motor, self.rotor, self.shaft, self.load)
 
 
-class Compared(NamedTuple):
-    quantity: str
+class Number(NamedTuple):
+    """A number of a source."""
+
+    value: float
     unit: str
-    published: float | None
-    computed: float
-    place: str
-    remark: str
+    mark: str
+    text: str
+
+    def __float__(self) -> float:
+        return self.value
 
 
 class Page(HTMLParser):
@@ -99,11 +103,15 @@ def page(system: lp.System, tmp_path_factory: pytest.TempPathFactory) -> Path:
         tmp_path_factory.mktemp("page") / "report.html",
         title="Rig <1>",
         figures={"known": parabola()[0], "run & more": run.plot()},
+        text={"Source": ["A <book>, page 7.", "Its table 2 is wrong."], "Aim": "What & why."},
         compared=[
-            Compared("frequency", "Hz", 5.0, 5.5, "table 1", "rounded"),
-            Compared("other", "1", None, 2.0, "none", ""),
+            Row("other", "1", None, 2.0, "none [A]", "by hand"),
+            Row("frequency", "Hz", 5.0, 5.5, "table 1 [P]", "rounded"),
+            Row("share", "%", None, 12.0, "text [P]", "", (5.0, 10.0)),
+            Row("solved", "1", 4.0, 4.0, "table 2 [P]", "angle [I]", None, True),
         ],
-        given=[("MASS", 1.5, "kg.m2", "P", "rotor"), ("STIFFNESS", 1e3, "N.m/rad", "A", "")],
+        given=[Number(1.5, "kg.m2", "P", "rotor"), Number(1e3, "N.m/rad", "A", "shaft")],
+        marks=MARKS,
     )
 
 
@@ -123,8 +131,30 @@ def test_page_tells_parameters_states_and_what_was_left_out(page: Path, system: 
         assert cells[place + 1 : place + 3] == [value, unit]
     assert set(system.state_names) <= set(cells)
     assert {item.what for item in system.left_out} <= set(cells)
-    place = cells.index("MASS")
-    assert cells[place + 1 : place + 5] == ["1.5", "kg.m2", "[P]", "rotor"]
+    place = cells.index("rotor")
+    assert cells[place : place + 4] == ["rotor", "1.5", "kg.m2", "printed"]
+
+
+def test_page_begins_with_its_texts(page: Path):
+    text = page.read_text()
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", text)
+    expected = ["Source", "Aim", "Published and computed", "Computed besides", "Schematic"]
+    assert heads[:5] == expected
+    assert "<li>A &lt;book&gt;, page 7.</li><li>Its table 2 is wrong.</li>" in text
+    assert "<p>What &amp; why.</p>" in text
+
+
+def test_published_numbers_stand_apart_from_own_ones(page: Path):
+    published, own = page.read_text().split("Computed besides</h2>")
+    published = published.split("Published and computed</h2>")[1]
+    for name, part in (("frequency", published), ("share", published), ("other", own)):
+        assert f"<td>{name}</td>" in part
+    assert "<td>other</td>" not in published
+    cells = Page(page).cells
+    place = cells.index("share")
+    assert cells[place + 2 : place + 5] == ["5 to 10", "12", "not met"]
+    place = cells.index("solved")
+    assert cells[place + 4] == "+0.00, fitted"
 
 
 def test_page_compares_with_signed_deviation(page: Path):
@@ -136,7 +166,7 @@ def test_page_compares_with_signed_deviation(page: Path):
         "5",
         "5.5",
         "+10.00",
-        "table 1",
+        "table 1 [P]",
         "rounded",
     ]
 
@@ -166,11 +196,44 @@ def test_figures_are_left_as_they_were(system: lp.System, tmp_path: Path):
     assert all(line.get_gid() is None for axis in figure.axes for line in axis.lines)
 
 
-def test_marks_of_a_source_are_read_with_value_and_unit():
-    found = {c.name: c for c in constants("pilger_mill")}
-    assert found["RADIUS"][1:] == (0.59, "m", "P", "R")
-    assert found["SETS['P']['m1']"][1:4] == (8431.17, "", "I")
-    assert {c.mark for c in constants("rotary_arm")} == {"P", "A"}
+class Pushed(lp.Component):
+    """A body pushed by 6 N.m for 1 s until a clutch joins it to a second one: all is known."""
+
+    push: Torque = Torque(tau=lp.ops.where(lp.time < 1.0, 6.0, 0.0))
+    first: Inertia = Inertia(J=2.0)
+    clutch: Coupling = Coupling(u=lp.ops.where(lp.time >= 2.0, 1.0, 0.0))
+    second: Inertia = Inertia(J=1.0)
+
+    def connections(self):
+        yield from lp.chain(self.push, self.first, self.clutch, self.second)
+
+
+def test_page_tells_events_energies_and_what_motors_must_do(tmp_path: Path):
+    system = lp.assemble(Pushed())
+    run = lp.simulate(system, until=3.0, certify=True)
+    asked = lp.sizing(run, torque="push.tau", speed="first.w", rated=4.0)
+    file = lp.report_html(
+        system, tmp_path / "page.html", runs={"Push and join": run}, sizing={"pusher": asked}
+    )
+    found = Page(file)
+    assert "<p>Push and join</p>" in found.text
+    cells = found.cells
+    # 3 rad/s from 6 N.m on 2 kg.m2; joined by 1 kg.m2 a third of the energy is lost
+    joined = cells.index("2")
+    assert "clutch: free \u2192 stuck" in cells[joined + 1]
+    assert float(cells[joined + 2]) == pytest.approx(3.0, rel=1e-5)
+    energies = {
+        "work of push": 9.0,
+        "stored at the end, less that at the begin": 6.0,
+        "lost by them in impacts": 3.0,
+    }
+    for name, value in energies.items():
+        assert float(cells[cells.index(name) + 1]) == pytest.approx(value, rel=1e-5), name
+    motor = {"peak torque": 6.0, "RMS torque": 6.0 / 3**0.5, "peak speed": 3.0, "peak power": 18.0}
+    for name, value in motor.items():
+        assert float(cells[cells.index(name) + 2]) == pytest.approx(value, rel=1e-5), name
+    load = cells[cells.index("RMS torque over rated torque") + 2]
+    assert float(load) == pytest.approx(100 * 6.0 / 3**0.5 / 4.0, rel=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -182,10 +245,30 @@ def mill(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_command_writes_a_whole_page_with_published_and_computed_numbers(mill: Path):
     found = Page(mill)
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", found.text)
+    assert heads[:4] == ["Introduction", "Source", "Findings", "Assumptions"]
+    assert {"Events", "Energy balance", "Sizing of motors"} <= set(heads)
+    assert "Filatov" in found.text
+    assert "printed frequencies follow" in found.text
+    for name in vars(stand):
+        if name.isupper() and len(name) > 3:
+            assert name not in found.cells
     place = found.cells.index("upper branch, gap open, f1")
     assert found.cells[place + 1 : place + 3] == ["Hz", "39.8"]
     assert float(found.cells[place + 3]) == pytest.approx(39.8, rel=0.006)
     assert not re.search(r"https?:", found.text)
+
+
+def test_command_reports_on_a_changed_machine(tmp_path: Path):
+    file = tmp_path / "changed.html"
+    assert main(["report", "reversing_mill", "--set", "upper.motor.J=30", "-o", str(file)]) == 0
+    found = Page(file)
+    assert "<li>upper.motor.J = 30.0</li>" in found.text
+    assert "Published and computed" not in found.text
+    place = found.cells.index("upper.motor.J")
+    assert found.cells[place + 1] == "30"
+    place = found.cells.index("gap open, natural frequency 2")
+    assert found.cells[place + 4].endswith("unchanged")
 
 
 def test_command_refuses_an_unknown_machine(capsys: pytest.CaptureFixture[str]):

@@ -1,0 +1,97 @@
+"""What a report says of a machine besides its numbers, and what its run is measured by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import lumped as lp
+from lumped.analysis.sizing import Limit
+
+__all__ = ["About", "Measure", "Motor", "extremes", "shared"]
+
+
+class Motor(NamedTuple):
+    """A motor to size.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    torque, speed : str
+        Names of its torque and speed in the run of the machine.
+    rated, maximum : float, rows of (speed, torque) or None
+        Limits, as for `lumped.sizing`.
+    """
+
+    name: str
+    torque: str
+    speed: str
+    rated: Limit | None = None
+    maximum: Limit | None = None
+
+
+class About(NamedTuple):
+    """Texts of a report, and what it shows of a run.
+
+    Attributes
+    ----------
+    introduction : str
+        What the machine is and what is asked.
+    source, findings, assumptions : tuple of str
+        Where the numbers come from and where the print is wrong; what comes out; what had to be
+        assumed.
+    scene : str
+        What happens in the run.
+    until : float
+        Its end, s; infinite for the end of the motion.
+    captions : mapping of str to str
+        What each figure shows, by its name.
+    watched : mapping of str to str
+        Quantities of the run whose extremes are told: words, and the name in the model.
+    motors : tuple of Motor
+        Motors to size.
+    """
+
+    introduction: str
+    source: tuple[str, ...]
+    findings: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    scene: str
+    until: float
+    captions: Mapping[str, str]
+    watched: Mapping[str, str]
+    motors: tuple[Motor, ...] = ()
+
+
+class Measure(NamedTuple):
+    """A number by which a machine is compared with a changed one."""
+
+    quantity: str
+    unit: str
+    value: float
+
+
+def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
+    """Least and greatest values of what is watched, RMS torques of the motors, energy lost."""
+    for words, name in about.watched.items():
+        values, unit = run[name], run.system.quantity(name).unit
+        yield Measure(f"{words}, least", unit, float(values.min()))
+        yield Measure(f"{words}, greatest", unit, float(values.max()))
+    for motor in about.motors:
+        asked = sized(run, motor)
+        yield Measure(f"{motor.name}, RMS torque", "N.m", asked.rms_torque)
+        yield Measure(f"{motor.name}, peak power", "W", asked.peak_power)
+    lost = sum(event.loss for event in run.events)
+    yield Measure("energy lost in impacts", "J", float(lost))
+
+
+def sized(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
+    """What a run asks of a motor."""
+    limits = {"rated": motor.rated, "maximum": motor.maximum}
+    return lp.sizing(run, torque=motor.torque, speed=motor.speed, **limits)
+
+
+def shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Of some parameters of a machine those that another of its models has too."""
+    return {name: x for name, x in (parameters or {}).items() if name in system.parameters}
