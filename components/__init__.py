@@ -100,7 +100,16 @@ from lumped.components.sensors import (
 )
 from lumped.components.sequence import Latch, Minimum, PositionSequencer, SpeedProfile, Switch
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
-from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.sources import (
+    Acceleration,
+    FilteredPosition,
+    FilteredSpeed,
+    Fixed,
+    Position,
+    RelativeSpeed,
+    Speed,
+    Torque,
+)
 from lumped.components.thermal import (
     FixedTemperature,
     HeatCapacitor,
@@ -112,6 +121,7 @@ from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
+    "Acceleration",
     "AccelerationSensor",
     "AngleSensor",
     "Backlash",
@@ -142,6 +152,8 @@ __all__ = [
     "Expression",
     "FedPI",
     "Filter",
+    "FilteredPosition",
+    "FilteredSpeed",
     "Fixed",
     "FixedTemperature",
     "Gain",
@@ -184,6 +196,7 @@ __all__ = [
     "Ramp",
     "RateLimiter",
     "RelativeAngleSensor",
+    "RelativeSpeed",
     "RelativeSpeedSensor",
     "Resistor",
     "RollingTorque",

@@ -131,6 +131,7 @@ SYMBOLS: dict[str, Symbol] = {
     "port": _symbol(_oval(0, 0, 0.16), reach=0.16, height=0.16),
     "inertia": _symbol(_box(-0.2, -0.75, 0.2, 0.75, GREY), reach=0.2, height=0.75),
     "mass": _symbol(_box(-0.6, -0.45, 0.6, 0.45, GREY), reach=0.6, height=0.45),
+    "strut": _symbol(_box(-0.75, -0.08, 0.75, 0.08, GREY), reach=0.75, height=0.1),
     "spring": _symbol(*_SPRING, reach=0.7, height=0.3),
     "damper": _symbol(*_pot(0.0), reach=0.7, height=0.26),
     "spring_damper": _symbol(

@@ -575,6 +575,7 @@ STORED: dict[type[lp.Component], Energy] = {
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.ElastoGap: gap_energy,
     translation.Mass: kinetic("m"),
+    translation.MassWithLength: kinetic("m"),
     translation.MassWithStops: kinetic("m"),
     translation.PickUp: carried("m"),
     translation.MassWithStopAndFriction: kinetic("m"),
@@ -654,7 +655,14 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     winding.Coil: strip_brought_in,
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
-PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+PRESCRIBED = {
+    getattr(place, f"{filtered}{name}")
+    for place in (sources, translation)
+    for filtered, name in (
+        *(("", name) for name in ("Acceleration", "Position", "RelativeSpeed", "Speed")),
+        *(("Filtered", name) for name in ("Position", "Speed")),
+    )
+}
 PRESCRIBED |= {thermal.FixedTemperature, electrical.VoltageSource, electrical.Ground}
 
 
