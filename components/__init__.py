@@ -15,7 +15,7 @@ from lumped.components import translation
 from lumped.components.belts import Belt
 from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
-from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.compliance import Damper, NonlinearSpring, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
 from lumped.components.control import (
     CascadeControl,
@@ -23,6 +23,7 @@ from lumped.components.control import (
     FedPI,
     Filter,
     Gain,
+    Integrator,
     LimitedPI,
     Limiter,
     LoadShare,
@@ -30,7 +31,6 @@ from lumped.components.control import (
     PIController,
     PointToPoint,
     RateLimiter,
-    SampledPI,
     SquareRootController,
     Sum,
 )
@@ -89,6 +89,7 @@ from lumped.components.motors import (
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.rolling import RollingTorque
+from lumped.components.sampled import SampledPI, SampleHold
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -167,6 +168,7 @@ __all__ = [
     "InductionMotor",
     "Inductor",
     "Inertia",
+    "Integrator",
     "InverseTorque",
     "Inverter",
     "InverterInductionMotor",
@@ -179,6 +181,7 @@ __all__ = [
     "LossyGear",
     "Minimum",
     "NonCircularGear",
+    "NonlinearSpring",
     "OneWayClutch",
     "PController",
     "PIController",
@@ -201,6 +204,7 @@ __all__ = [
     "Resistor",
     "RollingTorque",
     "RotatingMass",
+    "SampleHold",
     "SampledPI",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",

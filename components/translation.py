@@ -22,6 +22,7 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
 from lumped.components.translation_contact import (
     Backlash,
     Coupling,
@@ -77,6 +78,7 @@ __all__ = [
     "MassWithLength",
     "MassWithStopAndFriction",
     "MassWithStops",
+    "NonlinearSpring",
     "PickUp",
     "Position",
     "PositionSensor",
@@ -186,6 +188,33 @@ class Spring(Component):
     def stored(self) -> Expr:
         """Elastic energy, J."""
         return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
+
+
+class NonlinearSpring(Component):
+    """Spring with a characteristic: ``f = F(s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
+
+    `characteristic` is F, force in N over stretch in m: rows of both, joined by straight lines, the
+    first and last continued; rows that begin at zero hold for both directions. Or a function of the
+    stretch in `lumped.ops`.
+    """
+
+    symbol = "spring"
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    characteristic: ElasticLaw = ()
+    s_rel0: Param = param("m", "distance at which the characteristic has its zero", 0.0)
+    s_rel: Var = var("m", "distance of the flanges", nominal=1e-4, state="prefer")
+    f: Var = var("N", "force transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.f == elastic_force(self.characteristic, self.s_rel - self.s_rel0)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return elastic_energy(self.characteristic, self.s_rel - self.s_rel0)
 
 
 class Damper(Component):

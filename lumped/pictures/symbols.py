@@ -371,6 +371,7 @@ SYMBOLS: dict[str, Symbol] = {
     "limiter": _axes(_line(-0.55, -0.4, -0.25, -0.4, 0.25, 0.4, 0.55, 0.4)),
     "ramp": _axes(_line(-0.5, -0.4, -0.2, -0.4, 0.4, 0.4)),
     "lag": _axes(Stroke([(0.1 * i - 0.5, 0.85 * (1 - 0.72**i) - 0.4) for i in range(11)])),
+    "stairs": _axes(_line(-0.5, -0.4, -0.2, -0.4, -0.2, 0.0, 0.15, 0.0, 0.15, 0.4, 0.5, 0.4)),
     "step": _axes(_line(-0.5, -0.35, 0, -0.35, 0, 0.35, 0.5, 0.35)),
     "constant": _axes(_line(-0.5, 0, 0.5, 0)),
     "sine": _axes(
@@ -384,6 +385,7 @@ SYMBOLS: dict[str, Symbol] = {
         _line(0.25, 0, 0.5, 0),
     ),
     "root": _block("\u221a"),
+    "integral": _block("\u222b"),
     "minimum": _block("min"),
     "latch": _block("latch"),
     "sequence": _block("1 2 3"),

@@ -6,6 +6,7 @@ supplies energy, or if a random number is no sensible value for one of its field
 
 import importlib
 import inspect
+import itertools
 import pkgutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -61,7 +62,10 @@ UNITS = {
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
+TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
 FIELDS = {
+    rotation.NonlinearSpring: {"characteristic": TWISTS},
+    translation.NonlinearSpring: {"characteristic": TWISTS},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
@@ -92,6 +96,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 
 POSITIVE = {
     electrical.VariableResistor: ["R"],
+    vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
 }
@@ -337,6 +342,27 @@ def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
 
+def by_rows(free_length: str) -> Energy:
+    """Energy of a spring by rows: the trapezoids under the lines from no stretch to this one."""
+
+    def energy(at: Motion) -> complex:
+        x = at.rel(at.q) - at.p[free_length]
+        places, forces = np.transpose(TWISTS)
+        slopes = np.diff(forces) / np.diff(places)
+
+        def force(y: complex) -> complex:
+            i = np.clip(np.searchsorted(places, y.real) - 1, 0, len(slopes) - 1)
+            return forces[i] + slopes[i] * (y - places[i])
+
+        way = 1 if x.real > 0 else -1
+        inner = [p for p in places if 0 < way * p < way * x.real]
+        points = [0.0, *sorted(inner, key=abs), x]
+        pairs = itertools.pairwise(points)
+        return sum((force(a + 0j) + force(b + 0j)) / 2 * (b - a) for a, b in pairs)
+
+    return energy
+
+
 def squeezed(x: complex, half: float) -> complex:
     """How far a twist is beyond half the play."""
     return x - np.sign(x.real) * half if abs(x.real) > half else 0.0
@@ -571,6 +597,8 @@ STORED: dict[type[lp.Component], Energy] = {
     crank.CrankSlider: crank_slider,
     crank.RotatingMass: rotating_mass,
     impact.PickUp: carried("J"),
+    rotation.NonlinearSpring: by_rows("phi_rel0"),
+    translation.NonlinearSpring: by_rows("s_rel0"),
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.ElastoGap: gap_energy,
