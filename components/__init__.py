@@ -35,6 +35,20 @@ from lumped.components.control import (
     Sum,
 )
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
+from lumped.components.dc_motors import (
+    DCMotor,
+    QuasiStaticDCMotor,
+    QuasiStaticExcitedDCMotor,
+    QuasiStaticSeriesDCMotor,
+    SeparatelyExcitedDCMotor,
+    SeriesDCMotor,
+)
+from lumped.components.drives import (
+    ConverterDrive,
+    FieldOrientedMotor,
+    MappedMotor,
+    SpeedDrive,
+)
 from lumped.components.electrical import (
     Capacitor,
     CurrentSensor,
@@ -76,14 +90,8 @@ from lumped.components.loads import (
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.motors import (
-    ConverterDrive,
-    DCMotor,
     InductionMotor,
     InverterInductionMotor,
-    QuasiStaticDCMotor,
-    SeparatelyExcitedDCMotor,
-    SeriesDCMotor,
-    SpeedDrive,
     SquirrelCageMotor,
     SynchronousMotor,
 )
@@ -152,6 +160,7 @@ __all__ = [
     "EllipticalGear",
     "Expression",
     "FedPI",
+    "FieldOrientedMotor",
     "Filter",
     "FilteredPosition",
     "FilteredSpeed",
@@ -179,6 +188,7 @@ __all__ = [
     "LinearTorque",
     "LoadShare",
     "LossyGear",
+    "MappedMotor",
     "Minimum",
     "NonCircularGear",
     "NonlinearSpring",
@@ -195,6 +205,8 @@ __all__ = [
     "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",
+    "QuasiStaticExcitedDCMotor",
+    "QuasiStaticSeriesDCMotor",
     "RackAndPinion",
     "Ramp",
     "RateLimiter",

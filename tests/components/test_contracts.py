@@ -23,6 +23,8 @@ from lumped.components import (
     cams,
     contact,
     crank,
+    dc_motors,
+    drives,
     electrical,
     friction,
     gravity,
@@ -63,7 +65,9 @@ ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
+MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
+    drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
@@ -83,6 +87,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     belts.Belt: {"distance": 6.0},
     crank.CrankSlider: {"L": 6.0},
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
+    drives.FieldOrientedMotor: {"I_max": 10.0, "psi_n": 2.0, "L_m": 1.0},
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
@@ -458,6 +463,18 @@ def armature(at: Motion) -> complex:
     return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
 
 
+def excited_heat(at: Motion) -> float:
+    p, v_f = at.p, at.v["field_p"] - at.v["field_n"]
+    i = (voltage(at) - p["k"] * v_f / p["R_f"] * turning(at)) / p["R"]
+    return p["R"] * i**2 + v_f**2 / p["R_f"]
+
+
+def oriented(at: Motion) -> float:
+    p, x = at.p, at.x
+    per_ampere = 1.5 * p["pairs"] * p["L_m"] / (p["L_m"] + p["L_lr"])
+    return per_ampere * x["psi"] * x["i_q"] * turning(at)
+
+
 def kloss(at: Motion) -> float:
     w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
     s = 1 - turning(at) / w_s
@@ -612,14 +629,20 @@ STORED: dict[type[lp.Component], Energy] = {
     electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
     electrical.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
     electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
-    motors.ConverterDrive: rotor,
-    motors.DCMotor: armature,
+    drives.ConverterDrive: rotor,
+    drives.FieldOrientedMotor: rotor,
+    drives.MappedMotor: rotor,
+    dc_motors.QuasiStaticExcitedDCMotor: rotor,
+    dc_motors.QuasiStaticSeriesDCMotor: rotor,
+    dc_motors.DCMotor: armature,
     motors.InductionMotor: rotor,
     motors.InverterInductionMotor: rotor,
-    motors.QuasiStaticDCMotor: rotor,
-    motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
-    motors.SeriesDCMotor: armature,
-    motors.SpeedDrive: rotor,
+    dc_motors.QuasiStaticDCMotor: rotor,
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
+        armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2
+    ),
+    dc_motors.SeriesDCMotor: armature,
+    drives.SpeedDrive: rotor,
     motors.SquirrelCageMotor: cage_energy,
     motors.SynchronousMotor: lambda at: (
         rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
@@ -642,12 +665,18 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     translation.SpringDamper: viscous,
     electrical.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
     electrical.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
-    motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
-    motors.QuasiStaticDCMotor: lambda at: (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"],
-    motors.SeparatelyExcitedDCMotor: lambda at: (
+    dc_motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    dc_motors.QuasiStaticDCMotor: lambda at: (
+        (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"]
+    ),
+    dc_motors.QuasiStaticExcitedDCMotor: excited_heat,
+    dc_motors.QuasiStaticSeriesDCMotor: lambda at: (
+        at.p["R"] * (voltage(at) / (at.p["R"] + at.p["k"] * turning(at))) ** 2
+    ),
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
         at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
     ),
-    motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    dc_motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     motors.SquirrelCageMotor: cage_heat,
     motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
     vehicle.Vehicle: rolling_resistance,
@@ -661,10 +690,12 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
-    motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    drives.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    drives.FieldOrientedMotor: oriented,
+    drives.MappedMotor: lambda at: at.x["tau"] * turning(at),
     motors.InductionMotor: kloss,
     motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
-    motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    drives.SpeedDrive: lambda at: at.x["tau"] * turning(at),
     motors.SquirrelCageMotor: cage_supply,
     motors.SynchronousMotor: lambda at: (
         1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
