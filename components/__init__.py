@@ -80,7 +80,7 @@ from lumped.components.gears import (
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
-from lumped.components.linkages import Eccentric, GuidedRod
+from lumped.components.linkages import Bar, Eccentric, GuidedRod, PlaneSpring
 from lumped.components.loads import (
     EddyCurrentBrake,
     InverseTorque,
@@ -119,6 +119,7 @@ from lumped.components.sources import (
     Speed,
     Torque,
 )
+from lumped.components.synchroniser import Synchroniser
 from lumped.components.thermal import (
     FixedTemperature,
     HeatCapacitor,
@@ -126,6 +127,7 @@ from lumped.components.thermal import (
     HeatFlow,
     ThermalConductor,
 )
+from lumped.components.tyre import Tyre
 from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
@@ -134,6 +136,7 @@ __all__ = [
     "AccelerationSensor",
     "AngleSensor",
     "Backlash",
+    "Bar",
     "BearingFriction",
     "Belt",
     "BevelDifferential",
@@ -197,6 +200,7 @@ __all__ = [
     "PIController",
     "PeriodicTorque",
     "PickUp",
+    "PlaneSpring",
     "Planetary",
     "PointToPoint",
     "Position",
@@ -241,11 +245,13 @@ __all__ = [
     "Sum",
     "SwingingMass",
     "Switch",
+    "Synchroniser",
     "SynchronousMotor",
     "Table",
     "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "Tyre",
     "VariableResistor",
     "Vehicle",
     "VoltageSensor",

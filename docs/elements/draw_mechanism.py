@@ -63,7 +63,7 @@ def draw_linkages():
     for length in (0.3, 0.5, 3.4):
         model = lp.compose(
             turn=Speed(w=1.0),
-            crank=Eccentric(radius=0.25),
+            crank=Eccentric(radius=0.25, phase=np.pi / 2),
             hub=translation.Fixed(),
             rod=GuidedRod(length=length),
             ram=translation.Mass(m=1.0),

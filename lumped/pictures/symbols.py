@@ -323,6 +323,21 @@ SYMBOLS: dict[str, Symbol] = {
         reach=0.75,
         height=0.5,
     ),
+    "wheel": _symbol(
+        _oval(0, 0.1, 0.55, fill=GREY),
+        _oval(0, 0.1, 0.3),
+        *_hatch(-0.65, 0.65, -0.45),
+        reach=0.7,
+        height=0.65,
+    ),
+    "synchroniser": _symbol(
+        *_LEADS,
+        Stroke([(-0.3, -0.55), (0.05, -0.35), (0.05, 0.35), (-0.3, 0.55), (-0.3, -0.55)], GREY),
+        Stroke([(-0.1, -0.62), (0.3, -0.4), (0.3, 0.4), (-0.1, 0.62)]),
+        _line(0.3, 0.0, 0.6, 0.0),
+        reach=0.6,
+        height=0.62,
+    ),
     "coil": _symbol(
         _oval(0, 0, 0.7, fill=GREY), _oval(0, 0, 0.48), _oval(0, 0, 0.24), reach=0.7, height=0.7
     ),

@@ -38,8 +38,10 @@ from lumped.components import (
     sequence,
     signals,
     sources,
+    synchroniser,
     thermal,
     translation,
+    tyre,
     vehicle,
     winding,
 )
@@ -91,6 +93,8 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
+    synchroniser.Synchroniser: {"u": 0.7},
+    tyre.Tyre: {"B": 0.2, "C": 1.2, "E": 0.5},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
@@ -104,6 +108,7 @@ POSITIVE = {
     vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
+    tyre.Tyre: ["f_n"],
 }
 """Inputs that make no sense below zero."""
 
@@ -555,6 +560,53 @@ def rolling_resistance(at: Motion) -> float:
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
 
 
+def plane_length(at: Motion) -> complex:
+    return np.sqrt((at.q["b_x"] - at.q["a_x"]) ** 2 + (at.q["b_y"] - at.q["a_y"]) ** 2)
+
+
+def plane_elastic(at: Motion) -> complex:
+    return at.p["c"] * (plane_length(at) - at.p["length0"]) ** 2 / 2
+
+
+def plane_viscous(at: Motion) -> float:
+    stretching = sum(
+        (at.q[f"b_{i}"] - at.q[f"a_{i}"]) * (at.v[f"b_{i}"] - at.v[f"a_{i}"]) for i in "xy"
+    )
+    return at.p["d"] * (stretching / plane_length(at)) ** 2
+
+
+def bar_energy(at: Motion) -> complex:
+    """By the velocities of both ends, which say how fast it turns and where its centre goes."""
+    p, k = at.p, at.p["k"]
+    v = [(1 - k) * at.v[f"a_{i}"] + k * at.v[f"b_{i}"] for i in "xy"]
+    y = (1 - k) * at.q["a_y"] + k * at.q["b_y"]
+    turning = sum((at.v[f"b_{i}"] - at.v[f"a_{i}"]) ** 2 for i in "xy") / p["length"] ** 2
+    return (p["m"] * (v[0] ** 2 + v[1] ** 2) + p["J"] * turning) / 2 + p["m"] * p["g"] * y
+
+
+def magic(p: dict[str, float], k: complex) -> complex:
+    x = p["B"] * k
+    x = x - p["E"] * (x - np.arctan(x))
+    return p["f_n"] * p["mu"] * np.sin(p["C"] * np.arctan(x))
+
+
+def tread_energy(at: Motion) -> complex:
+    """What the tread stores as a spring: the integral of the force over the slip."""
+    points, weights = np.polynomial.legendre.leggauss(40)
+    k, p = at.x["k"], at.p
+    forces = np.array([magic(p, k * (z + 1) / 2) for z in points])
+    return p["sigma"] * k / 2 * (weights @ forces)
+
+
+def tread_heat(at: Motion) -> float:
+    p, k = at.p, at.x["k"]
+    v, u = at.v["hub"], p["R"] * at.v["wheel"]
+    V = (abs(v) + abs(u)) / 2
+    fading = (1 + np.cos(np.pi * min(V / p["v_low"], 1.0))) / 2
+    damped = magic(p, k + fading * (u - v) / p["v_d"]) - magic(p, k)
+    return damped * (u - v) + magic(p, k) * V * k
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -609,6 +661,9 @@ def cage_supply(at: Motion) -> float:
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     belts.Belt: belt_energy,
+    linkages.Bar: bar_energy,
+    linkages.PlaneSpring: plane_elastic,
+    tyre.Tyre: tread_energy,
     contact.ElastoBacklash: play_energy,
     gravity.SwingingMass: swinging,
     crank.CrankSlider: crank_slider,
@@ -656,6 +711,8 @@ STORED: dict[type[lp.Component], Energy] = {
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     belts.Belt: belt_heat,
+    linkages.PlaneSpring: plane_viscous,
+    tyre.Tyre: tread_heat,
     contact.ElastoBacklash: play_heat,
     crank.StrokeLoad: working,
     rotation.Damper: viscous,

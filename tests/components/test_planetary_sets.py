@@ -322,3 +322,24 @@ def test_housing_of_a_bevel_gear_that_turns_about_one_axis_turns_the_other_shaft
         ),
     )
     assert abs(lp.start_point(lp.assemble(model))["pinion.w"] + 6.0) < 1e-14
+
+
+def test_a_pinion_in_a_frame_that_turns_rolls_by_the_difference_and_pushes_the_frame():
+    """The drive of the pinion reacts on the frame: what the pinion gets, the frame loses."""
+    r, frame, turn = 0.05, 0.4, 1.5
+    model = lp.compose(
+        drive=Speed(w=turn),
+        frame=Speed(w=frame),
+        rack=RackAndPinion(radius=r),
+        table=translation.Mass(m=10.0, v=(turn - frame) * r),
+        push=translation.Force(f=-30.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.rack.flange_a),
+            lp.connect(m.frame.flange, m.rack.support_a),
+            lp.connect(m.rack.flange_b, m.table.flange_a, m.push.flange),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert point["table.v"] == pytest.approx(r * (turn - frame), rel=1e-12)
+    assert point["rack.flange_a.tau"] == pytest.approx(30.0 * r, rel=1e-12)
+    assert point["rack.support_a.tau"] == pytest.approx(-30.0 * r, rel=1e-12)
