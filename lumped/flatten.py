@@ -17,7 +17,7 @@ from lumped.kept import template_of
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
 from lumped.switch import Hold, Item, Single, When
-from lumped.template import Template, template_key
+from lumped.template import ENCLOSING, Template, template_key
 from lumped.tree import Node, Tree
 
 __all__ = ["FlatModel", "Group", "flatten"]
@@ -218,7 +218,7 @@ def _groups(
         key = template_key(node.component)
         group = alike.get(key)
         if group is None:
-            group = alike[key] = _group(tree, groups, node, node.component.equations())
+            group = alike[key] = _group(tree, groups, node, node.component.equations(), own=True)
         _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
@@ -244,7 +244,7 @@ def _initial_groups(tree: Tree) -> list[Group]:
         key = template_key(node.component)
         if key not in alike:
             equations = node.component.initial_equations()
-            alike[key] = _group(tree, groups, node, equations, "initial_equations()")
+            alike[key] = _group(tree, groups, node, equations, "initial_equations()", own=True)
             if alike[key].template.modes:
                 raise EquationError(
                     f"{node.label}: an initial equation cannot hold a condition. It holds at the "
@@ -268,8 +268,12 @@ def _group(
     scope: Node,
     found: Iterable[Item] | None,
     method: str = "equations()",
+    own: bool = False,
 ) -> Group:
-    """Group of all instances with equations like those found, made if there is none."""
+    """Group of all instances with equations like those found, made if there is none.
+
+    They are the component's `own`, or bind its parts.
+    """
     if found is None:
         raise EquationError(
             f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
@@ -282,7 +286,7 @@ def _group(
                     f"{type(scope.component).__name__} yielded {item!r} as an equation; "
                     "each item must be an equation: left == right."
                 )
-        template = template_of(scope.component, lambda c: tree.below(c, scope), items)
+        template = template_of(scope.component, lambda c: tree.below(c, scope), items, own)
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
     return groups.setdefault(template, Group(template, list(_written(items))))
@@ -336,7 +340,7 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):
-            node = tree.at(below, tree.nodes[number]) if below else tree.nodes[number]
+            node = _at(tree, below, tree.nodes[number], local)
             if first == "first_unknown":
                 table[row, column] = node.first_unknown + node.layout.unknowns[local]
             elif local in node.layout.parameters:
@@ -349,6 +353,19 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
                     f"{node.label} does not have."
                 )
     return table
+
+
+def _at(tree: Tree, below: str, node: Node, local: str) -> Node:
+    """The node that an equation of another one means."""
+    if below != ENCLOSING:
+        return tree.at(below, node) if below else node
+    if node.parent < 0:
+        raise EquationError(
+            f"{node.label}: its equations use the parameter '{local}', which is not its own but "
+            "that of a component around it. Give a number, or make it a part of the component that "
+            "has the parameter."
+        )
+    return tree.nodes[node.parent]
 
 
 def _needed(node: Node, joints: Joints) -> int:

@@ -19,12 +19,18 @@ _MOST = 1000
 _known: dict[Hashable, Template] = {}
 
 
-def template_of(component: Component, place: Place, items: list[Single]) -> Template:
-    """The template of some equations, made once for all models with equal ones."""
-    key = _content(place, tuple(items))
+def template_of(
+    component: Component, place: Place, items: list[Single], enclosed: bool
+) -> Template:
+    """The template of some equations, made once for all models with equal ones.
+
+    Where they are `enclosed`, parameters of no component that stand in them are those of the
+    enclosing one, else those of `component` itself.
+    """
+    key = enclosed, _content(place, tuple(items))
     found = _known.get(key)
     if found is None:
-        found = Template(component, place, items)
+        found = Template(component, place, items, enclosed)
         if len(_known) >= _MOST:
             del _known[next(iter(_known))]
         _known[key] = found
