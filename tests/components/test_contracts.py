@@ -94,7 +94,7 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
     synchroniser.Synchroniser: {"u": 0.7},
-    tyre.Tyre: {"B": 0.2, "C": 1.2, "E": 0.5},
+    tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
@@ -584,27 +584,21 @@ def bar_energy(at: Motion) -> complex:
     return (p["m"] * (v[0] ** 2 + v[1] ** 2) + p["J"] * turning) / 2 + p["m"] * p["g"] * y
 
 
-def magic(p: dict[str, float], k: complex) -> complex:
-    x = p["B"] * k
-    x = x - p["E"] * (x - np.arctan(x))
-    return p["f_n"] * p["mu"] * np.sin(p["C"] * np.arctan(x))
-
-
 def tread_energy(at: Motion) -> complex:
-    """What the tread stores as a spring: the integral of the force over the slip."""
-    points, weights = np.polynomial.legendre.leggauss(40)
-    k, p = at.x["k"], at.p
-    forces = np.array([magic(p, k * (z + 1) / 2) for z in points])
-    return p["sigma"] * k / 2 * (weights @ forces)
+    p = at.p
+    return p["f_n"] * p["mu"] * p["B"] * p["C"] * p["sigma"] * at.x["z"] ** 2 / 2
 
 
 def tread_heat(at: Motion) -> float:
-    p, k = at.p, at.x["k"]
+    """What the tread slips, and its damper takes."""
+    p, z = at.p, at.x["z"]
     v, u = at.v["hub"], p["R"] * at.v["wheel"]
     V = (abs(v) + abs(u)) / 2
-    fading = (1 + np.cos(np.pi * min(V / p["v_low"], 1.0))) / 2
-    damped = magic(p, k + fading * (u - v) / p["v_d"]) - magic(p, k)
-    return damped * (u - v) + magic(p, k) * V * k
+    x = p["B"] * abs(u - v) / V
+    magic = np.sin(p["C"] * np.arctan(x - p["E"] * (x - np.arctan(x))))
+    slips = p["C"] * abs(u - v) * p["B"] * z / magic
+    stretched = p["T_d"] * np.exp(-((V / p["v_low"]) ** 2)) * (u - v - slips) / p["sigma"]
+    return p["f_n"] * p["mu"] * p["B"] * p["C"] * (z * slips + stretched * (u - v))
 
 
 def swinging(at: Motion) -> complex:
