@@ -96,6 +96,7 @@ from lumped.components.motors import (
     SynchronousMotor,
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
 from lumped.components.sampled import SampledPI, SampleHold
 from lumped.components.sensors import (
@@ -159,6 +160,7 @@ __all__ = [
     "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
+    "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
     "Expression",

@@ -2,8 +2,8 @@
 
 At each instant ``start_time + k T_s`` the outputs first follow the inputs, through all blocks that
 sample then, and are held after that. So a value passes through any number of such blocks within one
-instant, whatever their order in the model. A ring of blocks that pass it on without anything that
-integrates in between has no solution.
+instant, whatever their order in the model. A ring of blocks that hand it on without anything that
+integrates in between is solved as an algebraic loop.
 
 Source: Astrom and Hagglund, Advanced PID Control, 2006, ch. 13.
 """

@@ -34,6 +34,7 @@ from lumped.components import (
     lossy_gear,
     motors,
     noncircular,
+    planetary_stage,
     rolling,
     sequence,
     signals,
@@ -601,6 +602,24 @@ def tread_heat(at: Motion) -> float:
     return p["f_n"] * p["mu"] * p["B"] * p["C"] * (z * slips + stretched * (u - v))
 
 
+def stage_energy(at: Motion) -> complex:
+    p, x = at.p, at.x
+    return (
+        p["n"]
+        * (p["c_s"] * x["s_s"] ** 2 + p["c_r"] * x["s_r"] ** 2 + p["J_p"] * x["w_p"] ** 2)
+        / 2
+    )
+
+
+def stage_heat(at: Motion) -> float:
+    p, v = at.p, at.v
+    r_s, r_r = p["r_s"], p["ratio"] * p["r_s"]
+    rolled = (r_r - r_s) / 2 * (at.x["w_p"] - v["carrier"])
+    at_sun = r_s * (v["sun"] - v["carrier"]) + rolled
+    at_ring = r_r * (v["ring"] - v["carrier"]) - rolled
+    return p["n"] * (p["d_s"] * at_sun**2 + p["d_r"] * at_ring**2)
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -655,6 +674,7 @@ def cage_supply(at: Motion) -> float:
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     belts.Belt: belt_energy,
+    planetary_stage.ElasticPlanetary: stage_energy,
     linkages.Bar: bar_energy,
     linkages.PlaneSpring: plane_elastic,
     tyre.Tyre: tread_energy,
@@ -705,6 +725,7 @@ STORED: dict[type[lp.Component], Energy] = {
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     belts.Belt: belt_heat,
+    planetary_stage.ElasticPlanetary: stage_heat,
     linkages.PlaneSpring: plane_viscous,
     tyre.Tyre: tread_heat,
     contact.ElastoBacklash: play_heat,

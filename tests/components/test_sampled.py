@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Gain, Integrator, SampledPI, SampleHold
+from lumped.components import Gain, Integrator, SampledPI, SampleHold, Sum
 
 SIGNAL = 1.0 + lp.ops.sin(3 * lp.time)
 
@@ -87,3 +87,15 @@ def test_an_integrator_integrates():
     assert run["area.y"] == pytest.approx(0.5 + 1.5 * np.sin(2 * run.t), abs=1e-9)
     expected = 0.5 * run.t + 0.75 * (1 - np.cos(2 * run.t))
     assert run["drift.y"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_ring_within_one_instant_is_solved_as_a_loop():
+    """``y = y / 2 + 1 + t`` at each sample."""
+    model = lp.compose(
+        sum=Sum(b=1.0 + lp.time, k_a=0.5),
+        hold=SampleHold(T_s=0.1),
+        connections=lambda m: [lp.connect(m.sum.y, m.hold.u), lp.connect(m.hold.y, m.sum.a)],
+    )
+    t = between(0.1, 1.0)
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
+    assert run["hold.y"] == pytest.approx(2 * (1 + np.floor(t / 0.1) * 0.1), rel=1e-12)
