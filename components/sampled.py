@@ -26,19 +26,16 @@ class _Sampled(Component):
     T_s: Param = param("s", "sampling time", above=0)
     start_time: Param = param("s", "first sample", 0.0)
     count: Var = var("1", "number of the next sample, from 0", state="always")
-    sampling: Var = var("1", "1 while a sample is taken, else 0", state="always")
     held: Var = var("1", "output since the last sample", state="always")
     y = Output("1", "held signal")
 
     def _sampled(self, value: Expr, changes: dict[Expr, Number]) -> Iterator[Item]:
         """Equations of an output that is `value` at the instants, where states change too."""
         yield der(self.count) == 0
-        yield der(self.sampling) == 0
         yield der(self.held) == 0
-        yield self.y == where(self.sampling > 0.5, value, self.held)
         due = self.start_time + self.count * self.T_s
-        yield when(time > due, {self.sampling: 1.0, self.count: self.count + 1})
-        yield when(self.sampling > 0.5, {self.sampling: 0.0, self.held: value, **changes})
+        yield self.y == where(time > due, value, self.held)
+        yield when(time > due, {self.count: self.count + 1, self.held: value, **changes})
 
 
 class SampleHold(_Sampled):

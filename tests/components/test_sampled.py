@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Gain, Integrator, SampledPI, SampleHold, Sum
+from lumped.components import (
+    Gain,
+    Inertia,
+    Integrator,
+    SampledPI,
+    SampleHold,
+    SpeedSensor,
+    Sum,
+    Torque,
+)
 
 SIGNAL = 1.0 + lp.ops.sin(3 * lp.time)
 
@@ -99,3 +108,42 @@ def test_a_ring_within_one_instant_is_solved_as_a_loop():
     t = between(0.1, 1.0)
     run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
     assert run["hold.y"] == pytest.approx(2 * (1 + np.floor(t / 0.1) * 0.1), rel=1e-12)
+
+
+class Loop(lp.Component):
+    """A body of 2 kg.m2 that is brought to 10 rad/s by a sampled controller."""
+
+    controller: SampledPI = SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0)
+    drive: Torque = Torque()
+    body: Inertia = Inertia(J=2.0)
+    sensor: SpeedSensor = SpeedSensor()
+
+    def connections(self):
+        yield lp.connect(self.drive.flange, self.body.flange_a)
+        yield lp.connect(self.body.flange_b, self.sensor.flange)
+        yield lp.connect(self.sensor.w, self.controller.measured)
+        yield lp.connect(self.controller.y, self.drive.tau)
+
+
+def stepped(k, T_i, T_s, J, until):
+    """Speed at the end, by the difference equations."""
+    x, w, now = 0.0, 0.0, 0.0
+    while True:
+        x, e = x + T_s / T_i * (10.0 - w), 10.0 - w
+        torque, now = k * (x + e), now + T_s
+        if now.real > until:
+            return w + (until - now + T_s) * torque / J
+        w += T_s * torque / J
+
+
+def test_derivatives_by_gains_and_sampling_time_are_those_of_the_difference_equations():
+    rated = {"controller.k": 20.0, "controller.T_i": 0.4, "controller.T_s": 0.05, "body.J": 2.0}
+    found = lp.sensitivity(
+        lp.assemble(Loop()), of=["body.w"], to=list(rated), until=0.52, rtol=1e-10
+    )
+    for i, name in enumerate(rated):
+        moved = [value + 1e-20j * (i == j) for j, value in enumerate(rated.values())]
+        expected = stepped(*moved, 0.52).imag / 1e-20
+        received = found["body.w", name][-1]
+        print(f"{name}: {received:.8f}, by hand {expected:.8f}")
+        assert received == pytest.approx(expected, rel=1e-7), name
