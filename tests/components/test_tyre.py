@@ -144,3 +144,14 @@ def test_rolling_resistance_may_change_on_the_way():
     run = lp.simulate(lp.assemble(lp.compose(car=car)), until=4.0)
     expected = 10.0 - G * (0.01 * run.t + 0.19 * np.maximum(run.t - 2.0, 0))
     assert run["car.v"] == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_parked_vehicle_has_an_equilibrium_and_the_mode_of_its_tyre():
+    m, T_d = 400.0, 0.006
+    system = lp.assemble(parked(m, 0.05, T_d=T_d))
+    point = lp.equilibrium(system)
+    assert point["tyre.f"] == pytest.approx(m * G * 0.05, rel=1e-9)
+    turn = np.sqrt(LOAD * MU * B * C / SIGMA / m)
+    modes = lp.modes(system)
+    assert modes.hertz == pytest.approx([turn / (2 * np.pi)], rel=1e-9)
+    assert modes.damping == pytest.approx([T_d * turn / 2], rel=1e-9)
