@@ -15,7 +15,7 @@ from lumped.components import translation
 from lumped.components.belts import Belt
 from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
-from lumped.components.compliance import Damper, Spring, SpringDamper
+from lumped.components.compliance import Damper, NonlinearSpring, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
 from lumped.components.control import (
     CascadeControl,
@@ -23,6 +23,7 @@ from lumped.components.control import (
     FedPI,
     Filter,
     Gain,
+    Integrator,
     LimitedPI,
     Limiter,
     LoadShare,
@@ -30,11 +31,24 @@ from lumped.components.control import (
     PIController,
     PointToPoint,
     RateLimiter,
-    SampledPI,
     SquareRootController,
     Sum,
 )
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
+from lumped.components.dc_motors import (
+    DCMotor,
+    QuasiStaticDCMotor,
+    QuasiStaticExcitedDCMotor,
+    QuasiStaticSeriesDCMotor,
+    SeparatelyExcitedDCMotor,
+    SeriesDCMotor,
+)
+from lumped.components.drives import (
+    ConverterDrive,
+    FieldOrientedMotor,
+    MappedMotor,
+    SpeedDrive,
+)
 from lumped.components.electrical import (
     Capacitor,
     CurrentSensor,
@@ -66,7 +80,7 @@ from lumped.components.gears import (
 from lumped.components.gravity import SwingingMass, Weight
 from lumped.components.impact import Backlash, Coupling, PickUp, Stop
 from lumped.components.inertia import Inertia
-from lumped.components.linkages import Eccentric, GuidedRod
+from lumped.components.linkages import Bar, Eccentric, GuidedRod, PlaneSpring
 from lumped.components.loads import (
     EddyCurrentBrake,
     InverseTorque,
@@ -76,19 +90,15 @@ from lumped.components.loads import (
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.motors import (
-    ConverterDrive,
-    DCMotor,
     InductionMotor,
     InverterInductionMotor,
-    QuasiStaticDCMotor,
-    SeparatelyExcitedDCMotor,
-    SeriesDCMotor,
-    SpeedDrive,
     SquirrelCageMotor,
     SynchronousMotor,
 )
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
+from lumped.components.sampled import SampledPI, SampleHold
 from lumped.components.sensors import (
     AccelerationSensor,
     AngleSensor,
@@ -100,7 +110,17 @@ from lumped.components.sensors import (
 )
 from lumped.components.sequence import Latch, Minimum, PositionSequencer, SpeedProfile, Switch
 from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
-from lumped.components.sources import Fixed, Position, Speed, Torque
+from lumped.components.sources import (
+    Acceleration,
+    FilteredPosition,
+    FilteredSpeed,
+    Fixed,
+    Position,
+    RelativeSpeed,
+    Speed,
+    Torque,
+)
+from lumped.components.synchroniser import Synchroniser
 from lumped.components.thermal import (
     FixedTemperature,
     HeatCapacitor,
@@ -108,13 +128,16 @@ from lumped.components.thermal import (
     HeatFlow,
     ThermalConductor,
 )
+from lumped.components.tyre import Tyre
 from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
+    "Acceleration",
     "AccelerationSensor",
     "AngleSensor",
     "Backlash",
+    "Bar",
     "BearingFriction",
     "Belt",
     "BevelDifferential",
@@ -137,11 +160,15 @@ __all__ = [
     "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
+    "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
     "Expression",
     "FedPI",
+    "FieldOrientedMotor",
     "Filter",
+    "FilteredPosition",
+    "FilteredSpeed",
     "Fixed",
     "FixedTemperature",
     "Gain",
@@ -155,6 +182,7 @@ __all__ = [
     "InductionMotor",
     "Inductor",
     "Inertia",
+    "Integrator",
     "InverseTorque",
     "Inverter",
     "InverterInductionMotor",
@@ -165,13 +193,16 @@ __all__ = [
     "LinearTorque",
     "LoadShare",
     "LossyGear",
+    "MappedMotor",
     "Minimum",
     "NonCircularGear",
+    "NonlinearSpring",
     "OneWayClutch",
     "PController",
     "PIController",
     "PeriodicTorque",
     "PickUp",
+    "PlaneSpring",
     "Planetary",
     "PointToPoint",
     "Position",
@@ -180,14 +211,18 @@ __all__ = [
     "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",
+    "QuasiStaticExcitedDCMotor",
+    "QuasiStaticSeriesDCMotor",
     "RackAndPinion",
     "Ramp",
     "RateLimiter",
     "RelativeAngleSensor",
+    "RelativeSpeed",
     "RelativeSpeedSensor",
     "Resistor",
     "RollingTorque",
     "RotatingMass",
+    "SampleHold",
     "SampledPI",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
@@ -212,11 +247,13 @@ __all__ = [
     "Sum",
     "SwingingMass",
     "Switch",
+    "Synchroniser",
     "SynchronousMotor",
     "Table",
     "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "Tyre",
     "VariableResistor",
     "Vehicle",
     "VoltageSensor",

@@ -9,18 +9,19 @@ from dataclasses import dataclass
 from casadi import SX
 
 from lumped.errors import EquationError
-from lumped.expression import Call, Compare, Constant, Expr, Number, as_expr, walk
+from lumped.expression import Call, Compare, Constant, Datum, Expr, Number, as_expr, walk
 from lumped.lower import lower
 from lumped.ops import exp, interpolate, maximum
 from lumped.switch import Hold, hold
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 
-Characteristic = Sequence[Sequence[float]] | Callable[[Expr], Number]
+Characteristic = Sequence[Sequence[Number]] | Callable[[Expr], Number]
 """Friction at a sliding speed that is not negative.
 
 Rows of speed and friction, joined by straight lines and continued by the last one, but not below
-zero; or a function of the speed, written with `lumped.ops`.
+zero; or a function of the speed, written with `lumped.ops`. The frictions, and whatever stands in a
+function, may be parameters of the enclosing component.
 """
 
 
@@ -34,19 +35,19 @@ class Stribeck:
 
     Parameters
     ----------
-    coulomb, static : float
+    coulomb, static : float or expression
         Kinetic friction without the other terms, and friction at standstill; N.m, N, or 1 for a
         friction coefficient.
-    decay : float
+    decay : float or expression
         Decay of their difference with the speed, s/rad or s/m.
-    viscous : float
+    viscous : float or expression
         Rise with the speed, in the unit of `coulomb` times s/rad or s/m.
     """
 
-    coulomb: float
-    static: float
-    decay: float
-    viscous: float = 0.0
+    coulomb: Number
+    static: Number
+    decay: Number
+    viscous: Number = 0.0
 
     def __call__(self, speed: Number) -> Expr:
         """Friction at a speed that is not negative.
@@ -56,20 +57,27 @@ class Stribeck:
         EquationError
             If a number is out of its range.
         """
-        for name, least in (
+        ranges: tuple[tuple[str, Number], ...] = (
             ("coulomb", 0.0),
             ("static", self.coulomb),
             ("decay", 0.0),
             ("viscous", 0.0),
-        ):
+        )
+        for name, least in ranges:
             value = getattr(self, name)
+            if isinstance(value, Expr) or isinstance(least, Expr):
+                continue
             if not least <= value < float("inf"):
                 bound = "coulomb" if name == "static" else "0"
                 raise EquationError(
                     f"{self}: {name} = {value:g} must be at least {bound} and finite."
                 )
-        drop = (self.static - self.coulomb) * exp(-self.decay * as_expr(speed))
-        return self.coulomb + drop + self.viscous * as_expr(speed)
+        coulomb, static, decay, viscous = (
+            value if isinstance(value, Expr) else Datum(float(value))
+            for value in (self.coulomb, self.static, self.decay, self.viscous)
+        )
+        v = as_expr(speed)
+        return coulomb + (static - coulomb) * exp(-decay * v) + viscous * v
 
 
 def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
@@ -87,7 +95,8 @@ def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
         return found
     speeds, values = _columns(characteristic)
     found = interpolate(speed, speeds, values)
-    falling = len(values) > 1 and values[-1] < values[-2]
+    numbers = [value for value in values[-2:] if isinstance(value, float)]
+    falling = len(values) > 1 and (len(numbers) < 2 or numbers[1] < numbers[0])
     return maximum(found, 0.0) if falling else found
 
 
@@ -103,11 +112,17 @@ def _refuse_negative(standstill: Expr) -> None:
         )
 
 
-def _columns(rows: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+def _columns(rows: Sequence[Sequence[Number]]) -> tuple[list[float], list[Number]]:
     """Speeds and frictions of rows that make sense."""
     hint = "Give rows of sliding speed and friction such as ((0, 12), (50, 9)), or a function."
     try:
-        speeds, values = zip(*((float(v), float(f)) for v, f in rows), strict=True)
+        pairs = [(v, f if isinstance(f, Expr) else float(f)) for v, f in rows]
+        if any(isinstance(v, Expr) for v, _ in pairs):
+            raise EquationError(
+                f"characteristic = {rows!r}: the sliding speeds must be numbers; only the "
+                "frictions may be parameters."
+            )
+        speeds, values = zip(*((float(v), f) for v, f in pairs), strict=True)
     except (TypeError, ValueError):
         raise EquationError(
             f"characteristic = {rows!r} has no rows of two numbers. {hint}"
@@ -123,7 +138,7 @@ def _columns(rows: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]
                 f"characteristic: the sliding speeds must increase, but {before:g} -> {after:g}."
             )
     for v, f in zip(speeds, values, strict=True):
-        if not 0 <= f < float("inf"):
+        if not isinstance(f, Expr) and not 0 <= f < float("inf"):
             raise EquationError(
                 f"characteristic: friction {f:g} at the sliding speed {v:g} must be a finite "
                 "number that is not negative; it counts against the motion by itself."

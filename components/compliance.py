@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
+from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
 
-__all__ = ["Damper", "Spring", "SpringDamper"]
+__all__ = ["Damper", "NonlinearSpring", "Spring", "SpringDamper"]
 
 
 class Spring(Component):
@@ -33,6 +34,33 @@ class Spring(Component):
     def stored(self) -> Expr:
         """Elastic energy, J."""
         return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2
+
+
+class NonlinearSpring(Component):
+    """Torsional spring with a characteristic: ``tau = F(phi_rel - phi_rel0)``.
+
+    `characteristic` is F, torque in N.m over twist in rad: rows of both, joined by straight lines,
+    the first and last continued; rows that begin at zero hold for both directions. Or a function of
+    the twist in `lumped.ops`. For progressive couplings, and shafts whose stiffness was measured.
+    """
+
+    symbol = "spring"
+    flange_a = Flange()
+    flange_b = Flange()
+    characteristic: ElasticLaw = ()
+    phi_rel0: Param = param("rad", "twist at which the characteristic has its zero", 0.0)
+    phi_rel: Var = var("rad", "twist", nominal=1e-4, state="prefer")
+    tau: Var = var("N.m", "torque on flange b")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.tau == elastic_force(self.characteristic, self.phi_rel - self.phi_rel0)
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return elastic_energy(self.characteristic, self.phi_rel - self.phi_rel0)
 
 
 class Damper(Component):

@@ -26,10 +26,8 @@ from lumped import (
     param,
     time,
     var,
-    when,
 )
 from lumped.ops import maximum, minimum, sign, smooth, sqrt, where
-from lumped.switch import Item
 
 __all__ = [
     "CascadeControl",
@@ -37,6 +35,7 @@ __all__ = [
     "FedPI",
     "Filter",
     "Gain",
+    "Integrator",
     "LimitedPI",
     "Limiter",
     "LoadShare",
@@ -44,7 +43,6 @@ __all__ = [
     "PIController",
     "PointToPoint",
     "RateLimiter",
-    "SampledPI",
     "SquareRootController",
     "Sum",
 ]
@@ -79,6 +77,20 @@ class Sum(Component):
 
     def equations(self) -> Iterator[Equation]:
         yield self.y == self.k_a * self.a + self.k_b * self.b
+
+
+class Integrator(Component):
+    """Integral: ``der(x) = k u``, ``y = x``; it begins at 0 unless `x` is given."""
+
+    symbol = "integral"
+    u = Input("1", "signal")
+    k: Param = param("1/s", "gain", 1.0)
+    x: Var = var("1", "integral", state="prefer")
+    y = Output("1", "integral")
+
+    def equations(self) -> Iterator[Equation]:
+        yield der(self.x) == self.k * self.u
+        yield self.y == self.x
 
 
 class Filter(Component):
@@ -226,36 +238,6 @@ class CurrentController(FedPI):
     x: Var = var("A", "integral part over the gain", state="prefer")
     u: Var = var("V", "voltage without limits")
     y = Output("V", "wanted voltage")
-
-
-class SampledPI(Component):
-    """PI controller in a computer: at 0, T_s, 2 T_s, ... ``x += T_s e / T_i``, ``y = k (x + e)``.
-
-    ``e = wanted - measured`` is sampled, and `y` is held until the next sample.
-    """
-
-    symbol = "controller"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
-    k: Param = param("1", "gain", above=0)
-    T_i: Param = param("s", "integral time", above=0)
-    T_s: Param = param("s", "sampling time", above=0)
-    x: Var = var("1", "integral part over the gain", state="always")
-    held: Var = var("1", "output since the last sample", state="always")
-    t_next: Var = var("s", "instant of the next sample", state="always")
-    y = Output("1", "controller output")
-
-    def equations(self) -> Iterator[Item]:
-        yield der(self.x) == 0
-        yield der(self.held) == 0
-        yield der(self.t_next) == 0
-        yield self.y == self.held
-        e = self.wanted - self.measured
-        x = self.x + self.T_s / self.T_i * e
-        yield when(
-            time > self.t_next,
-            {self.x: x, self.held: self.k * (x + e), self.t_next: self.t_next + self.T_s},
-        )
 
 
 class SquareRootController(Component):

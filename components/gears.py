@@ -120,19 +120,21 @@ class BevelDifferential(Component):
 class RackAndPinion(Component):
     """Pinion on a rack, or wheel that rolls without slip: ``s = radius phi``.
 
-    ``tau = -radius f`` follows from virtual work. `s` counts from the support, where the axle of a
-    moving rack or the rack of a moving axle is held; an open support stands still.
+    ``tau = -radius f`` follows from virtual work. `s` counts from `support`, where the axle of a
+    moving rack or the rack of a moving axle is held, and `phi` from `support_a`, on which the
+    drive of the pinion reacts. An open support stands still.
     """
 
     symbol = "rack"
     flange_a = Flange()
     flange_b = LinearFlange()
+    support_a = Flange(grounded=True)
     support = LinearFlange(grounded=True)
     radius: Param = param("m", "pitch radius, travel over angle", nonzero=True)
 
     def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
-        a, b, base = self.flange_a, self.flange_b, self.support
-        yield lossless(b.s == base.s + self.radius * a.phi, a, b, base)
+        a, b, at_a, base = self.flange_a, self.flange_b, self.support_a, self.support
+        yield lossless(b.s == base.s + self.radius * (a.phi - at_a.phi), a, b, at_a, base)
 
 
 class SelectableGear(Component):

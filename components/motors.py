@@ -1,12 +1,10 @@
-"""Motors: direct current, induction, synchronous, and whole converter drives.
+"""Motors of three phases: induction and synchronous. What all motors share.
 
 All have a rotor with inertia `J` on `flange`; the torque `tau` that drives it reacts on `support`,
 an open one standing still. Losses in iron, brushes and bearings are not included; add a
-`BearingFriction` or `Damper` where they matter. `p` is the pin at which a positive current drives
-forward.
+`BearingFriction` or `Damper` where they matter.
 
-Sources: Fischer, Elektrische Maschinen, 17th ed., ch. 2 (direct current) and 5 (Kloss);
-Leonhard, Control of Electrical Drives, 3rd ed., ch. 5 to 7; Krause, Wasynczuk, Sudhoff and
+Sources: Fischer, Elektrische Maschinen, 17th ed., ch. 5 (Kloss); Krause, Wasynczuk, Sudhoff and
 Pekarek, Analysis of Electric Machinery and Drive Systems, 3rd ed., ch. 3, 4 and 6 (two axes).
 """
 
@@ -22,24 +20,16 @@ from lumped import (
     Input,
     Output,
     Param,
-    Pin,
     Var,
     der,
     param,
     var,
 )
-from lumped.components.control import limited
-from lumped.ops import maximum, pi, sign, sqrt
+from lumped.ops import pi, sign, sqrt
 
 __all__ = [
-    "ConverterDrive",
-    "DCMotor",
     "InductionMotor",
     "InverterInductionMotor",
-    "QuasiStaticDCMotor",
-    "SeparatelyExcitedDCMotor",
-    "SeriesDCMotor",
-    "SpeedDrive",
     "SquirrelCageMotor",
     "SynchronousMotor",
 ]
@@ -66,115 +56,6 @@ class _Machine(Component):
     def _speed(self) -> Expr:
         """Speed of the rotor in its housing, which induces the voltage."""
         return self.w - der(self.support.phi)
-
-
-class _DirectCurrent(_Machine):
-    """Armature between the pins."""
-
-    p = Pin()
-    n = Pin()
-    i: Var = var("A", "armature current", state="prefer")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        yield self.p.i == self.i
-        yield self.n.i == -self.i
-
-    @property
-    def _voltage(self) -> Expr:
-        return self.p.v - self.n.v
-
-
-class DCMotor(_DirectCurrent):
-    """Direct-current motor with permanent magnets: ``v = R i + L der(i) + k w``, ``tau = k i``.
-
-    `k` is the torque constant. From rated voltage, current and speed ``k = (V - R I) / w``.
-    """
-
-    k: Param = param("N.m/A", "torque over current, voltage over speed", nonzero=True)
-    R: Param = param("Ohm", "resistance of the armature", min=0)
-    L: Param = param("H", "inductance of the armature; for none, take QuasiStaticDCMotor", above=0)
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        yield self._voltage == self.R * self.i + self.L * der(self.i) + self.k * self._speed
-        yield self.tau == self.k * self.i
-
-    def loss(self) -> Expr:
-        """Heat in the armature, W."""
-        return self.R * self.i**2
-
-
-class QuasiStaticDCMotor(_DirectCurrent):
-    """Direct-current motor whose current follows at once: ``v = R i + k w``, ``tau = k i``.
-
-    For drives much slower than ``L / R``, where it saves a fast state.
-    """
-
-    k: Param = param("N.m/A", "torque over current, voltage over speed", nonzero=True)
-    R: Param = param("Ohm", "resistance of the armature", above=0)
-    i: Var = var("A", "armature current", state="avoid")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        yield self._voltage == self.R * self.i + self.k * self._speed
-        yield self.tau == self.k * self.i
-
-    def loss(self) -> Expr:
-        """Heat in the armature, W."""
-        return self.R * self.i**2
-
-
-class SeriesDCMotor(_DirectCurrent):
-    """Motor with its field in series: ``v = R i + L der(i) + k i w``, ``tau = k i^2``.
-
-    From rated voltage, current and speed ``k = (V - R I) / (I w)``. Without load it runs away.
-    """
-
-    k: Param = param("N.m/A2", "torque over current squared", above=0)
-    R: Param = param("Ohm", "resistance of armature and field", min=0)
-    L: Param = param("H", "inductance of armature and field", above=0)
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        induced = self.k * self.i * self._speed
-        yield self._voltage == self.R * self.i + self.L * der(self.i) + induced
-        yield self.tau == self.k * self.i**2
-
-    def loss(self) -> Expr:
-        """Heat in armature and field, W."""
-        return self.R * self.i**2
-
-
-class SeparatelyExcitedDCMotor(_DirectCurrent):
-    """Motor with a field of its own: ``v = R i + L der(i) + k i_f w``, ``tau = k i_f i``.
-
-    The field between the pins `field_p` and `field_n`: ``v_f = R_f i_f + L_f der(i_f)``. With the
-    field on the pins of the armature it is a shunt motor; a weaker field gives higher speeds.
-    """
-
-    field_p = Pin()
-    field_n = Pin()
-    k: Param = param("N.m/A2", "torque over the product of the currents", nonzero=True)
-    R: Param = param("Ohm", "resistance of the armature", min=0)
-    L: Param = param("H", "inductance of the armature", above=0)
-    R_f: Param = param("Ohm", "resistance of the field", min=0)
-    L_f: Param = param("H", "inductance of the field", above=0)
-    i_f: Var = var("A", "field current", state="prefer")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        flux = self.k * self.i_f
-        yield self._voltage == self.R * self.i + self.L * der(self.i) + flux * self._speed
-        yield self.tau == flux * self.i
-        yield self.field_p.i == self.i_f
-        yield self.field_n.i == -self.i_f
-        v_f = self.field_p.v - self.field_n.v
-        yield v_f == self.R_f * self.i_f + self.L_f * der(self.i_f)
-
-    def loss(self) -> Expr:
-        """Heat in armature and field, W."""
-        return self.R * self.i**2 + self.R_f * self.i_f**2
 
 
 class InductionMotor(_Machine):
@@ -321,59 +202,3 @@ class InverterInductionMotor(_Machine):
         yield from super().equations()
         d = (self.w_s - self._speed) / self.d_k
         yield self.T * der(self.tau) == 2 * self.tau_k * d / (1 + d**2) - self.tau
-
-
-class _Converter(_Machine):
-    """Torque limit and torque loop of a motor on a converter."""
-
-    tau_max: Param = param("N.m", "greatest torque, below the base speed", above=0)
-    P_max: Param = param("W", "greatest power, above the base speed", above=0)
-    T: Param = param("s", "time constant of the torque loop", above=0)
-    limit: Var = var("N.m", "greatest torque at the present speed")
-    tau: Var = var("N.m", "driving torque", state="prefer")
-    tau_meas = Output("N.m", "driving torque as the converter reports it")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        w, base = self._speed, self.P_max / self.tau_max
-        yield self.limit == self.P_max / maximum(maximum(w, -w), base)
-        yield self.tau_meas == self.tau
-
-
-class ConverterDrive(_Converter):
-    """Torque-controlled motor: ``T der(tau) = clip(wanted, +-limit) - tau``.
-
-    The limit is `tau_max` up to the base speed ``P_max / tau_max``, then ``P_max / |w|``: constant
-    torque, constant power.
-    """
-
-    wanted = Input("N.m", "wanted torque")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        wanted = limited(self.wanted, -self.limit, self.limit)
-        yield self.T * der(self.tau) == wanted - self.tau
-
-
-class SpeedDrive(_Converter):
-    """Speed-controlled motor: PI control with anti-windup on the torque loop of `ConverterDrive`.
-
-    ``e = wanted - droop tau - w``, ``u = k (e + x)``, ``T_i der(x) = e + (y - u) / k`` where `y`
-    is `u` within the torque limit, and ``T der(tau) = y - tau``. With droop, drives on one shaft
-    share its load: ``tau = (wanted - w) / droop`` in steady state.
-    """
-
-    wanted = Input("rad/s", "wanted speed without load")
-    k: Param = param("N.m.s/rad", "gain of the speed control", above=0)
-    T_i: Param = param("s", "integral time of the speed control", above=0)
-    droop: Param = param("rad/(s.N.m)", "loss of speed over torque", 0.0, min=0)
-    x: Var = var("rad/s", "integral part over the gain", state="prefer")
-    u: Var = var("N.m", "torque wanted by the speed control")
-
-    def equations(self) -> Iterator[Equation]:
-        yield from super().equations()
-        error = self.wanted - self.droop * self.tau - self._speed
-        y = limited(self.u, -self.limit, self.limit)
-        yield self.u == self.k * (error + self.x)
-        yield self.T_i * der(self.x) == error + (y - self.u) / self.k
-        yield self.T * der(self.tau) == y - self.tau

@@ -13,7 +13,6 @@ from lumped import (
     Component,
     Equation,
     Expr,
-    Input,
     LinearFlange,
     Output,
     Param,
@@ -23,6 +22,7 @@ from lumped import (
     param,
     var,
 )
+from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
 from lumped.components.translation_contact import (
     Backlash,
     Coupling,
@@ -45,8 +45,19 @@ from lumped.components.translation_loads import (
     QuadraticForce,
     SignForce,
 )
+from lumped.components.translation_sources import (
+    Acceleration,
+    FilteredPosition,
+    FilteredSpeed,
+    Fixed,
+    Force,
+    Position,
+    RelativeSpeed,
+    Speed,
+)
 
 __all__ = [
+    "Acceleration",
     "AccelerationSensor",
     "Backlash",
     "Brake",
@@ -54,6 +65,8 @@ __all__ = [
     "Damper",
     "EddyCurrentBrake",
     "ElastoGap",
+    "FilteredPosition",
+    "FilteredSpeed",
     "Fixed",
     "Force",
     "ForceSensor",
@@ -62,15 +75,19 @@ __all__ = [
     "InverseForce",
     "LinearForce",
     "Mass",
+    "MassWithLength",
     "MassWithStopAndFriction",
     "MassWithStops",
+    "NonlinearSpring",
     "PickUp",
     "Position",
     "PositionSensor",
     "PowerSensor",
     "QuadraticForce",
     "RelativePositionSensor",
+    "RelativeSpeed",
     "RelativeSpeedSensor",
+    "Rod",
     "SignForce",
     "Speed",
     "SpeedSensor",
@@ -107,6 +124,46 @@ class Mass(Component):
         return 0.5 * self.m * self.v**2
 
 
+class MassWithLength(Component):
+    """Rigid body of some length, sliding along the axis: ``m a = f_a + f_b``, ``v = der(s)``.
+
+    `s` is the position of its middle, ``s_a = s - length / 2`` and ``s_b = s + length / 2``.
+    """
+
+    symbol = "mass"
+    flange_a = LinearFlange(free=True)
+    flange_b = LinearFlange(free=True)
+    m: Param = param("kg", "mass", above=0)
+    length: Param = param("m", "position of flange b less that of flange a")
+    s: Var = var("m", "position of the middle")
+    v: Var = var("m/s", "velocity")
+    a: Var = var("m/s2", "acceleration")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.s == self.s - self.length / 2
+        yield self.flange_b.s == self.s + self.length / 2
+        yield self.v == der(self.s)
+        yield self.a == der(self.v)
+        yield self.m * self.a == self.flange_a.f + self.flange_b.f
+
+    def stored(self) -> Expr:
+        """Kinetic energy, J."""
+        return 0.5 * self.m * self.v**2
+
+
+class Rod(Component):
+    """Rigid rod without mass: ``s_b = s_a + length``, ``f_a + f_b = 0``."""
+
+    symbol = "strut"
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    length: Param = param("m", "position of flange b less that of flange a")
+
+    def equations(self) -> Iterator[Equation | tuple[Equation, ...]]:
+        a, b = self.flange_a, self.flange_b
+        yield lossless(b.s == a.s + self.length, a, b)
+
+
 class Spring(Component):
     """Linear spring: ``f = c (s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
 
@@ -131,6 +188,33 @@ class Spring(Component):
     def stored(self) -> Expr:
         """Elastic energy, J."""
         return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
+
+
+class NonlinearSpring(Component):
+    """Spring with a characteristic: ``f = F(s_rel - s_rel0)``, ``s_rel = s_b - s_a``.
+
+    `characteristic` is F, force in N over stretch in m: rows of both, joined by straight lines, the
+    first and last continued; rows that begin at zero hold for both directions. Or a function of the
+    stretch in `lumped.ops`.
+    """
+
+    symbol = "spring"
+    flange_a = LinearFlange()
+    flange_b = LinearFlange()
+    characteristic: ElasticLaw = ()
+    s_rel0: Param = param("m", "distance at which the characteristic has its zero", 0.0)
+    s_rel: Var = var("m", "distance of the flanges", nominal=1e-4, state="prefer")
+    f: Var = var("N", "force transmitted")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.s_rel == self.flange_b.s - self.flange_a.s
+        yield self.f == elastic_force(self.characteristic, self.s_rel - self.s_rel0)
+        yield self.flange_b.f == self.f
+        yield self.flange_a.f == -self.f
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return elastic_energy(self.characteristic, self.s_rel - self.s_rel0)
 
 
 class Damper(Component):
@@ -183,63 +267,6 @@ class SpringDamper(Component):
     def stored(self) -> Expr:
         """Elastic energy, J."""
         return 0.5 * self.c * (self.s_rel - self.s_rel0) ** 2
-
-
-class Fixed(Component):
-    """Flange held at a constant position: ``s = s0``."""
-
-    symbol = "fixed"
-    flange = LinearFlange()
-    s0: Param = param("m", "position", 0.0)
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange.s == self.s0
-
-
-class Force(Component):
-    """Force ``f`` on what is joined to the flange: ``f_flange = -f``, ``f_support = f``.
-
-    `f` is given as a number, as an expression of the time, or connected to a signal.
-    An open support stands still.
-    """
-
-    symbol = "force"
-    flange = LinearFlange()
-    support = LinearFlange(grounded=True)
-    f = Input("N", "driving force")
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange.f == -self.f
-        yield self.support.f == self.f
-
-
-class Speed(Component):
-    """Prescribed velocity: ``der(s) = v``, whatever force that takes.
-
-    `v` is given as a number, as an expression of the time, or connected to a signal.
-    """
-
-    symbol = "motion"
-    flange = LinearFlange()
-    v = Input("m/s", "velocity")
-
-    def equations(self) -> Iterator[Equation]:
-        yield der(self.flange.s) == self.v
-
-
-class Position(Component):
-    """Prescribed position: ``s_flange = s``, whatever force that takes.
-
-    `s` is given as a number, as an expression of the time, or connected to a signal; velocity and
-    acceleration follow by differentiation.
-    """
-
-    symbol = "motion"
-    flange = LinearFlange()
-    s = Input("m", "position")
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange.s == self.s
 
 
 class PositionSensor(Component):

@@ -18,13 +18,15 @@ __all__ = ["Backlash", "Coupling", "ElastoGap", "MassWithStops", "PickUp", "Stop
 class ElastoGap(Component):
     """Elastic contact of two bodies: ``f = c (s_rel - s_rel0) + f_d`` while ``s_rel < s_rel0``.
 
-    It pushes and never pulls: the damping part ``f_d = d v_rel`` is never greater than the elastic
-    part, so that the force begins and ends at zero. `f` is positive in tension, so ``f <= 0``.
+    It pushes and never pulls; `f` is positive in tension, so ``f <= 0``. Its damping part is
+    ``f_d = d v_rel``. If `limited`, it is never greater than the elastic part, so that the force
+    begins at zero; else the force jumps to ``d v_rel`` where the bodies meet.
     """
 
     symbol = "stop"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
+    limited: bool = True
     c: Param = param("N/m", "stiffness", above=0)
     d: Param = param("N.s/m", "viscous damping", 0.0, min=0)
     s_rel0: Param = param("m", "distance of the flanges where contact begins", 0.0)
@@ -35,8 +37,11 @@ class ElastoGap(Component):
     def equations(self) -> Iterator[Equation]:
         yield self.s_rel == self.flange_b.s - self.flange_a.s
         yield self.v_rel == der(self.s_rel)
-        elastic = self.c * (self.s_rel0 - self.s_rel)
-        push = one_sided(elastic, -self.d * self.v_rel, self.d)
+        elastic, damping = self.c * (self.s_rel0 - self.s_rel), -self.d * self.v_rel
+        if self.limited:
+            push = one_sided(elastic, damping, self.d)
+        else:
+            push = where(elastic + damping > 0, elastic + damping, 0)
         yield self.f == where(self.s_rel < self.s_rel0, -push, 0)
         yield self.flange_b.f == self.f
         yield self.flange_a.f == -self.f

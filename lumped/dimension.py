@@ -25,6 +25,7 @@ from lumped.expression import (
     text,
     walk,
 )
+from lumped.quantity import Param
 from lumped.switch import Hold, Item, When
 from lumped.units import Dimension, dimension, written
 
@@ -137,6 +138,8 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
         return dimension("s")
     if isinstance(node, Ref):
         return dimension(node.quantity.unit)
+    if isinstance(node, Param):
+        return dimension(node.unit)
     if isinstance(node, Der):
         return _times(parts[0], dimension("s"), -1)
     if isinstance(node, Partial):

@@ -17,7 +17,7 @@ from lumped.kept import template_of
 from lumped.parameters import Parameters, collect, start_values
 from lumped.quantity import Input, Param, Var, param
 from lumped.switch import Hold, Item, Single, When
-from lumped.template import Template, template_key
+from lumped.template import ENCLOSING, Template, template_key
 from lumped.tree import Node, Tree
 
 __all__ = ["FlatModel", "Group", "flatten"]
@@ -195,7 +195,7 @@ def _groups(
         key = template_key(node.component)
         group = alike.get(key)
         if group is None:
-            group = alike[key] = _group(tree, groups, node, node.component.equations())
+            group = alike[key] = _group(tree, groups, node, node.component.equations(), own=True)
         _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
@@ -221,7 +221,7 @@ def _initial_groups(tree: Tree) -> list[Group]:
         key = template_key(node.component)
         if key not in alike:
             equations = node.component.initial_equations()
-            alike[key] = _group(tree, groups, node, equations, initial=True)
+            alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
         alike[key].nodes.append(number)
     for group in groups.values():
         _number(tree, group)
@@ -240,9 +240,13 @@ def _group(
     scope: Node,
     found: Iterable[Item] | None,
     *,
+    own: bool = False,
     initial: bool = False,
 ) -> Group:
-    """Group of all instances with equations like those found, made if there is none."""
+    """Group of all instances with equations like those found, made if there is none.
+
+    They are the component's `own`, or bind its parts; `initial` ones hold at the start only.
+    """
     method = "initial_equations()" if initial else "equations()"
     if found is None:
         raise EquationError(
@@ -257,7 +261,11 @@ def _group(
                     "each item must be an equation: left == right."
                 )
         template = template_of(
-            scope.component, lambda c: tree.below(c, scope), items, plain=initial
+            scope.component,
+            lambda c: tree.below(c, scope),
+            items,
+            enclosed=own,
+            plain=initial,
         )
     except EquationError as error:
         raise EquationError(f"{scope.label}: {error}") from None
@@ -312,7 +320,7 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):
-            node = tree.at(below, tree.nodes[number]) if below else tree.nodes[number]
+            node = _at(tree, below, tree.nodes[number], local)
             if first == "first_unknown":
                 table[row, column] = node.first_unknown + node.layout.unknowns[local]
             elif local in node.layout.parameters:
@@ -325,6 +333,19 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
                     f"{node.label} does not have."
                 )
     return table
+
+
+def _at(tree: Tree, below: str, node: Node, local: str) -> Node:
+    """The node that an equation of another one means."""
+    if below != ENCLOSING:
+        return tree.at(below, node) if below else node
+    if node.parent < 0:
+        raise EquationError(
+            f"{node.label}: its equations use the parameter '{local}', which is not its own but "
+            "that of a component around it. Give a number, or make it a part of the component that "
+            "has the parameter."
+        )
+    return tree.nodes[node.parent]
 
 
 def _needed(node: Node, joints: Joints) -> int:

@@ -20,13 +20,22 @@ _known: dict[Hashable, Template] = {}
 
 
 def template_of(
-    component: Component, place: Place, items: list[Single], *, plain: bool = False
+    component: Component,
+    place: Place,
+    items: list[Single],
+    *,
+    enclosed: bool = False,
+    plain: bool = False,
 ) -> Template:
-    """The template of some equations, made once for all models with equal ones."""
-    key = plain, _content(place, tuple(items))
+    """The template of some equations, made once for all models with equal ones.
+
+    Where they are `enclosed`, parameters of no component that stand in them are those of the
+    enclosing one, else those of `component` itself. Kinks of `plain` ones are not watched.
+    """
+    key = enclosed, plain, _content(place, tuple(items))
     found = _known.get(key)
     if found is None:
-        found = Template(component, place, items, plain=plain)
+        found = Template(component, place, items, enclosed=enclosed, plain=plain)
         if len(_known) >= _MOST:
             del _known[next(iter(_known))]
         _known[key] = found

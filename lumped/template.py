@@ -27,6 +27,7 @@ from lumped.switch import Hold, Single, When
 
 __all__ = [
     "CONSTANT",
+    "ENCLOSING",
     "PARAMETRIC",
     "VARYING",
     "Jump",
@@ -39,6 +40,9 @@ __all__ = [
 
 CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
 """Kinds of a coefficient: a number, a function of parameters, anything else."""
+
+ENCLOSING = ".."
+"""Path, in a template, of the component in which the one with the equations is a part."""
 
 
 def template_key(component: Component) -> Hashable:
@@ -208,7 +212,8 @@ class Template:
     unknowns : list of (str, str)
         Path of the owner below the component ("" for itself) and name of each local unknown.
     parameters : list of (str, str)
-        The same for the parameters.
+        The same for the parameters; `ENCLOSING` is the path of the component around it, whose
+        parameters may stand in structural choices.
     relations, sticks, jumps : list
         What changes modes or states.
     branches : dict of int to tuple of (int, bool)
@@ -216,9 +221,16 @@ class Template:
     """
 
     def __init__(
-        self, component: Component, place: Place, items: Iterable[Single], *, plain: bool = False
+        self,
+        component: Component,
+        place: Place,
+        items: Iterable[Single],
+        *,
+        enclosed: bool = False,
+        plain: bool = False,
     ) -> None:
         self.count = 0
+        self._enclosed = enclosed
         self.unknowns: list[tuple[str, str]] = []
         self.parameters: list[tuple[str, str]] = []
         self.parameter_symbols: list[ca.SX] = []
@@ -329,7 +341,8 @@ class Template:
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
         if isinstance(node, Param):
-            node = Ref(component, node.name, node)
+            own = component._quantities.get(node.name) is node or not self._enclosed
+            return self._parameter(("" if own else ENCLOSING, node.name))
         if not isinstance(node, Ref):
             raise EquationError(f"'{node!r}' is not a quantity of an instance.")
         below = place(node.owner)
@@ -340,15 +353,18 @@ class Template:
             )
         key = (below, node.name)
         if isinstance(node.quantity, Param):
-            if key not in self._parameter_index:
-                self._parameter_index[key] = len(self.parameters)
-                self.parameters.append(key)
-                self.parameter_symbols.append(ca.SX.sym(node.name))
-            return self.parameter_symbols[self._parameter_index[key]]
+            return self._parameter(key)
         if key not in self._unknown_index:
             self._unknown_index[key] = len(self.unknowns)
             self.unknowns.append(key)
         return self.symbol(self._unknown_index[key], 0)
+
+    def _parameter(self, key: tuple[str, str]) -> ca.SX:
+        if key not in self._parameter_index:
+            self._parameter_index[key] = len(self.parameters)
+            self.parameters.append(key)
+            self.parameter_symbols.append(ca.SX.sym(key[1]))
+        return self.parameter_symbols[self._parameter_index[key]]
 
     def symbol(self, unknown: int, order: int) -> ca.SX:
         """Symbol of a local unknown at an order of derivative."""

@@ -104,8 +104,8 @@ class CrankShaft(lp.Component):
     journal_y = lp.LinearFlange()
     pin_x = lp.LinearFlange()
     pin_y = lp.LinearFlange()
-    arm: Eccentric = Eccentric(radius=ECCENTRICITY)
-    centre: Eccentric = Eccentric(radius=CENTRE_SHAFT)
+    arm: Eccentric = Eccentric(radius=ECCENTRICITY, phase=np.pi / 2)
+    centre: Eccentric = Eccentric(radius=CENTRE_SHAFT, phase=np.pi / 2)
     body: Inertia = Inertia(J=J_SHAFT)
     mass_x: Mass = Mass(m=M_SHAFT)
     mass_y: Mass = Mass(m=M_SHAFT)
@@ -133,7 +133,7 @@ class Hanging(lp.Component):
     m: lp.Param = lp.param("kg", "mass", above=0)
     J: lp.Param = lp.param("kg.m2", "moment of inertia about the centre of mass", above=0)
     rod: GuidedRod = GuidedRod(length=length)
-    centre: Eccentric = Eccentric(radius=-distance)
+    centre: Eccentric = Eccentric(radius=-distance, phase=np.pi / 2)
 
     def connections(self) -> Iterator[lp.Connection]:
         rod, centre = self.rod, self.centre

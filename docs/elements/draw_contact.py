@@ -75,22 +75,23 @@ def elasto_backlash() -> Figure:
 
 
 def elasto_gap() -> Figure:
-    """Force over distance at several speeds."""
-    figure, (axis,) = picture()
-    for i, speed in enumerate((0.01, 0.5, 1.0)):
-        for way in (1, -1):
-            begin = 0.03 if way < 0 else -0.03
-            model = lp.compose(
-                wall=translation.Fixed(),
-                gap=translation.ElastoGap(c=1000.0, d=10.0, s_rel=begin),
-                drive=translation.Speed(v=way * speed),
-                connections=lambda m: lp.chain(m.wall, m.gap, m.drive),
-            )
-            run = lp.simulate(lp.assemble(model), until=0.06 / speed, grid=800)
-            style, name = ("--", None) if way > 0 else ("-", f"{speed:g} m/s")
-            axis.plot(run["gap.s_rel"], run["gap.f"], style, color=f"C{i}", label=name)
-    label(axis, "c = 1000 N/m, d = 10 N.s/m, s_rel0 = 0", "s_rel, m", "f, N")
-    axis.legend(title="closing (dashed: opening)", fontsize="small")
+    """Force over distance at several speeds, both variants."""
+    figure, axes = picture(2)
+    for axis, limited in zip(axes, (True, False), strict=True):
+        for i, speed in enumerate((0.01, 0.5, 1.0)):
+            for way in (1, -1):
+                begin = 0.03 if way < 0 else -0.03
+                model = lp.compose(
+                    wall=translation.Fixed(),
+                    gap=translation.ElastoGap(c=1000.0, d=10.0, limited=limited, s_rel=begin),
+                    drive=translation.Speed(v=way * speed),
+                    connections=lambda m: lp.chain(m.wall, m.gap, m.drive),
+                )
+                run = lp.simulate(lp.assemble(model), until=0.06 / speed, grid=800)
+                style, name = ("--", None) if way > 0 else ("-", f"{speed:g} m/s")
+                axis.plot(run["gap.s_rel"], run["gap.f"], style, color=f"C{i}", label=name)
+        label(axis, f"limited={limited}", "s_rel, m", "f, N")
+    axes[0].legend(title="closing (dashed: opening)", fontsize="small")
     return figure
 
 

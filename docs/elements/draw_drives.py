@@ -12,11 +12,14 @@ import lumped as lp
 from lumped.components import (
     ConverterDrive,
     DCMotor,
+    FieldOrientedMotor,
     Ground,
     InductionMotor,
     Inertia,
     LimitedPI,
+    MappedMotor,
     PIController,
+    QuasiStaticSeriesDCMotor,
     SampledPI,
     SeparatelyExcitedDCMotor,
     SeriesDCMotor,
@@ -102,14 +105,17 @@ def dc_motors():
     """Torque over speed of direct-current motors."""
     figure, axes = panel("Direct-current motors on 100 V", "speed, 1/min", "torque, N.m")
     series = SeriesDCMotor(k=0.00637, R=0.06, L=2e-3, J=0.15)
+    quasi_static = QuasiStaticSeriesDCMotor(k=0.00637, R=0.06, J=0.15)
     for label, model, low, high in (
         ("permanent magnets", Armature(), 110, 157),
         ("separate field, full", Excited(), 110, 157),
         ("separate field, 70 %", Excited().with_({"field.v": 70.0}), 150, 224),
         ("series", Armature(motor=series), 95, 300),
+        ("series, quasi-static", Armature(motor=quasi_static), 95, 300),
     ):
-        style = "--" if label.endswith("full") else "-"
-        axes.plot(*sweep(model, low, high), style, label=label)
+        style = {"full": "--", "static": ":"}.get(label.rpartition("-")[2].split()[-1], "-")
+        colour = "black" if style == ":" else None
+        axes.plot(*sweep(model, low, high), style, color=colour, label=label)
     axes.set_ylim(0, 180)
     axes.legend(frameon=False)
     save(figure, "dc_motors")
@@ -144,6 +150,67 @@ def converter_drive():
     )
     axes.legend(frameon=False, loc="center right")
     save(figure, "converter_drive")
+
+
+def field_oriented_motor():
+    """Torque, flux and power over speed at the limit of a field-oriented motor."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.2), layout="constrained")
+    motor = FieldOrientedMotor(
+        pairs=2, R_s=0.05, R_r=0.04, L_m=0.03, L_ls=1.2e-3, L_lr=1e-3,
+        psi_n=0.9, V_max=310.0, I_max=150.0, T=1e-3, J=0.4, wanted=1e6,
+    )  # fmt: skip
+    for wanted in (1e6, 150.0, 50.0):
+        model = Shaft(motor=motor.with_({"wanted": wanted}))
+        label = "at its limit" if wanted > 1e3 else f"wanted {wanted:g} N.m"
+        left.plot(*sweep(model, 0.0, 700.0), label=label)
+    model = Shaft(motor=motor).with_({"turn.w": 700.0 * lp.time / SWEEP})
+    run = lp.simulate(lp.assemble(model), until=SWEEP, grid=400, rtol=1e-8)
+    seen = run.t > 0.01 * SWEEP
+    for name, scale, label in (
+        ("psi", 1.0, "flux of the rotor, V.s"),
+        ("i", 150.0, "current over I_max"),
+        ("V", 310.0, "voltage over V_max"),
+    ):
+        right.plot(run["motor.w"][seen] * RPM, run[f"motor.{name}"][seen] / scale, label=label)
+    left.set(title="torque, N.m", xlabel="speed, 1/min", ylim=(0, 410))
+    right.set(title="at its limit", xlabel="speed, 1/min", ylim=(0, 1.45))
+    for axes in (left, right):
+        axes.grid(color="0.9")
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(frameon=False, fontsize="small")
+    save(figure, "field_oriented_motor")
+
+
+def mapped_motor():
+    """Torque limit and efficiency over speed."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.2), layout="constrained")
+    motor = MappedMotor(
+        limits=((0, 200), (250, 200), (500, 110), (900, 50)),
+        efficiency=(
+            (0, 0, 50, 100, 200),
+            (0, 0.30, 0.60, 0.55, 0.45),
+            (200, 0.70, 0.92, 0.93, 0.90),
+            (500, 0.75, 0.94, 0.95, 0.94),
+            (900, 0.65, 0.90, 0.92, 0.91),
+        ),
+        T=5e-3, J=0.05, wanted=0.0,
+    )  # fmt: skip
+    for wanted in (300.0, 100.0, 40.0):
+        model = Shaft(motor=motor.with_({"wanted": wanted, "w": 0.0}))
+        system = lp.assemble(model.with_({"turn.w": 900.0 * lp.time / SWEEP}))
+        run = lp.simulate(system, until=SWEEP, grid=600, rtol=1e-8)
+        seen = run.t > 0.01 * SWEEP
+        speed = run["motor.w"][seen] * RPM
+        label = f"wanted {wanted:g} N.m"
+        left.plot(speed, run["motor.tau"][seen], label=label)
+        right.plot(speed, run["motor.eta"][seen], label=label)
+    left.set(title="torque, N.m", xlabel="speed, 1/min", ylim=(0, 220))
+    right.set(title="efficiency", xlabel="speed, 1/min")
+    for axes in (left, right):
+        axes.grid(color="0.9")
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(frameon=False, fontsize="small")
+    save(figure, "mapped_motor")
 
 
 class Loop(lp.Component):
@@ -211,5 +278,13 @@ def square_root_controller():
 
 
 if __name__ == "__main__":
-    for draw in (dc_motors, induction_motor, converter_drive, controllers, square_root_controller):
+    for draw in (
+        dc_motors,
+        induction_motor,
+        converter_drive,
+        field_oriented_motor,
+        mapped_motor,
+        controllers,
+        square_root_controller,
+    ):
         draw()

@@ -6,11 +6,15 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+import numpy as np
 
 import lumped as lp
 from lumped.components import (
     EddyCurrentBrake,
+    ElasticPlanetary,
+    Fixed,
     FixedTemperature,
+    Inertia,
     InverseTorque,
     LinearTorque,
     LossyGear,
@@ -59,6 +63,36 @@ def draw_lossy_gear():
     right.set(xlabel="speed of flange a, rad/s", title="at four torques")
     left.set_ylim(-4.5, 7)
     finish(figure, "lossy_gear", columns=2)
+
+
+def draw_elastic_planetary():
+    """Force of the sun's mesh on a torque at the sun, over the frequency."""
+    figure, axes = plt.subplots(figsize=(5.5, 3.6))
+    hertz = np.geomspace(100, 8000, 1200)
+    for c in (1e8, 2e8, 4e8):
+        stage = ElasticPlanetary(
+            ratio=2.8, r_s=0.04, n=3, J_p=2e-4, c_s=c, c_r=1.5 * c, d_s=800.0, d_r=800.0
+        )
+        model = lp.compose(
+            drive=Torque(tau=0.0),
+            sun=Inertia(J=0.01),
+            stage=stage,
+            carrier=Inertia(J=0.15),
+            housing=Fixed(),
+            connections=lambda m: [
+                *lp.chain(m.drive, m.sun, m.stage.sun),
+                lp.connect(m.stage.carrier, m.carrier.flange_a),
+                lp.connect(m.stage.ring, m.housing.flange),
+            ],
+        )
+        response = lp.frequency_response(
+            lp.assemble(model), inputs=["drive.tau"], outputs=["stage.f_s"], hertz=hertz
+        )
+        found = np.abs(response["stage.f_s", "drive.tau"])
+        axes.loglog(hertz, found, label=f"c_s = {c:g} N/m")
+    axes.set(xlabel="frequency, Hz", ylabel="force of a mesh over torque, N/N.m")
+    axes.set(title="sun 0.01, carrier 0.15 kg.m2, ring held")
+    finish(figure, "elastic_planetary")
 
 
 def loaded(part, **given):
@@ -128,7 +162,8 @@ def finish(figure, name, columns=1):
     """Grid, legend, file."""
     for axes in figure.axes:
         axes.grid(alpha=0.3)
-        axes.axhline(0, color="0.4", lw=0.6)
+        if axes.get_yscale() == "linear":
+            axes.axhline(0, color="0.4", lw=0.6)
         axes.legend(fontsize=8, ncols=columns, loc="upper left" if columns == 1 else "upper center")
     figure.tight_layout()
     figure.savefig(FOLDER / f"{name}.png", dpi=80)
@@ -137,6 +172,7 @@ def finish(figure, name, columns=1):
 
 if __name__ == "__main__":
     draw_lossy_gear()
+    draw_elastic_planetary()
     draw_loads()
     draw_eddy_current_brake()
     draw_vehicle()

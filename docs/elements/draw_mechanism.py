@@ -10,11 +10,13 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import (
+    Bar,
     Eccentric,
     EllipticalGear,
     GuidedRod,
     Inertia,
     NonCircularGear,
+    PlaneSpring,
     PulseTorque,
     Speed,
     translation,
@@ -63,7 +65,7 @@ def draw_linkages():
     for length in (0.3, 0.5, 3.4):
         model = lp.compose(
             turn=Speed(w=1.0),
-            crank=Eccentric(radius=0.25),
+            crank=Eccentric(radius=0.25, phase=np.pi / 2),
             hub=translation.Fixed(),
             rod=GuidedRod(length=length),
             ram=translation.Mass(m=1.0),
@@ -82,6 +84,50 @@ def draw_linkages():
     left.set(xlabel="crank angle, deg", ylabel="foot + length, m", title="radius 0.25 m")
     right.set(xlabel="crank angle, deg", ylabel="speed of the foot, m/s", title="at 1 rad/s")
     finish(figure, "linkages")
+
+
+def draw_plane():
+    """Path of a mass on a spring, and a double pendulum of two bars."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.4))
+    for d in (0.0, 3.0):
+        model = lp.compose(
+            centre=translation.Fixed(),
+            spring=PlaneSpring(c=300.0, d=d, length0=0.8),
+            x=translation.Mass(m=2.0, s=1.0, v=0.0),
+            y=translation.Mass(m=2.0, s=0.0, v=3.0),
+            connections=lambda m: [
+                lp.connect(m.centre.flange, m.spring.a_x, m.spring.a_y),
+                lp.connect(m.spring.b_x, m.x.flange_a),
+                lp.connect(m.spring.b_y, m.y.flange_a),
+            ],
+        )
+        run = lp.simulate(lp.assemble(model, keep=["x.s", "y.s"]), until=3.0, grid=1500)
+        left.plot(run["x.s"], run["y.s"], lw=1, label=f"d = {d:g} N.s/m")
+    left.set(xlabel="x, m", ylabel="y, m", title="mass of 2 kg on a PlaneSpring", aspect="equal")
+    bar = Bar(length=0.5, m=1.0, J=1 / 48, g=9.81)
+    model = lp.compose(
+        nail=translation.Fixed(),
+        upper=bar.with_({"phi": 0.3, "w": 0.0}),
+        lower=bar.with_({"phi": 1.0, "w": 0.0}),
+        connections=lambda m: [
+            lp.connect(m.nail.flange, m.upper.a_x, m.upper.a_y),
+            lp.connect(m.upper.b_x, m.lower.a_x),
+            lp.connect(m.upper.b_y, m.lower.a_y),
+        ],
+    )
+    names = [f"{bar}.b_{axis}.s" for bar in ("upper", "lower") for axis in "xy"]
+    run = lp.simulate(lp.assemble(model, keep=names), until=2.0, grid=1000)
+    for bar in ("upper", "lower"):
+        right.plot(run[f"{bar}.b_x.s"], run[f"{bar}.b_y.s"], lw=1, label=f"end of the {bar} bar")
+    for i in range(0, 1000, 90):
+        x, y = (
+            [0.0, *(run[f"{bar}.b_{axis}.s"][i] for bar in ("upper", "lower"))] for axis in "xy"
+        )
+        right.plot(x, y, color="0.75", lw=0.8, zorder=0)
+    right.set(xlabel="x, m", title="double pendulum of two Bars", aspect="equal")
+    right.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
+    right.legend(fontsize=7, loc="upper left")
+    finish(figure, "plane")
 
 
 def draw_cams():
@@ -112,4 +158,5 @@ def finish(figure, name):
 if __name__ == "__main__":
     draw_noncircular()
     draw_linkages()
+    draw_plane()
     draw_cams()

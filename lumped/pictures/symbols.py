@@ -131,6 +131,7 @@ SYMBOLS: dict[str, Symbol] = {
     "port": _symbol(_oval(0, 0, 0.16), reach=0.16, height=0.16),
     "inertia": _symbol(_box(-0.2, -0.75, 0.2, 0.75, GREY), reach=0.2, height=0.75),
     "mass": _symbol(_box(-0.6, -0.45, 0.6, 0.45, GREY), reach=0.6, height=0.45),
+    "strut": _symbol(_box(-0.75, -0.08, 0.75, 0.08, GREY), reach=0.75, height=0.1),
     "spring": _symbol(*_SPRING, reach=0.7, height=0.3),
     "damper": _symbol(*_pot(0.0), reach=0.7, height=0.26),
     "spring_damper": _symbol(
@@ -322,6 +323,21 @@ SYMBOLS: dict[str, Symbol] = {
         reach=0.75,
         height=0.5,
     ),
+    "wheel": _symbol(
+        _oval(0, 0.1, 0.55, fill=GREY),
+        _oval(0, 0.1, 0.3),
+        *_hatch(-0.65, 0.65, -0.45),
+        reach=0.7,
+        height=0.65,
+    ),
+    "synchroniser": _symbol(
+        *_LEADS,
+        Stroke([(-0.3, -0.55), (0.05, -0.35), (0.05, 0.35), (-0.3, 0.55), (-0.3, -0.55)], GREY),
+        Stroke([(-0.1, -0.62), (0.3, -0.4), (0.3, 0.4), (-0.1, 0.62)]),
+        _line(0.3, 0.0, 0.6, 0.0),
+        reach=0.6,
+        height=0.62,
+    ),
     "coil": _symbol(
         _oval(0, 0, 0.7, fill=GREY), _oval(0, 0, 0.48), _oval(0, 0, 0.24), reach=0.7, height=0.7
     ),
@@ -370,6 +386,7 @@ SYMBOLS: dict[str, Symbol] = {
     "limiter": _axes(_line(-0.55, -0.4, -0.25, -0.4, 0.25, 0.4, 0.55, 0.4)),
     "ramp": _axes(_line(-0.5, -0.4, -0.2, -0.4, 0.4, 0.4)),
     "lag": _axes(Stroke([(0.1 * i - 0.5, 0.85 * (1 - 0.72**i) - 0.4) for i in range(11)])),
+    "stairs": _axes(_line(-0.5, -0.4, -0.2, -0.4, -0.2, 0.0, 0.15, 0.0, 0.15, 0.4, 0.5, 0.4)),
     "step": _axes(_line(-0.5, -0.35, 0, -0.35, 0, 0.35, 0.5, 0.35)),
     "constant": _axes(_line(-0.5, 0, 0.5, 0)),
     "sine": _axes(
@@ -383,6 +400,7 @@ SYMBOLS: dict[str, Symbol] = {
         _line(0.25, 0, 0.5, 0),
     ),
     "root": _block("\u221a"),
+    "integral": _block("\u222b"),
     "minimum": _block("min"),
     "latch": _block("latch"),
     "sequence": _block("1 2 3"),

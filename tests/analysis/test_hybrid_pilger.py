@@ -10,7 +10,7 @@ def test_a_linkage_prescribed_beyond_its_reach_is_reported_with_its_time() -> No
     """A rod that is shorter than crank and offset locks at r sin(phi) + e = L."""
     model = lp.compose(
         turn=Position(phi=lp.time),
-        crank=Eccentric(radius=0.59),
+        crank=Eccentric(radius=0.59, phase=-np.pi / 2),
         rod=GuidedRod(length=0.9),
         hub=[translation.Fixed(), translation.Fixed()],
         guide=translation.Fixed(s0=-0.33),

@@ -6,6 +6,7 @@ supplies energy, or if a random number is no sensible value for one of its field
 
 import importlib
 import inspect
+import itertools
 import pkgutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,6 +23,8 @@ from lumped.components import (
     cams,
     contact,
     crank,
+    dc_motors,
+    drives,
     electrical,
     friction,
     gravity,
@@ -31,12 +34,15 @@ from lumped.components import (
     lossy_gear,
     motors,
     noncircular,
+    planetary_stage,
     rolling,
     sequence,
     signals,
     sources,
+    synchroniser,
     thermal,
     translation,
+    tyre,
     vehicle,
     winding,
 )
@@ -61,7 +67,12 @@ UNITS = {
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
+TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
+MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
+    drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
+    rotation.NonlinearSpring: {"characteristic": TWISTS},
+    translation.NonlinearSpring: {"characteristic": TWISTS},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
@@ -79,9 +90,12 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     belts.Belt: {"distance": 6.0},
     crank.CrankSlider: {"L": 6.0},
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
+    drives.FieldOrientedMotor: {"I_max": 10.0, "psi_n": 2.0, "L_m": 1.0},
     electrical.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
+    synchroniser.Synchroniser: {"u": 0.7},
+    tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
     translation.Backlash: {"b": 10.0},
     translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
     translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
@@ -92,8 +106,10 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
 
 POSITIVE = {
     electrical.VariableResistor: ["R"],
+    vehicle.Vehicle: ["cr"],
     friction.JournalFriction: ["f_n"],
     rolling.RollingTorque: ["F", "a"],
+    tyre.Tyre: ["f_n"],
 }
 """Inputs that make no sense below zero."""
 
@@ -337,6 +353,27 @@ def driving(effort: str) -> Power:
     return lambda at: at.p[effort] * (at.v["flange"] - at.v["support"])
 
 
+def by_rows(free_length: str) -> Energy:
+    """Energy of a spring by rows: the trapezoids under the lines from no stretch to this one."""
+
+    def energy(at: Motion) -> complex:
+        x = at.rel(at.q) - at.p[free_length]
+        places, forces = np.transpose(TWISTS)
+        slopes = np.diff(forces) / np.diff(places)
+
+        def force(y: complex) -> complex:
+            i = np.clip(np.searchsorted(places, y.real) - 1, 0, len(slopes) - 1)
+            return forces[i] + slopes[i] * (y - places[i])
+
+        way = 1 if x.real > 0 else -1
+        inner = [p for p in places if 0 < way * p < way * x.real]
+        points = [0.0, *sorted(inner, key=abs), x]
+        pairs = itertools.pairwise(points)
+        return sum((force(a + 0j) + force(b + 0j)) / 2 * (b - a) for a, b in pairs)
+
+    return energy
+
+
 def squeezed(x: complex, half: float) -> complex:
     """How far a twist is beyond half the play."""
     return x - np.sign(x.real) * half if abs(x.real) > half else 0.0
@@ -432,6 +469,18 @@ def armature(at: Motion) -> complex:
     return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
 
 
+def excited_heat(at: Motion) -> float:
+    p, v_f = at.p, at.v["field_p"] - at.v["field_n"]
+    i = (voltage(at) - p["k"] * v_f / p["R_f"] * turning(at)) / p["R"]
+    return p["R"] * i**2 + v_f**2 / p["R_f"]
+
+
+def oriented(at: Motion) -> float:
+    p, x = at.p, at.x
+    per_ampere = 1.5 * p["pairs"] * p["L_m"] / (p["L_m"] + p["L_lr"])
+    return per_ampere * x["psi"] * x["i_q"] * turning(at)
+
+
 def kloss(at: Motion) -> float:
     w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
     s = 1 - turning(at) / w_s
@@ -512,6 +561,65 @@ def rolling_resistance(at: Motion) -> float:
     return p["cr"] * p["m"] * p["g"] * level * bounded(v, p["v_reg"]) * v
 
 
+def plane_length(at: Motion) -> complex:
+    return np.sqrt((at.q["b_x"] - at.q["a_x"]) ** 2 + (at.q["b_y"] - at.q["a_y"]) ** 2)
+
+
+def plane_elastic(at: Motion) -> complex:
+    return at.p["c"] * (plane_length(at) - at.p["length0"]) ** 2 / 2
+
+
+def plane_viscous(at: Motion) -> float:
+    stretching = sum(
+        (at.q[f"b_{i}"] - at.q[f"a_{i}"]) * (at.v[f"b_{i}"] - at.v[f"a_{i}"]) for i in "xy"
+    )
+    return at.p["d"] * (stretching / plane_length(at)) ** 2
+
+
+def bar_energy(at: Motion) -> complex:
+    """By the velocities of both ends, which say how fast it turns and where its centre goes."""
+    p, k = at.p, at.p["k"]
+    v = [(1 - k) * at.v[f"a_{i}"] + k * at.v[f"b_{i}"] for i in "xy"]
+    y = (1 - k) * at.q["a_y"] + k * at.q["b_y"]
+    turning = sum((at.v[f"b_{i}"] - at.v[f"a_{i}"]) ** 2 for i in "xy") / p["length"] ** 2
+    return (p["m"] * (v[0] ** 2 + v[1] ** 2) + p["J"] * turning) / 2 + p["m"] * p["g"] * y
+
+
+def tread_energy(at: Motion) -> complex:
+    p = at.p
+    return p["f_n"] * p["mu"] * p["B"] * p["C"] * p["sigma"] * at.x["z"] ** 2 / 2
+
+
+def tread_heat(at: Motion) -> float:
+    """What the tread slips, and its damper takes."""
+    p, z = at.p, at.x["z"]
+    v, u = at.v["hub"], p["R"] * at.v["wheel"]
+    V = (abs(v) + abs(u)) / 2
+    x = p["B"] * abs(u - v) / V
+    magic = np.sin(p["C"] * np.arctan(x - p["E"] * (x - np.arctan(x))))
+    slips = p["C"] * abs(u - v) * p["B"] * z / magic
+    stretched = p["T_d"] * np.exp(-((V / p["v_low"]) ** 2)) * (u - v - slips) / p["sigma"]
+    return p["f_n"] * p["mu"] * p["B"] * p["C"] * (z * slips + stretched * (u - v))
+
+
+def stage_energy(at: Motion) -> complex:
+    p, x = at.p, at.x
+    return (
+        p["n"]
+        * (p["c_s"] * x["s_s"] ** 2 + p["c_r"] * x["s_r"] ** 2 + p["J_p"] * x["w_p"] ** 2)
+        / 2
+    )
+
+
+def stage_heat(at: Motion) -> float:
+    p, v = at.p, at.v
+    r_s, r_r = p["r_s"], p["ratio"] * p["r_s"]
+    rolled = (r_r - r_s) / 2 * (at.x["w_p"] - v["carrier"])
+    at_sun = r_s * (v["sun"] - v["carrier"]) + rolled
+    at_ring = r_r * (v["ring"] - v["carrier"]) - rolled
+    return p["n"] * (p["d_s"] * at_sun**2 + p["d_r"] * at_ring**2)
+
+
 def swinging(at: Motion) -> complex:
     p = at.p
     height = p["R"] * np.sin(at.q["flange"] + p["phi0"])
@@ -566,15 +674,22 @@ def cage_supply(at: Motion) -> float:
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     belts.Belt: belt_energy,
+    planetary_stage.ElasticPlanetary: stage_energy,
+    linkages.Bar: bar_energy,
+    linkages.PlaneSpring: plane_elastic,
+    tyre.Tyre: tread_energy,
     contact.ElastoBacklash: play_energy,
     gravity.SwingingMass: swinging,
     crank.CrankSlider: crank_slider,
     crank.RotatingMass: rotating_mass,
     impact.PickUp: carried("J"),
+    rotation.NonlinearSpring: by_rows("phi_rel0"),
+    translation.NonlinearSpring: by_rows("s_rel0"),
     rotation.Spring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.ElastoGap: gap_energy,
     translation.Mass: kinetic("m"),
+    translation.MassWithLength: kinetic("m"),
     translation.MassWithStops: kinetic("m"),
     translation.PickUp: carried("m"),
     translation.MassWithStopAndFriction: kinetic("m"),
@@ -583,14 +698,20 @@ STORED: dict[type[lp.Component], Energy] = {
     electrical.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
     electrical.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
     electrical.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
-    motors.ConverterDrive: rotor,
-    motors.DCMotor: armature,
+    drives.ConverterDrive: rotor,
+    drives.FieldOrientedMotor: rotor,
+    drives.MappedMotor: rotor,
+    dc_motors.QuasiStaticExcitedDCMotor: rotor,
+    dc_motors.QuasiStaticSeriesDCMotor: rotor,
+    dc_motors.DCMotor: armature,
     motors.InductionMotor: rotor,
     motors.InverterInductionMotor: rotor,
-    motors.QuasiStaticDCMotor: rotor,
-    motors.SeparatelyExcitedDCMotor: lambda at: armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2,
-    motors.SeriesDCMotor: armature,
-    motors.SpeedDrive: rotor,
+    dc_motors.QuasiStaticDCMotor: rotor,
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
+        armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2
+    ),
+    dc_motors.SeriesDCMotor: armature,
+    drives.SpeedDrive: rotor,
     motors.SquirrelCageMotor: cage_energy,
     motors.SynchronousMotor: lambda at: (
         rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
@@ -604,6 +725,9 @@ STORED: dict[type[lp.Component], Energy] = {
 }
 DISSIPATED: dict[type[lp.Component], Power] = {
     belts.Belt: belt_heat,
+    planetary_stage.ElasticPlanetary: stage_heat,
+    linkages.PlaneSpring: plane_viscous,
+    tyre.Tyre: tread_heat,
     contact.ElastoBacklash: play_heat,
     crank.StrokeLoad: working,
     rotation.Damper: viscous,
@@ -613,12 +737,18 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     translation.SpringDamper: viscous,
     electrical.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
     electrical.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
-    motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
-    motors.QuasiStaticDCMotor: lambda at: (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"],
-    motors.SeparatelyExcitedDCMotor: lambda at: (
+    dc_motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    dc_motors.QuasiStaticDCMotor: lambda at: (
+        (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"]
+    ),
+    dc_motors.QuasiStaticExcitedDCMotor: excited_heat,
+    dc_motors.QuasiStaticSeriesDCMotor: lambda at: (
+        at.p["R"] * (voltage(at) / (at.p["R"] + at.p["k"] * turning(at))) ** 2
+    ),
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
         at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
     ),
-    motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    dc_motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     motors.SquirrelCageMotor: cage_heat,
     motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
     vehicle.Vehicle: rolling_resistance,
@@ -632,10 +762,12 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     cams.PulseTorque: pulse,
     translation.Force: driving("f"),
     electrical.CurrentSource: lambda at: at.p["i"] * voltage(at),
-    motors.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    drives.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    drives.FieldOrientedMotor: oriented,
+    drives.MappedMotor: lambda at: at.x["tau"] * turning(at),
     motors.InductionMotor: kloss,
     motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
-    motors.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    drives.SpeedDrive: lambda at: at.x["tau"] * turning(at),
     motors.SquirrelCageMotor: cage_supply,
     motors.SynchronousMotor: lambda at: (
         1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
@@ -654,7 +786,14 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     winding.Coil: strip_brought_in,
 }
 # A prescribed motion takes or gives whatever power the drive asks for.
-PRESCRIBED = {sources.Position, sources.Speed, translation.Position, translation.Speed}
+PRESCRIBED = {
+    getattr(place, f"{filtered}{name}")
+    for place in (sources, translation)
+    for filtered, name in (
+        *(("", name) for name in ("Acceleration", "Position", "RelativeSpeed", "Speed")),
+        *(("Filtered", name) for name in ("Position", "Speed")),
+    )
+}
 PRESCRIBED |= {thermal.FixedTemperature, electrical.VoltageSource, electrical.Ground}
 
 

@@ -4,8 +4,22 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.components import Eccentric, GuidedRod, Inertia, Position, Speed, Torque, translation
+from lumped.components import (
+    Bar,
+    CrankSlider,
+    Eccentric,
+    GuidedRod,
+    Inertia,
+    PlaneSpring,
+    Position,
+    RotatingMass,
+    Speed,
+    SwingingMass,
+    Torque,
+    translation,
+)
 from lumped.errors import SolverError
+from lumped.pictures.motion import moving_lines
 
 RADIUS, LENGTH = 0.25, 3.4
 
@@ -16,7 +30,7 @@ class Slider(lp.Component):
     w: lp.Param = lp.param("rad/s", "speed", 1.0)
     length: lp.Param = lp.param("m", "rod", LENGTH, above=0)
     drive: lp.Component = Speed(w=w)
-    crank: Eccentric = Eccentric(radius=RADIUS)
+    crank: Eccentric = Eccentric(radius=RADIUS, phase=np.pi / 2)
     hub: translation.Fixed = translation.Fixed()
     rod: GuidedRod = GuidedRod(length=length)
     body: Inertia = Inertia(J=2.0)
@@ -79,7 +93,7 @@ class TestFloatingArm:
     def test_free_arm_turns_about_its_centre_of_mass(self):
         """Two equal masses on an arm in free flight: the centre goes straight on."""
         model = lp.compose(
-            arm=Eccentric(radius=2.0),
+            arm=Eccentric(radius=2.0, phase=np.pi / 2),
             turn=Torque(tau=0.0),
             masses=[translation.Mass(m=1.0) for _ in range(4)],
             connections=lambda m: (
@@ -91,7 +105,7 @@ class TestFloatingArm:
             ),
         )
         system = lp.assemble(model, keep=["arm.flange.phi", "masses[0].s", "masses[2].s"])
-        start = {"masses[0].v": -1.0, "masses[2].v": 3.0, "masses[1].v": 0.5}
+        start = {"masses[0].v": 3.0, "masses[2].v": -1.0, "masses[1].v": 0.5}
         found = lp.simulate(system, until=20.0, start=start, rtol=1e-10, grid=200)
         centre = (found["masses[0].s"] + found["masses[2].s"]) / 2
         # 4 m/s across an arm of 2 m: 2 rad/s for ever
@@ -118,5 +132,142 @@ class TestFloatingArm:
         )
         at = lp.start_point(lp.assemble(model))
         received = at["hub_x.flange.f"], at["hub_y.flange.f"], at["hold.flange.tau"]
-        moment = 0.5 * (3.0 * np.cos(0.3) + 4.0 * np.sin(0.3))
-        assert np.abs(np.subtract(received, (3.0, -4.0, moment))).max() < 1e-14
+        moment = 0.5 * (3.0 * np.sin(0.3) + 4.0 * np.cos(0.3))
+        assert np.abs(np.subtract(received, (3.0, -4.0, -moment))).max() < 1e-14
+
+
+def at_points(part, ends):
+    """Connections of the flanges of a part in a plane to others, by name."""
+    return [lp.connect(getattr(part, name), other) for name, other in ends.items()]
+
+
+class TestPlaneSpring:
+    def test_a_mass_on_a_spring_keeps_energy_and_moment_of_momentum(self):
+        """A plane elastic pendulum without weight about a fixed point."""
+        m, c, length0 = 2.0, 300.0, 0.8
+        model = lp.compose(
+            centre=translation.Fixed(),
+            spring=PlaneSpring(c=c, length0=length0),
+            x=translation.Mass(m=m, s=1.0, v=0.3),
+            y=translation.Mass(m=m, s=0.2, v=6.0),
+            connections=lambda k: at_points(
+                k.spring,
+                {
+                    "a_x": k.centre.flange,
+                    "a_y": k.centre.flange,
+                    "b_x": k.x.flange_a,
+                    "b_y": k.y.flange_a,
+                },
+            ),
+        )
+        system = lp.assemble(model, keep=["x.s", "y.s"])
+        found = lp.simulate(system, until=5.0, rtol=1e-11, atol=1e-13)
+        x, y, v, w = (found[name] for name in ("x.s", "y.s", "x.v", "y.v"))
+        energy = m * (v**2 + w**2) / 2 + c * (np.hypot(x, y) - length0) ** 2 / 2
+        moment = m * (x * w - y * v)
+        drift = np.ptp(energy) / energy[0], np.ptp(moment) / moment[0]
+        print(f"drift of energy {drift[0]:.1e}, of the moment of momentum {drift[1]:.1e}")
+        assert max(drift) < 1e-8
+
+    def test_a_circle_needs_the_stretch_that_bears_it(self):
+        """At constant speed on a circle the tension is ``m v^2 / r``, damped or not."""
+        m, c, length0, r = 2.0, 300.0, 0.8, 1.1
+        v = np.sqrt(c * (r - length0) * r / m)
+        model = lp.compose(
+            centre=translation.Fixed(),
+            spring=PlaneSpring(c=c, d=5.0, length0=length0),
+            x=translation.Mass(m=m, s=r, v=0.0),
+            y=translation.Mass(m=m, s=0.0, v=v),
+            connections=lambda k: [
+                lp.connect(k.centre.flange, k.spring.a_x, k.spring.a_y),
+                lp.connect(k.spring.b_x, k.x.flange_a),
+                lp.connect(k.spring.b_y, k.y.flange_a),
+            ],
+        )
+        found = lp.simulate(lp.assemble(model, keep=["x.s", "y.s"]), until=3.0, rtol=1e-11)
+        turned = v / r * found.t
+        assert found["x.s"] == pytest.approx(r * np.cos(turned), abs=1e-7)
+        assert found["y.s"] == pytest.approx(r * np.sin(turned), abs=1e-7)
+
+
+class TestBar:
+    M, J, L, K = 3.0, 0.5, 1.4, 0.35
+
+    def bar(self, **given):
+        return Bar(m=self.M, J=self.J, length=self.L, k=self.K, **given)
+
+    def test_it_swings_as_a_physical_pendulum(self):
+        """Small swings about one held end: ``2 pi sqrt((J + m a^2) / (m g a))``."""
+        g, a = 9.81, self.K * self.L
+        turn = np.sqrt(self.M * g * a / (self.J + self.M * a**2))
+        model = lp.compose(
+            nail=translation.Fixed(),
+            bar=self.bar(g=g, phi=-np.pi / 2 + 1e-4, w=0.0),
+            connections=lambda m: [lp.connect(m.nail.flange, m.bar.a_x, m.bar.a_y)],
+        )
+        system = lp.assemble(model, keep=["bar.phi"])
+        found = lp.simulate(system, until=20 * np.pi / turn, rtol=1e-11, atol=1e-14)
+        swing = found["bar.phi"] + np.pi / 2
+        assert np.abs(swing - 1e-4 * np.cos(turn * found.t)).max() < 1e-9
+
+    def test_thrown_it_turns_evenly_and_its_centre_falls_freely(self):
+        g = 9.81
+        given = {"x": 0.0, "y": 2.0, "v_x": 1.5, "v_y": 4.0, "w": -3.0, "phi": 0.4}
+        system = lp.assemble(lp.compose(bar=self.bar(g=g, **given)), keep=["bar.x", "bar.y"])
+        found = lp.simulate(system, until=1.0, rtol=1e-10)
+        t = found.t
+        assert found["bar.x"] == pytest.approx(1.5 * t, abs=1e-9)
+        assert found["bar.y"] == pytest.approx(2 + 4 * t - g * t**2 / 2, abs=1e-9)
+        assert found["bar.w"] == pytest.approx(-3.0, rel=1e-12)
+
+    def test_a_crank_and_a_bar_move_as_a_crank_slider_with_a_heavy_rod(self):
+        """The same machine from the element for it."""
+        r, m, w = 0.3, 4.0, 5.0
+        model = lp.compose(
+            turns=[Speed(w=w), Speed(w=w)],
+            crank=Eccentric(radius=r),
+            base=translation.Fixed(),
+            bar=self.bar(),
+            ram=translation.Mass(m=m),
+            whole=CrankSlider(r=r, L=self.L, m=m, m_rod=self.M, J_rod=self.J, k=self.K),
+            connections=lambda k: [
+                lp.connect(k.turns[0].flange, k.crank.flange),
+                lp.connect(k.turns[1].flange, k.whole.flange),
+                lp.connect(k.base.flange, k.crank.hub_x, k.crank.hub_y, k.bar.b_y),
+                lp.connect(k.crank.pin_x, k.bar.a_x),
+                lp.connect(k.crank.pin_y, k.bar.a_y),
+                lp.connect(k.bar.b_x, k.ram.flange_a),
+            ],
+        )
+        system = lp.assemble(model, keep=["ram.s", "whole.s"])
+        found = lp.simulate(system, until=2.0, rtol=1e-10, start={"ram.s": r + self.L})
+        assert found["ram.s"] == pytest.approx(found["whole.s"], abs=1e-8)
+        received, expected = (found[f"turns[{i}].flange.tau"] for i in (0, 1))
+        assert received == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
+
+
+def test_all_angles_count_counter_clockwise_from_the_horizontal():
+    """A crank, an arm, a bar and a mass on an arm at 0.3 rad point the same way."""
+    outlines = {
+        "arm": Eccentric(radius=2.0),
+        "crank": CrankSlider(r=2.0, L=5.0),
+        "swing": SwingingMass(m=1.0, R=2.0),
+        "mass": RotatingMass(m=1.0, r=2.0),
+    }
+    model = lp.compose(
+        turn=Position(phi=0.3 + 0.0 * lp.time),
+        base=translation.Fixed(),
+        **outlines,
+        connections=lambda k: [
+            lp.connect(k.turn.flange, *(getattr(k, name).flange for name in outlines)),
+            lp.connect(k.base.flange, k.arm.hub_x, k.arm.hub_y),
+        ],
+    )
+    names = ["arm.pin_x.s", "arm.pin_y.s"]
+    point = lp.start_point(lp.assemble(model, keep=names))
+    expected = [2 * np.cos(0.3), 2 * np.sin(0.3)]
+    assert [point[name] for name in names] == pytest.approx(expected, rel=1e-12)
+    run = lp.simulate(lp.assemble(model), until=1.0)
+    lines = moving_lines(run, np.array([0.5]))
+    for name in ("arm.arm", "crank.crank", "swing.arm", "mass.arm"):
+        assert lines[name][0, 1] == pytest.approx(expected, rel=1e-12), name

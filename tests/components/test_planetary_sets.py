@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import lumped as lp
 from lumped.components import (
     BevelDifferential,
     BevelGear,
     EfficientGear,
+    ElasticPlanetary,
     Fixed,
     IdealGear,
     Inertia,
@@ -322,3 +324,82 @@ def test_housing_of_a_bevel_gear_that_turns_about_one_axis_turns_the_other_shaft
         ),
     )
     assert abs(lp.start_point(lp.assemble(model))["pinion.w"] + 6.0) < 1e-14
+
+
+def test_a_pinion_in_a_frame_that_turns_rolls_by_the_difference_and_pushes_the_frame():
+    """The drive of the pinion reacts on the frame: what the pinion gets, the frame loses."""
+    r, frame, turn = 0.05, 0.4, 1.5
+    model = lp.compose(
+        drive=Speed(w=turn),
+        frame=Speed(w=frame),
+        rack=RackAndPinion(radius=r),
+        table=translation.Mass(m=10.0, v=(turn - frame) * r),
+        push=translation.Force(f=-30.0),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.rack.flange_a),
+            lp.connect(m.frame.flange, m.rack.support_a),
+            lp.connect(m.rack.flange_b, m.table.flange_a, m.push.flange),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert point["table.v"] == pytest.approx(r * (turn - frame), rel=1e-12)
+    assert point["rack.flange_a.tau"] == pytest.approx(30.0 * r, rel=1e-12)
+    assert point["rack.support_a.tau"] == pytest.approx(-30.0 * r, rel=1e-12)
+
+
+BODIES = {"sun": 0.01, "carrier": 0.15, "ring": 0.08}  # kg.m2
+
+
+class TestElasticPlanetary:
+    """A stage with elastic meshes against matrices written here, and against the rigid set."""
+
+    K, R_S, N, J_P, C_S, C_R = 2.8, 0.04, 3, 2e-4, 2e8, 3e8
+
+    def stage(self, **given):
+        stage = ElasticPlanetary(
+            ratio=self.K, r_s=self.R_S, n=self.N, J_p=self.J_P, c_s=self.C_S, c_r=self.C_R, **given
+        )
+        return lp.compose(
+            stage=stage,
+            bodies={name: Inertia(J=J) for name, J in BODIES.items()},
+            torques={name: Torque(tau=0.0) for name in BODIES},
+            connections=lambda m: [
+                lp.connect(getattr(m.stage, name), m.bodies[name].flange_a, m.torques[name].flange)
+                for name in BODIES
+            ],
+        )
+
+    def test_natural_frequencies_are_those_of_its_matrices(self):
+        r_s, r_r = self.R_S, self.K * self.R_S
+        r_p = (r_r - r_s) / 2
+        # sun, carrier, ring and all planets; what each moves in the direction of a mesh
+        at_sun = np.array([r_s, -r_s - r_p, 0.0, r_p])
+        at_ring = np.array([0.0, -r_r + r_p, r_r, -r_p])
+        stiff = self.N * (
+            self.C_S * np.outer(at_sun, at_sun) + self.C_R * np.outer(at_ring, at_ring)
+        )
+        mass = np.diag([*BODIES.values(), self.N * self.J_P])
+        squares = np.sort(scipy.linalg.eigvals(stiff, mass).real)
+        expected = np.sqrt(squares[2:]) / (2 * np.pi)
+        received = lp.modes(lp.assemble(self.stage())).hertz
+        print(f"modes {received} Hz, by hand {expected} Hz")
+        assert received == pytest.approx(expected, rel=1e-9)
+
+    def test_stiff_and_damped_it_moves_as_the_rigid_set(self):
+        """The same torques on a `Planetary` whose bodies have the planets' spin as well."""
+        given = {'torques["sun"].tau': 20.0, 'torques["carrier"].tau': -30.0}
+        system = lp.assemble(self.stage(d_s=5e4, d_r=5e4).with_(given))
+        run = lp.simulate(system, until=0.2, rtol=1e-9)
+        r_s, r_r = self.R_S, self.K * self.R_S
+        r_p = (r_r - r_s) / 2
+        # speeds of sun and carrier are free; ring and planets follow
+        follow = np.array(
+            [[1, 0], [0, 1], [-r_s / r_r, 1 + r_s / r_r], [-r_s / r_p, 1 + r_s / r_p]]
+        )
+        mass = follow.T @ np.diag([*BODIES.values(), self.N * self.J_P]) @ follow
+        a = np.linalg.solve(mass, [20.0, -30.0])
+        for name, rate in zip(("sun", "carrier"), a, strict=True):
+            received = run[f'bodies["{name}"].w'][-1]
+            assert received == pytest.approx(0.2 * rate, rel=1e-3), name
+        ring = run['bodies["ring"].w'][-1]
+        assert ring == pytest.approx(0.2 * follow[2] @ a, rel=1e-3)

@@ -1,0 +1,149 @@
+"""Sample and hold, sampled controllers and integrators against what they compute by hand."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Gain,
+    Inertia,
+    Integrator,
+    SampledPI,
+    SampleHold,
+    SpeedSensor,
+    Sum,
+    Torque,
+)
+
+SIGNAL = 1.0 + lp.ops.sin(3 * lp.time)
+
+
+def signal(t):
+    return 1.0 + np.sin(3 * np.asarray(t))
+
+
+def between(period, until):
+    """A time inside each sampling interval."""
+    return period * (np.arange(round(until / period)) + 0.37)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations("abc")))
+def test_a_value_passes_through_all_that_sample_then_in_any_order_of_the_parts(order):
+    """As an algorithm does; one that hands on what was there before is late by a period."""
+    joined = lambda m: [  # noqa: E731
+        lp.connect(m.a.y, m.gain.u),
+        lp.connect(m.gain.y, m.b.u),
+        lp.connect(m.b.y, m.c.u),
+    ]
+    parts = {name: SampleHold(T_s=0.1) for name in order}
+    parts["a"] = SampleHold(T_s=0.1, u=SIGNAL)
+    model = lp.compose(**parts, gain=Gain(k=2.0), connections=joined)
+    t = between(0.1, 2.0)
+    run = lp.simulate(lp.assemble(model), until=2.0, grid=t)
+    at = np.floor(t / 0.1) * 0.1
+    for name, factor in (("a", 1), ("b", 2), ("c", 2)):
+        error = np.abs(run[f"{name}.y"] - factor * signal(at)).max()
+        print(f"{name}: {error:.1e}")
+        assert error < 1e-12
+
+
+def test_a_slower_one_takes_every_third_value():
+    model = lp.compose(
+        fast=SampleHold(T_s=0.25, u=SIGNAL),
+        slow=SampleHold(T_s=0.75, start_time=0.5),
+        connections=lambda m: [lp.connect(m.fast.y, m.slow.u)],
+    )
+    t = between(0.25, 5.0)
+    run = lp.simulate(lp.assemble(model), until=5.0, grid=t, start={"slow.held": -7.0})
+    last = 0.5 + 0.75 * np.floor((t - 0.5) / 0.75)
+    expected = np.where(t < 0.5, -7.0, signal(last))
+    assert run["slow.y"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_sampled_controllers_in_cascade_use_the_newest_value():
+    """The inner one takes what the outer one puts out at the same instant."""
+    k, T_i, T_s = (2.0, 0.5), (0.4, 0.3), 0.05
+    model = lp.compose(
+        outer=SampledPI(k=k[0], T_i=T_i[0], T_s=T_s, wanted=SIGNAL, measured=0.3),
+        inner=SampledPI(k=k[1], T_i=T_i[1], T_s=T_s, measured=0.1),
+        connections=lambda m: [lp.connect(m.outer.y, m.inner.wanted)],
+    )
+    t = between(T_s, 1.0)
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
+    x, rows = [0.0, 0.0], []
+    for n in range(len(t)):
+        row, value = [], float(signal(n * T_s))
+        for i, measured in enumerate((0.3, 0.1)):
+            e = value - measured
+            x[i] += T_s / T_i[i] * e
+            value = k[i] * (x[i] + e)
+            row.append(value)
+        rows.append(row)
+    expected = np.array(rows)
+    received = np.stack([run["outer.y"], run["inner.y"]], axis=1)
+    assert received == pytest.approx(expected, rel=1e-11)
+
+
+def test_an_integrator_integrates():
+    model = lp.compose(
+        area=Integrator(u=lp.ops.cos(2 * lp.time), k=3.0, x=0.5),
+        drift=Integrator(),
+        connections=lambda m: [lp.connect(m.area.y, m.drift.u)],
+    )
+    run = lp.simulate(lp.assemble(model), until=4.0, rtol=1e-10, atol=1e-12)
+    assert run["area.y"] == pytest.approx(0.5 + 1.5 * np.sin(2 * run.t), abs=1e-9)
+    expected = 0.5 * run.t + 0.75 * (1 - np.cos(2 * run.t))
+    assert run["drift.y"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_ring_within_one_instant_is_solved_as_a_loop():
+    """``y = y / 2 + 1 + t`` at each sample."""
+    model = lp.compose(
+        sum=Sum(b=1.0 + lp.time, k_a=0.5),
+        hold=SampleHold(T_s=0.1),
+        connections=lambda m: [lp.connect(m.sum.y, m.hold.u), lp.connect(m.hold.y, m.sum.a)],
+    )
+    t = between(0.1, 1.0)
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=t)
+    assert run["hold.y"] == pytest.approx(2 * (1 + np.floor(t / 0.1) * 0.1), rel=1e-12)
+
+
+class Loop(lp.Component):
+    """A body of 2 kg.m2 that is brought to 10 rad/s by a sampled controller."""
+
+    controller: SampledPI = SampledPI(k=20.0, T_i=0.4, T_s=0.05, wanted=10.0)
+    drive: Torque = Torque()
+    body: Inertia = Inertia(J=2.0)
+    sensor: SpeedSensor = SpeedSensor()
+
+    def connections(self):
+        yield lp.connect(self.drive.flange, self.body.flange_a)
+        yield lp.connect(self.body.flange_b, self.sensor.flange)
+        yield lp.connect(self.sensor.w, self.controller.measured)
+        yield lp.connect(self.controller.y, self.drive.tau)
+
+
+def stepped(k, T_i, T_s, J, until):
+    """Speed at the end, by the difference equations."""
+    x, w, now = 0.0, 0.0, 0.0
+    while True:
+        x, e = x + T_s / T_i * (10.0 - w), 10.0 - w
+        torque, now = k * (x + e), now + T_s
+        if now.real > until:
+            return w + (until - now + T_s) * torque / J
+        w += T_s * torque / J
+
+
+def test_derivatives_by_gains_and_sampling_time_are_those_of_the_difference_equations():
+    rated = {"controller.k": 20.0, "controller.T_i": 0.4, "controller.T_s": 0.05, "body.J": 2.0}
+    found = lp.sensitivity(
+        lp.assemble(Loop()), of=["body.w"], to=list(rated), until=0.52, rtol=1e-10
+    )
+    for i, name in enumerate(rated):
+        moved = [value + 1e-20j * (i == j) for j, value in enumerate(rated.values())]
+        expected = stepped(*moved, 0.52).imag / 1e-20
+        received = found["body.w", name][-1]
+        print(f"{name}: {received:.8f}, by hand {expected:.8f}")
+        assert received == pytest.approx(expected, rel=1e-7), name
