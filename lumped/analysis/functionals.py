@@ -13,30 +13,40 @@ from lumped.expression import Ref
 from lumped.system import Name, System
 
 __all__ = [
+    "At",
+    "AtEvent",
     "Clearance",
     "Damping",
     "Designed",
     "Final",
     "Frequency",
     "Functional",
+    "Impact",
     "Instant",
     "Integral",
     "Modal",
     "Peak",
     "Swing",
+    "at",
+    "at_event",
     "clearance",
     "damping",
     "final",
     "frequency",
     "highest",
+    "impulse",
     "instant",
     "integral",
+    "loss",
     "lowest",
     "mean",
     "peak",
     "rms",
     "swing",
 ]
+
+Between = tuple[float, float]
+"""First and last instant of a part of a run, s."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +69,10 @@ class Peak:
 
     name: str
     kind: Literal["peak", "highest", "lowest"]
+    between: Between | None = None
 
     def __str__(self) -> str:
-        return f"{self.kind}({self.name})"
+        return f"{self.kind}({self.name}{_part(self.between)})"
 
     def unit(self, system: System) -> str:
         """Unit of its value."""
@@ -80,9 +91,10 @@ class Integral:
 
     names: tuple[str, ...]
     kind: Literal["integral", "mean", "rms"]
+    between: Between | None = None
 
     def __str__(self) -> str:
-        return f"{self.kind}({', '.join(self.names)})"
+        return f"{self.kind}({', '.join(self.names)}{_part(self.between)})"
 
     @property
     def name(self) -> str:
@@ -105,22 +117,30 @@ class Integral:
     def outcome(self, integral: float, until: float) -> tuple[float, float, float]:
         """Value, and its first and second derivatives by the integral of what is integrated.
 
+        Parameters
+        ----------
+        integral : float
+            Of the product, or of its square.
+        until : float
+            End of the run, s.
+
         Raises
         ------
         OptionError
             If a root mean square is zero, where it has a kink.
         """
+        span = until if self.between is None else self.between[1] - self.between[0]
         if self.kind == "integral":
             return integral, 1.0, 0.0
         if self.kind == "mean":
-            return integral / until, 1.0 / until, 0.0
+            return integral / span, 1.0 / span, 0.0
         if not integral > 0:
             raise OptionError(
                 f"{self}: this is zero throughout the run, where "
                 "a root mean square has no derivative. Take the integral instead."
             )
-        value = math.sqrt(integral / until)
-        return value, 0.5 / (until * value), -0.25 / (until**2 * value**3)
+        value = math.sqrt(integral / span)
+        return value, 0.5 / (span * value), -0.25 / (span**2 * value**3)
 
 
 @dataclass(frozen=True)
@@ -140,12 +160,95 @@ class Instant:
     number: int
 
     def __str__(self) -> str:
-        what = f"{self.component}, {self.after}" if self.after else self.component
-        return f"instant({what}, {self.number})"
+        return f"instant({_event(self.component, self.after, self.number)})"
 
     def unit(self, system: System) -> str:
         """Unit of its value."""
         return "s"
+
+
+@dataclass(frozen=True)
+class At:
+    """Sum of a product of quantities over given instants.
+
+    Attributes
+    ----------
+    times : tuple of float
+        Instants, s.
+    names : tuple of names
+        The factors.
+    """
+
+    times: tuple[float, ...]
+    names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        times = " + ".join(f"{t:.9g}" for t in self.times[:3])
+        more = f" + {len(self.times) - 3} more" if len(self.times) > 3 else ""
+        return f"at({times}{more}, {', '.join(self.names)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        return " ".join(system.quantity(name).unit for name in self.names)
+
+
+@dataclass(frozen=True)
+class AtEvent:
+    """A quantity, or a product, just before or after an event.
+
+    Attributes
+    ----------
+    names : tuple of names
+        The factors.
+    component, after : str
+        As in `Event`; an empty `after` means any.
+    number : int or None
+        Which of these, from 0; negative numbers count from the last; None for the sum over all.
+    side : str
+        Side of the event.
+    """
+
+    names: tuple[str, ...]
+    component: str
+    after: str
+    number: int | None
+    side: Literal["before", "after"]
+
+    def __str__(self) -> str:
+        what = _event(self.component, self.after, self.number)
+        return f"at_event({', '.join(self.names)}, {what}, {self.side})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        return " ".join(system.quantity(name).unit for name in self.names)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What an impact takes: energy, J, or impulse, N.s or N.m.s.
+
+    Attributes
+    ----------
+    component : str
+        As in `Event`.
+    number : int or None
+        Which of its impacts, from 0; negative numbers count from the last; None for their sum.
+    """
+
+    component: str
+    number: int | None
+    kind: Literal["loss", "impulse"]
+
+    def __str__(self) -> str:
+        return f"{self.kind}({_event(self.component, '', self.number)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        if self.kind == "loss":
+            return "J"
+        switching = system.switching
+        units = dict(zip(switching.names, switching.gap_units, strict=True))
+        return "N.m.s" if units.get(self.component) == "rad" else "N.s"
 
 
 @dataclass(frozen=True)
@@ -188,7 +291,7 @@ class Clearance:
         return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
 
 
-Functional = Final | Peak | Integral | Instant
+Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
 Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
 
@@ -198,19 +301,19 @@ def final(name: Name) -> Final:
     return Final(_plain(name))
 
 
-def peak(name: Name) -> Peak:
-    """Largest size of a quantity, ``max |y|``."""
-    return Peak(_plain(name), "peak")
+def peak(name: Name, between: Between | None = None) -> Peak:
+    """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
+    return Peak(_plain(name), "peak", _window(between))
 
 
-def highest(name: Name) -> Peak:
-    """Largest value of a quantity."""
-    return Peak(_plain(name), "highest")
+def highest(name: Name, between: Between | None = None) -> Peak:
+    """Largest value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "highest", _window(between))
 
 
-def lowest(name: Name) -> Peak:
-    """Least value of a quantity."""
-    return Peak(_plain(name), "lowest")
+def lowest(name: Name, between: Between | None = None) -> Peak:
+    """Least value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "lowest", _window(between))
 
 
 def swing(name: Name) -> Swing:
@@ -218,19 +321,28 @@ def swing(name: Name) -> Swing:
     return Swing(_plain(name))
 
 
-def integral(*names: Name) -> Integral:
-    """Integral over time of a quantity, or of a product: work is that of torque and speed."""
-    return Integral(_some(names, "integral"), "integral")
+def integral(*names: Name, between: Between | None = None) -> Integral:
+    """Integral over time of a quantity, or of a product: work is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "integral"), "integral", _window(between))
 
 
-def mean(*names: Name) -> Integral:
-    """Mean over time of a quantity, or of a product: power is that of torque and speed."""
-    return Integral(_some(names, "mean"), "mean")
+def mean(*names: Name, between: Between | None = None) -> Integral:
+    """Mean over time of a quantity, or of a product: power is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "mean"), "mean", _window(between))
 
 
-def rms(*names: Name) -> Integral:
-    """Root of the mean over time of the square of a quantity, or of a product."""
-    return Integral(_some(names, "rms"), "rms")
+def rms(*names: Name, between: Between | None = None) -> Integral:
+    """Root of the mean over time of the square of a quantity, or of a product.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "rms"), "rms", _window(between))
 
 
 def instant(component: str, after: str = "", number: int = 0) -> Instant:
@@ -244,6 +356,63 @@ def instant(component: str, after: str = "", number: int = 0) -> Instant:
         Which of these, from 0; negative numbers count from the last.
     """
     return Instant(component, after, number)
+
+
+def at(time: float | Iterable[float], *names: Name) -> At:
+    """Value of a quantity, or of a product, at an instant, or its sum over several instants.
+
+    Where something jumps at that very instant, the value after it.
+
+    Parameters
+    ----------
+    time : float or iterable of float
+        Instants, s; 0 is the start.
+    names : names
+        The factors.
+    """
+    times = (float(time),) if isinstance(time, int | float) else tuple(float(t) for t in time)
+    if not times or any(not t >= 0 or math.isinf(t) for t in times):
+        raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
+    return At(times, _some(names, "at"))
+
+
+def at_event(
+    name: Name | tuple[Name, ...],
+    component: str,
+    after: str = "",
+    number: int | None = 0,
+    side: Literal["before", "after"] = "before",
+) -> AtEvent:
+    """Value of a quantity, or of a product, just before or after something happens.
+
+    Parameters
+    ----------
+    name : name, or tuple of names
+        The quantity, or the factors.
+    component, after : str
+        As in `Event`: the component, and its mode after the event in words (any if empty).
+    number : int or None
+        Which of these, from 0; negative numbers count from the last; None for the sum over all.
+    side : {"before", "after"}
+        Side of the event.
+    """
+    if side not in ("before", "after"):
+        raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
+    names = name if isinstance(name, tuple) else (name,)
+    return AtEvent(_some(names, "at_event"), component, after, number, side)
+
+
+def loss(component: str, number: int | None = None) -> Impact:
+    """Mechanical energy that a component loses in impacts, J: in all of them, or in one."""
+    return Impact(component, number, "loss")
+
+
+def impulse(component: str, number: int | None = 0) -> Impact:
+    """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
+
+    Of one impact of the component, or of all (``number=None``).
+    """
+    return Impact(component, number, "impulse")
 
 
 def frequency(mode: int) -> Frequency:
@@ -267,6 +436,26 @@ def clearance(excitations: Iterable[float]) -> Clearance:
         Frequencies to avoid, Hz.
     """
     return Clearance(tuple(float(f) for f in excitations))
+
+
+def _event(component: str, after: str, number: int | None) -> str:
+    """An event in words."""
+    what = f"{component}, {after}" if after else component
+    return f"{what}, {'all' if number is None else number}"
+
+
+def _part(between: Between | None) -> str:
+    return "" if between is None else f", {between[0]:.9g} to {between[1]:.9g} s"
+
+
+def _window(between: Between | None) -> Between | None:
+    """Two instants in order."""
+    if between is None:
+        return None
+    begin, end = map(float, between)
+    if not 0 <= begin < end < math.inf:
+        raise OptionError(f"between = {between!r}: two instants of the run in order, s.")
+    return begin, end
 
 
 def _plain(name: Name) -> str:

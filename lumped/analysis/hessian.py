@@ -14,10 +14,12 @@ from lumped.analysis.adjoint import Leg, Steps, legs_of
 from lumped.analysis.calls import Call
 from lumped.analysis.dense import Method
 from lumped.analysis.functionals import Final, Functional, Integral
-from lumped.analysis.gradient import check, integrated
+from lumped.analysis.owed import factors
+from lumped.analysis.quadrature import resolve
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import CHUNKS
 from lumped.analysis.simulate import simulate
+from lumped.analysis.summed import check
 from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
@@ -114,7 +116,7 @@ def hessian(
         If something happens in the run.
     """
     names = [system.key(name) for name in to]
-    check(system, [of], names)
+    check(system, [of], names, "hessian")
     label = str(of)
     if not isinstance(of, Final | Integral):
         raise OptionError(
@@ -147,7 +149,9 @@ def hessian(
             seed[place, column] = 1.0
     S = slopes_at_zero(run, start or {}, seed, varied)
     _check_start(system, names, places, S)
-    steps, _ = integrated(system, [of])
+    products = (factors(system, of),) if isinstance(of, Integral) else ()
+    steps = Steps.of(system, products)
+    resolve(run, legs, steps, rtol)
     total, first, second = _Second(run, legs[0], steps, seed, S).go(of)
     value = total
     if isinstance(of, Integral):
@@ -279,11 +283,12 @@ class _Second:
     def _backward(self, method: Method, count: int) -> ca.Function:
         """(adjoint, its tangents, S, x, p, seed, t, h, m) -> these before, sums by p, integrals."""
         n, k, p = self.n, self.k, len(self.seed)
-        back = self.steps.single(method)
+        back = self.steps.single(method, 1)
         kind: Any = ca.SX if back.is_a("SXFunction") else ca.MX
         all_, along = kind.sym("all", 2 * n + p), kind.sym("along", 2 * n + p, k)
         t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", back.size1_in(4))
-        before, by_p, part = back(all_[:n], all_[n:], t, h, modes)
+        chosen = kind.ones(back.size1_in(5), 1)
+        before, by_p, part = back(all_[:n], all_[n:], t, h, modes, chosen)
         turned = ca.densify(ca.jtimes(ca.vertcat(before, by_p), all_, along))
         results = [before, by_p, turned[:n, :], turned[n:, :], part]
         once = ca.Function("second", [all_, along, t, h, modes], results)

@@ -9,9 +9,19 @@ import numpy as np
 from lumped.analysis.result import Trajectory
 from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError, SolverError
-from lumped.system import Changes, System
+from lumped.system import Changes, Name, System
 
-__all__ = ["slopes_at_zero", "sources", "varied_values"]
+__all__ = ["END", "slopes_at_zero", "sources", "varied_name", "varied_values"]
+
+END = "until"
+"""Name by which the end of a run is varied."""
+
+
+def varied_name(system: System, name: Name) -> str:
+    """Name of what is varied; `END` if no parameter has this name."""
+    if name == END and END not in system.parameters:
+        return END
+    return system.key(name)
 
 
 def sources(
@@ -74,4 +84,6 @@ def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
     p = run.system._flat.parameters
     known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
+    end = {END: float(run.t[-1])} if END not in known else {}
+    known |= end
     return np.array([known[n] if n in known else float(run[n][0]) for n in names])
