@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import (
-    Clutch,
     ElastoBacklash,
     IdealGear,
     Inertia,
@@ -44,8 +43,8 @@ class Case:
         Names here of parameters of the file, where they differ.
     runs : dict
         Ends of the run for functionals that look at another part, s.
-    start : dict
-        Start values.
+    until_by : dict
+        Derivatives of the end of the run by parameters.
     """
 
     system: lp.System
@@ -53,6 +52,7 @@ class Case:
     of: Mapping[str, object]
     to: Mapping[str, str] = field(default_factory=dict)
     runs: Mapping[str, float] = field(default_factory=dict)
+    until_by: Mapping[str, float] = field(default_factory=dict)
 
 
 def given(p):
@@ -123,13 +123,12 @@ def crank_slider_rms(p):
     system = one(
         equations, given(p), ["torque"], phi=held(), s=free(), a=free(), torque=free(), power=free()
     )
-    # a turn lasts 2 pi / w: over a turn the mean does not depend on its length but by the end
-    turn = TURN / p["w"]
     of = {
         "torque_rms": fun.rms("torque"),
         "power_mean_sq": fun.mean("power", "power"),
     }
-    return Case(system, turn, of)
+    # a turn lasts 2 pi / w
+    return Case(system, TURN / p["w"], of, until_by={"w": -TURN / p["w"] ** 2})
 
 
 def oscillator(p, force=None, **more):
@@ -440,7 +439,7 @@ def backlash_crossing(p):
     system = lp.assemble(model, keep=["a.phi", "body.phi"])
     of = {
         "t_contact": fun.instant("play", number=0),
-        "t_other_flank": fun.instant("play", "phi_rel - phi_rel0 > b/2", 0),
+        "t_other_flank": fun.instant("play", "phi_rel - phi_rel0 > b / 2", 0),
         "phi_1": fun.final("a.phi"),
         "phi_2": fun.final("body.phi"),
         "w_2": fun.final("body.w"),
@@ -461,14 +460,13 @@ def elastic_stop(p):
         push = self.k * self.dent + self.d * self.v
         yield self.f == where(self.dent > 0, where(push > 0, push, 0), 0)
         yield self.m * lp.der(self.v) == -self.f
-        yield self.lost == where(self.f > 0, self.d * self.v**2, 0)
 
-    system = one(equations, d, x=held(), v=held(d["v0"]), dent=free(), f=free(), lost=free())
+    system = one(equations, d, x=held(), v=held(d["v0"]), dent=free(), f=free())
     of = {
         "x_end": fun.final("x"),
         "v_end": fun.final("v"),
-        "t_contact": fun.instant("Body", number=0),
-        "t_leave": fun.instant("Body", "k*dent + d*v <= 0"),
+        "t_contact": fun.instant("Body", "dent > 0"),
+        "t_leave": fun.instant("Body", "k * dent + d * v <= 0"),
         "peak_force": fun.highest("f"),
         "dent": fun.highest("dent"),
         # what is left in the spring when it leaves is lost too
@@ -481,10 +479,6 @@ def elastic_stop(p):
 
 
 # -- friction ----------------------------------------------------------------------------------
-
-
-def sliding(equations, p, initial_speed=0.0, **more):
-    return one(equations, given(p), x=held(), v=held(initial_speed), f=free(), **more)
 
 
 @case
@@ -604,21 +598,6 @@ def brake_holds(p):
 @case
 def clutch_lock_up(p):
     d = given(p)
-    model = lp.compose(
-        **d,
-        push=Torque(tau=d["M1"]),
-        a=Inertia(J=d["J1"], w=d["w1"]),
-        clutch=Clutch(
-            characteristic=lambda speed: d["mu"],
-            c_geo=d["z"] * d["R"],
-            f_max=d["rho"],
-            u=lp.time,
-        ),
-        body=Inertia(J=d["J2"], w=0.0),
-        drag=SpringDamper(c=1e-30, d=d["d"]),
-        connections=lambda m: lp.chain(m.push, m.a, m.clutch, m.body),
-    )
-    del model
 
     def equations(self):
         grip = self.mu * self.z * self.R * self.rho * lp.time
@@ -732,18 +711,6 @@ class Drag(lp.Component):
 
 @case
 def simultaneous_decoupled(p):
-    d = given(p)
-
-    def equations(self):
-        for J, M, w, phi, tau in (
-            (self.Ja, self.Ma, self.w_a, self.phi_a, self.tau_a),
-            (self.Jb, self.Mb, self.w_b, self.phi_b, self.tau_b),
-        ):
-            yield lp.der(phi) == w
-            yield J * lp.der(w) == -tau
-            yield lp.hold(tau, w, forward=M, backward=-M, upper=M, lower=-M)
-        yield self.squares == self.w_a**2 + self.w_b**2
-
     class Brakes(lp.Component):
         """Two flywheels with a brake each."""
 
@@ -763,7 +730,6 @@ def simultaneous_decoupled(p):
                 self.tau, self.w, forward=self.M, backward=-self.M, upper=self.M, lower=-self.M
             )
 
-    del equations
     model = lp.compose(
         a=Brakes(J=p["Ja"], M=p["Ma"], w0=p["wa"]),
         b=Brakes(J=p["Jb"], M=p["Mb"], w0=p["wb"]),

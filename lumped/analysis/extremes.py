@@ -13,9 +13,8 @@ from lumped.analysis.functionals import Peak
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import FRACTIONS, looked
 from lumped.errors import SolverError
-from lumped.system import System
 
-__all__ = ["Extreme", "extremes", "slope_function"]
+__all__ = ["Extreme", "extremes"]
 
 _HALVINGS = 40
 """Of an interval of samples until a quantity is resolved in it."""
@@ -137,7 +136,7 @@ class _Looks:
         system = run.system
         key = ("look", name)
         if key not in system.made:
-            x, p, t, _ = system._inputs
+            x, _, t, _ = system._inputs
             y = system.expressions([name])
             along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
             both = ca.densify(ca.vertcat(y, along))
@@ -276,15 +275,3 @@ def _misses(y: np.ndarray, slope: np.ndarray, h: np.ndarray) -> tuple[np.ndarray
     value = 0.5 * (a + b) + h / 8 * (s_a - s_b)
     rise = 1.5 * (b - a) - h * (s_a + s_b) / 4
     return np.abs(middle - value), np.abs(h * s_middle - rise) / 4
-
-
-def slope_function(system: System, name: str) -> ca.Function:
-    """Time derivative of a quantity: (x, p, t, m)."""
-    key = ("slope", name)
-    if key not in system.made:
-        x, _, t, _ = system._inputs
-        y = system.expressions([name])
-        along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-        system.made[key] = ca.Function("slope", system._inputs, [ca.densify(along)])
-    found: ca.Function = system.made[key]
-    return found

@@ -15,13 +15,20 @@ from lumped.analysis.result import Trajectory
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Crossing", "Jump", "Saltation", "Side"]
+__all__ = ["TURNING", "Crossing", "Jump", "Saltation", "Side"]
 
 Side = tuple[np.ndarray, np.ndarray]
 """States and settings on one side of an instant."""
 
+TURNING = 10.0
+"""Margins that turn back before they cross, or soon after, by less than so many tolerances of the
+run, relative to what cancels in them, are only touched."""
+
 _TOUCHED = 10
 """Margins count as used up within so many of their tolerances."""
+
+_RESTING = 1e-12
+"""Height, m or rad, of bounces that are rounding."""
 
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
@@ -172,12 +179,27 @@ class Crossing(NamedTuple):
 
 
 class _Cause(NamedTuple):
-    """One reason why a run stops: margins or instants, derivatives, components, its modes."""
+    """One reason why a run stops.
+
+    Attributes
+    ----------
+    used : tuple of int
+        Margins that are used up.
+    row : ndarray, shape (n + p,)
+        Derivatives of the instant.
+    names : tuple of str
+        Components.
+    modes : tuple of int
+        What changes with it.
+    gap : ndarray or None, shape (n + p,)
+        Derivatives of a gap that closes at the end of ever smaller bounces.
+    """
 
     used: tuple[int, ...]
     row: np.ndarray
     names: tuple[str, ...]
     modes: tuple[int, ...]
+    gap: np.ndarray | None = None
 
 
 class Saltation:
@@ -195,6 +217,9 @@ class Saltation:
         self.margins = ca.Function("margins", self.inputs, [by_both])
         along = ca.vertcat(system.rates, 1)
         rates = ca.jtimes(margins, ca.vertcat(x, t), along)
+        speeds = system._in_states(system.switching.speed)
+        by_both = ca.densify(ca.jacobian(speeds, ca.vertcat(x, p)))
+        self.speeds = ca.Function("speeds", self.inputs, [by_both])
         self.bends = ca.Function(
             "bends", self.inputs, [ca.densify(ca.jtimes(rates, ca.vertcat(x, t), along))]
         )
@@ -289,7 +314,16 @@ class Saltation:
         s = self.system.switching
         lets_go = {h for kind, h in (s.rows[i] for i in cause.used) if kind in ("upper", "lower")}
         shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
-        derivatives = _sparse(by_states), _sparse(by_parameters)
+        derivatives = [_sparse(by_states), _sparse(by_parameters)]
+        if cause.gap is not None:
+            by_gap, by_p = np.split(cause.gap, [len(drift)])
+            along_gap = by_gap / (by_gap @ by_gap)
+            kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
+            moved = scipy.sparse.csc_array(np.outer(along_gap, by_p))
+            drift, derivatives = (
+                kept @ drift,
+                [kept @ derivatives[0], kept @ derivatives[1] - moved],
+            )
         return Jump(*derivatives, drift, cause.row, cause.names, shared, old, new, act)
 
     def _fixed(self, run: Trajectory, t: float, new: Side) -> _Cause:
@@ -303,7 +337,6 @@ class Saltation:
         at, n = np.asarray(at).ravel(), len(old[0])
         changed = old[1][: self._count] != new[1][: self._count]
         causes: list[_Cause] = []
-        s = self.system.switching
         owners = _happening(run, t, timed=True)
         near = np.abs(at - t) <= 1e-12 * (1.0 + t)
         for i in np.flatnonzero(changed[: len(at)] & near).tolist():
@@ -321,7 +354,8 @@ class Saltation:
                     "derivative there. Tighten rtol if it does cross, or change a parameter.",
                     run,
                 )
-            causes.append(_Cause((i,), row, self._names([i]), self._modes(i, old, new)))
+            cause = _Cause((i,), row, self._names([i]), self._modes(i))
+            causes.append(self._settled(run, t, old, new, rates[i], cause))
         if not causes and changed.any() and not near.any():
             raise SolverError(
                 f"{self.system.name}: at t = {t:.9g} s modes change "
@@ -331,6 +365,25 @@ class Saltation:
             )
         sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(run.theta)])
         return _merged(causes, sizes)
+
+    def _settled(
+        self, run: Trajectory, t: float, old: Side, new: Side, rate: float, cause: _Cause
+    ) -> _Cause:
+        """A gap that closes after ever smaller bounces: the instant is that of its standstill.
+
+        Its speed is rounding then, so that the gap does not tell the instant any more.
+        """
+        s, point = self.system.switching, (old[0], run.theta, t, old[1])
+        (margin,) = cause.used
+        kind, h = s.rows[margin]
+        if kind != "slide" or not s.has_gap[h] or not new[1][s.first_modes[h]] > 0.5:
+            return cause
+        bend = float(np.asarray(self.bends(*point)).ravel()[margin])
+        if not (bend < 0 and rate**2 <= -2 * bend * _RESTING):
+            return cause
+        gap = _sparse(self.margins(*point))[[margin]].toarray().ravel()
+        speed = np.asarray(self.speeds(*point))[h]
+        return cause._replace(row=-speed / bend, gap=gap)
 
     def _acting(self, used: list[int], old: Side, new: Side, changed: np.ndarray) -> list[int]:
         """Margins that are used up and whose modes or states change."""
@@ -348,7 +401,7 @@ class Saltation:
                 found.append(i)
         return found
 
-    def _modes(self, margin: int, old: Side, new: Side) -> tuple[int, ...]:
+    def _modes(self, margin: int) -> tuple[int, ...]:
         """Modes that belong to a margin."""
         s = self.system.switching
         kind, k = s.rows[margin]
@@ -394,7 +447,7 @@ class Saltation:
         if bend <= 0:
             return False
         size = float(np.abs(row * rate) @ np.abs(np.concatenate([point[0], point[1]])))
-        return bool(rate**2 / (2 * bend) <= 10 * rtol * size)
+        return bool(rate**2 / (2 * bend) <= TURNING * rtol * size)
 
     def _acts(
         self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray

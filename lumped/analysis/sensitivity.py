@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
+from lumped.analysis.adjoint import Steps, legs_of
 from lumped.analysis.forward import Followed, Forward, coincide
 from lumped.analysis.functionals import Functional
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import Summed, check, differ, refuse
+from lumped.analysis.touches import refuse_touches
 from lumped.analysis.varied import END, slopes_at_zero, sources, varied_name, varied_values
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Moved", "Sensitivity", "Varied", "sensitivity"]
+
+_GRID = 1000
+"""Intervals of a run without states, which has no steps."""
 
 Side = Literal["both", "right", "left"]
 
@@ -209,18 +214,32 @@ def sensitivity(
     functionals = [f for f in wanted if isinstance(f, Functional)]
     names = tuple(name for name in wanted if not isinstance(name, Functional))
     varied = Varied(system, names, tuple(to), start or {}, rtol, bool(functionals))
-    settings = {"parameters": parameters, "start": start, "rtol": rtol}
+    if functionals:
+        check(system, functionals, varied.to, "sensitivity")
+
+    def run(grid: int | None) -> Trajectory:
+        return simulate(
+            system,
+            until=until,
+            parameters=parameters,
+            start=start,
+            grid=grid,
+            rtol=rtol,
+            method="steps",
+        )
+
+    every = None if system.states else _GRID
+    steps = run(every) if functionals or system.switching else None
     found = None
     if names:
-        run = simulate(system, until=until, grid=grid, method="steps", **settings)  # type: ignore[arg-type]
-        found = varied.go(run, side)
+        if steps is not None and not functionals:
+            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), rtol)
+        found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
         return found
-    check(system, functionals, varied.to, "sensitivity")
-    steps = None if system.states else 1000
-    run = simulate(system, until=until, grid=steps, **settings)  # type: ignore[arg-type]
-    return varied.sum_up(run, functionals, side, found)
+    assert steps is not None
+    return varied.sum_up(steps, functionals, side, found)
 
 
 class Varied:

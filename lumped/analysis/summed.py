@@ -22,6 +22,7 @@ from lumped.analysis.functionals import Functional, Integral
 from lumped.analysis.owed import Course, Owed, Way, factors
 from lumped.analysis.quadrature import resolve, totals
 from lumped.analysis.result import Piece, Trajectory
+from lumped.analysis.touches import refuse_touches
 from lumped.analysis.varied import END
 from lumped.errors import OptionError, SolverError
 from lumped.system import System
@@ -77,6 +78,7 @@ class Summed:
         integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
         steps = Steps.of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
         course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
+        refuse_touches(run, legs, steps, rtol)
         for functional in wanted:
             course.cut(functional)
         until = course.until

@@ -8,12 +8,11 @@ import yaml
 from derivative_models import CASES
 
 import lumped as lp
-from lumped.errors import LumpedError
+from lumped.errors import SolverError
 
 FOLDER = Path(__file__).parents[1] / "data" / "derivatives"
 FILES = {path.stem: yaml.safe_load(path.read_text()) for path in sorted(FOLDER.glob("*.yaml"))}
 RTOL = 1e-10
-WHERE_NONE = ("grazing", "static_limit_touched")
 
 
 def test_every_file_has_a_model():
@@ -43,7 +42,11 @@ def answers(method, name, rtol=RTOL, only=None, **options):
         inner = [f for f in of if not isinstance(f, str)]
         to = [case.to.get(n, n) for n in names]
         until = case.runs.get(label, case.until)
-        values, slopes = ask(method, case.system, inner, to, until, rtol, **options)
+        moved = [case.until_by.get(n, 0.0) for n in names]
+        end = ["until"] * any(moved)
+        values, slopes = ask(method, case.system, inner, [*to, *end], until, rtol, **options)
+        if end:
+            slopes = slopes[:, :-1] + np.outer(slopes[:, -1], moved)
         values = iter(zip(values, slopes, strict=True))
         arguments, rows = [], []
         for f in of:
@@ -85,9 +88,7 @@ PLAIN = [n for n in FILES if n in CASES and "derivatives" in FILES[n]["expected"
 def test_values_and_derivatives_are_those_of_the_file(name, method):
     file = FILES[name]
     known = file["expected"]["derivatives"]
-    labels = [
-        label for label in CASES[name]({k: e["value"] for k, e in file["parameters"].items()}).of
-    ]
+    labels = CASES[name]({k: e["value"] for k, e in file["parameters"].items()}).of
     only = {label: list(known[label]) for label in labels if label in known}
     worst = {}
     for label, (value, slopes) in answers(method, name, only=only).items():
@@ -101,3 +102,56 @@ def test_values_and_derivatives_are_those_of_the_file(name, method):
     largest = max(max(own.values()) for own in worst.values())
     print(f"\n{name} {method}: largest deviation {largest:.1e}")
     assert not bad
+
+
+def refused(action, *words):
+    with pytest.raises(SolverError) as caught:
+        action()
+    print(f"\n{caught.value}")
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["gradient", "sensitivity"])
+@pytest.mark.parametrize(
+    ("name", "instant"), [("grazing", "t = 1.57079"), ("static_limit_touched", "t = 0.785398")]
+)
+def test_a_border_that_is_only_touched_is_refused_with_the_instant(name, instant, method):
+    names = list(FILES[name]["parameters"])
+    refused(lambda: answers(method, name, only={"x_end": names}), instant, "Body", "touches")
+
+
+def test_a_curve_over_time_is_refused_at_a_touch_too():
+    case = CASES["grazing"]({k: e["value"] for k, e in FILES["grazing"]["parameters"].items()})
+    refused(
+        lambda: lp.sensitivity(case.system, of=["x"], to=["w"], until=2.0, rtol=1e-8), "touches"
+    )
+
+
+@pytest.mark.parametrize("method", ["gradient", "sensitivity"])
+def test_a_stop_that_is_hit_slowly_has_large_derivatives(method):
+    near = FILES["grazing"]["expected"]["near"]
+    for entry in near[:3]:
+        numbers = {k: e["value"] for k, e in FILES["grazing"]["parameters"].items()}
+        case = CASES["grazing"](numbers | {"x0": 1.0 + entry["x0_minus_xs"]})
+        of, to = list(case.of.values()), ["x0"]
+        value, slope = ask(method, case.system, of, to, 2.0, 1e-12)
+        assert value[0] == pytest.approx(entry["x_end"], rel=1e-7)
+        assert slope[0, 0] == pytest.approx(entry["d_x_end_by_x0"], rel=1e-5)
+
+
+ONE_SIDED = [n for n in FILES if "one_sided_only" in FILES[n]["expected"]]
+
+
+@pytest.mark.parametrize("name", ONE_SIDED)
+def test_where_sides_differ_there_is_no_derivative_but_each_side_has_one(name):
+    labels = FILES[name]["expected"]["one_sided_only"]
+    numbers = {k: e["value"] for k, e in FILES[name]["parameters"].items()}
+    only = {k: list(labels[k]) for k in CASES[name](numbers).of if k in labels}
+    for method in ("gradient", "sensitivity"):
+        refused(lambda m=method: answers(m, name, only=only), "both sides", "t = ")
+    for side in ("left", "right"):
+        found = answers("sensitivity", name, only=only, side=side)
+        for label, (_, slopes) in found.items():
+            expected = [labels[label][parameter][side] for parameter in slopes]
+            assert list(slopes.values()) == pytest.approx(expected, rel=1e-6, abs=1e-9)
