@@ -141,7 +141,7 @@ def oscillator(p, force=None, **more):
         yield self.a == lp.der(self.v)
         yield self.m * self.a + c * self.v + self.k * self.x == load
 
-    start = d["x0"] if "x0" in d else 0.0
+    start = d.get("x0", 0.0)
     return one(equations, d, x=held(start), v=held(), a=free(), **more)
 
 
@@ -326,14 +326,14 @@ def simultaneous_and_gate(p):
 
 def ball(p):
     d = given(p)
-    weight = d["m"] if "m" in d else 1.0
+    weight = d.get("m", 1.0)
 
     def equations(self):
         yield lp.der(self.h) == self.v
         yield weight * lp.der(self.v) == -weight * self.g - self.f
         yield lp.hold(self.f, self.v, gap=self.h, restitution=self.e)
 
-    return one(equations, d, h=held(d["h0"]), v=held(d["v0"] if "v0" in d else 0.0), f=free())
+    return one(equations, d, h=held(d["h0"]), v=held(d.get("v0", 0.0)), f=free())
 
 
 @case

@@ -18,9 +18,10 @@ import numpy as np
 
 from lumped.analysis.calls import Call
 from lumped.analysis.dense import Method
+from lumped.analysis.jumps import Crossing, Jump, Side
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import CHUNKS, backwards, chained, step_function
-from lumped.analysis.saltation import Crossing, Jump, Saltation, Side
+from lumped.analysis.saltation import Saltation
 from lumped.errors import SolverError
 from lumped.system import System
 

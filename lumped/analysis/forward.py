@@ -12,8 +12,8 @@ import numpy as np
 from lumped.analysis.adjoint import Leg, crossings_of
 from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
+from lumped.analysis.jumps import Crossing
 from lumped.analysis.result import Piece, Trajectory
-from lumped.analysis.saltation import Crossing
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
 from lumped.errors import SolverError
 from lumped.system import System

@@ -22,8 +22,9 @@ from lumped.analysis.functionals import (
     Integral,
     Peak,
 )
+from lumped.analysis.jumps import Crossing, Jump
 from lumped.analysis.result import Trajectory
-from lumped.analysis.saltation import Crossing, Jump, Saltation
+from lumped.analysis.saltation import Saltation
 from lumped.errors import OptionError, SolverError
 from lumped.system import System
 
@@ -242,15 +243,21 @@ class Course:
                 f"{run.system.name}: {label}: there are {len(times)} such events in this run. "
                 f"Events are: {'; '.join(known[:8]) or 'none'}."
             )
-        chosen = times if number is None else [times[number]]
-        begins = {float(leg.t[0]): k for k, leg in enumerate(self.legs) if k}
-        for t in chosen:
-            if t not in begins:
+        begins: dict[float, list[int]] = {}
+        for k, leg in enumerate(self.legs):
+            if k:
+                begins.setdefault(float(leg.t[0]), []).append(k)
+        found = []
+        for i in range(len(times)) if number is None else [number % len(times)]:
+            if times[i] not in begins:
                 raise OptionError(
-                    f"{run.system.name}: {label} is at t = {t:g} s, where the run begins or ends; "
-                    "this instant does not move."
+                    f"{run.system.name}: {label} is at t = {times[i]:g} s, where the run begins or "
+                    "ends; this instant does not move."
                 )
-        return [begins[t] for t in chosen]
+            # several changes one after the other at the same instant
+            legs = begins[times[i]]
+            found.append(legs[min(times[:i].count(times[i]), len(legs) - 1)])
+        return found
 
     def _instant(self, functional: Instant) -> Owed:
         label = str(functional)

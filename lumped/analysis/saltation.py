@@ -11,14 +11,15 @@ import numpy as np
 import scipy
 
 from lumped.analysis.changes import Blow, Changes
+from lumped.analysis.jumps import Crossing, Jump, Side
 from lumped.analysis.result import Trajectory
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["TURNING", "Crossing", "Jump", "Saltation", "Side"]
+__all__ = ["TURNING", "Saltation"]
 
-Side = tuple[np.ndarray, np.ndarray]
-"""States and settings on one side of an instant."""
+_Place = tuple[np.ndarray, np.ndarray, float, np.ndarray]
+"""States, parameters, time, settings."""
 
 TURNING = 10.0
 """Margins that turn back before they cross, or soon after, by less than so many tolerances of the
@@ -32,150 +33,6 @@ _RESTING = 1e-12
 
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
-
-
-class Jump(NamedTuple):
-    """Derivatives at an instant ``t(x, p)`` at which something changes; its own are `instant`.
-
-    Sensitivities S become ``states S + parameters + drift t_p``. Leine and Nijmeijer, Dynamics and
-    Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
-
-    Attributes
-    ----------
-    states, parameters : scipy.sparse.csc_array, shapes (n, n) and (n, p)
-        Of the states after it by those before it and by the parameters.
-    drift : ndarray, shape (n,)
-        What a later instant adds to the states: ``g_x f_before + g_t - f_after``.
-    instant : ndarray, shape (n + p,)
-        Derivatives of the instant by states and parameters; zero if it is fixed.
-    names : tuple of str
-        Components that change.
-    shared : bool
-        Statically indeterminate constraints let go; the derivatives hold their shares fixed.
-    before, after : tuple of ndarray
-        States and settings on both sides.
-    act : tuple or None
-        The `when` statements, and what closes at a speed.
-    """
-
-    states: scipy.sparse.csc_array
-    parameters: scipy.sparse.csc_array
-    drift: np.ndarray
-    instant: np.ndarray
-    names: tuple[str, ...]
-    shared: bool
-    before: Side
-    after: Side
-    act: tuple[tuple[int, ...], Blow | None]
-
-    def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sensitivities after it, shape (n, k), and of the instant, (k,).
-
-        Parameters
-        ----------
-        S, seed : ndarray, shapes (n, k) and (p, k)
-            Derivatives of states and parameters by what is varied.
-        """
-        t_p = self.instant @ np.vstack([S, seed])
-        return self.states @ S + self.parameters @ seed + np.outer(self.drift, t_p), t_p
-
-    def backward(self, adjoint: np.ndarray, late: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The transposed: adjoints before it and what it adds by parameters.
-
-        Parameters
-        ----------
-        adjoint : ndarray, shape (n, k)
-            Derivatives of k results by the states after it.
-        late : ndarray, shape (k,)
-            Derivatives of the results by the instant itself.
-        """
-        n = len(self.drift)
-        weight = self.drift @ adjoint + late
-        before = self.states.T @ adjoint + np.outer(self.instant[:n], weight)
-        return before, self.parameters.T @ adjoint + np.outer(self.instant[n:], weight)
-
-
-Part = tuple[Jump, np.ndarray, np.ndarray]
-"""A jump, the derivatives of its instant, and those by which integrals gain."""
-
-
-class Passed(NamedTuple):
-    """Sensitivities after an instant, and those of the instants of its parts, shape (k,) each.
-
-    Attributes
-    ----------
-    S : ndarray, shape (n, k)
-        Sensitivities.
-    parts : list
-        Jumps and derivatives of their instants.
-    gains : list
-        The same in every order, with those of the order that each column takes.
-    """
-
-    S: np.ndarray
-    parts: list[Part]
-    every: list[Part] | None = None
-
-    @property
-    def gains(self) -> list[Part]:
-        return self.parts if self.every is None else self.every
-
-
-class Crossing(NamedTuple):
-    """What happens at one instant, in every order in which its parts can come.
-
-    Attributes
-    ----------
-    t : float
-        Instant, s.
-    orders : tuple of tuple of Jump
-        Jumps one after the other; several orders if different causes coincide.
-    """
-
-    t: float
-    orders: tuple[tuple[Jump, ...], ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Components that change."""
-        return tuple(dict.fromkeys(n for jump in self.orders[0] for n in jump.names))
-
-    def forward(self, S: np.ndarray, seed: np.ndarray, side: int) -> Passed:
-        """Sensitivities after it.
-
-        Parameters
-        ----------
-        side : {1, -1}
-            Whether what is varied grows or shrinks, which decides what comes first.
-        """
-        S_new, parts = self._followed(self.orders[0], S, seed)
-        if len(self.orders) == 1:
-            return Passed(S_new, parts)
-        chosen = np.zeros(S.shape[1], dtype=bool)
-        every = []
-        for order in self.orders:
-            after, own = self._followed(order, S, seed)
-            times = side * np.array([slopes for _, slopes, _ in own])
-            rounding = 1e-9 * np.abs(times).max(axis=0)
-            fits = (np.diff(times, axis=0) >= -rounding).all(axis=0) & ~chosen
-            chosen |= fits
-            S_new[:, fits] = after[:, fits]
-            # integrals gain by this order for its own columns only
-            every += [(jump, slopes, np.where(fits, slopes, 0.0)) for jump, slopes, _ in own]
-            for i, (jump, slopes, gained) in enumerate(parts):
-                same = next(s for j, s, _ in own if j.names == jump.names)
-                parts[i] = jump, np.where(fits, same, slopes), gained
-        return Passed(S_new, parts, every)
-
-    @staticmethod
-    def _followed(
-        order: tuple[Jump, ...], S: np.ndarray, seed: np.ndarray
-    ) -> tuple[np.ndarray, list[Part]]:
-        parts = []
-        for jump in order:
-            S, t_p = jump.forward(S, seed)
-            parts.append((jump, t_p, t_p))
-        return S, parts
 
 
 class _Cause(NamedTuple):
@@ -338,25 +195,30 @@ class Saltation:
         changed = old[1][: self._count] != new[1][: self._count]
         causes: list[_Cause] = []
         owners = _happening(run, t, timed=True)
-        near = np.abs(at - t) <= 1e-12 * (1.0 + t)
-        for i in np.flatnonzero(changed[: len(at)] & near).tolist():
+        due = np.abs(at - t) <= 1e-12 * (1.0 + t)
+        for i in np.flatnonzero(changed[: len(at)] & due).tolist():
             row = np.append(np.zeros(n), _sparse(by_parameters)[[i]].toarray().ravel())
             causes.append(_Cause((), row, owners, (i,)))
         left, tolerance = (np.asarray(v).ravel() for v in self.system.margins(*point))
         rates = np.asarray(self.system.margin_rates(*point)).ravel()
-        used = np.flatnonzero((left <= _TOUCHED * tolerance) & (rates < 0)).tolist()
+        smooth = self._smooth(point, new)
+        near = left <= _TOUCHED * tolerance
+        resting = near & self._resting(point, new, rates)
+        used = np.flatnonzero((near & (rates < 0)) | resting).tolist()
         for i in self._acting(used, old, new, changed):
+            if resting[i]:
+                causes.append(self._settled(point, i))
+                continue
             row = self._row(run, t, old, [i], self._names([i]))
-            if self._grazes(point, i, row, rates[i], rtol):
+            if not smooth and self._grazes(point, i, row, rates[i], rtol):
                 raise SolverError(
                     f"{self.system.name}: at t = {t:.9g} s {', '.join(self._names([i]))} only "
                     "touches what changes it, within the accuracy of the run; there is no "
                     "derivative there. Tighten rtol if it does cross, or change a parameter.",
                     run,
                 )
-            cause = _Cause((i,), row, self._names([i]), self._modes(i))
-            causes.append(self._settled(run, t, old, new, rates[i], cause))
-        if not causes and changed.any() and not near.any():
+            causes.append(_Cause((i,), row, self._names([i]), self._modes(i)))
+        if not causes and changed.any() and not due.any() and not smooth:
             raise SolverError(
                 f"{self.system.name}: at t = {t:.9g} s modes change "
                 f"({', '.join(_happening(run, t))}), but what changes them is touched without "
@@ -366,24 +228,35 @@ class Saltation:
         sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(run.theta)])
         return _merged(causes, sizes)
 
-    def _settled(
-        self, run: Trajectory, t: float, old: Side, new: Side, rate: float, cause: _Cause
-    ) -> _Cause:
-        """A gap that closes after ever smaller bounces: the instant is that of its standstill.
+    def _smooth(self, point: _Place, new: Side) -> bool:
+        """Whether states and rates are the same on both sides, so that no change matters."""
+        rates = [
+            np.asarray(self.system.rhs(x, *point[1:3], m)).ravel()
+            for x, m in ((point[0], point[3]), new)
+        ]
+        size = np.abs(rates[0]).max(initial=0.0)
+        same = bool((point[0] == new[0]).all())
+        return same and bool(np.abs(rates[0] - rates[1]).max(initial=0.0) <= 1e-9 * (1 + size))
+
+    def _resting(self, point: _Place, new: Side, rates: np.ndarray) -> np.ndarray:
+        """Margins of gaps that close after ever smaller bounces, to rest."""
+        s, found = self.system.switching, np.zeros(len(rates), dtype=bool)
+        for i, (kind, h) in enumerate(s.rows):
+            found[i] = kind == "slide" and s.has_gap[h] and new[1][s.first_modes[h]] > 0.5
+        if found.any():
+            bends = np.asarray(self.bends(*point)).ravel()
+            found &= (bends < 0) & (rates**2 <= -2 * bends * _RESTING)
+        return found
+
+    def _settled(self, point: _Place, margin: int) -> _Cause:
+        """A gap that closes to rest: the instant is that of its standstill.
 
         Its speed is rounding then, so that the gap does not tell the instant any more.
         """
-        s, point = self.system.switching, (old[0], run.theta, t, old[1])
-        (margin,) = cause.used
-        kind, h = s.rows[margin]
-        if kind != "slide" or not s.has_gap[h] or not new[1][s.first_modes[h]] > 0.5:
-            return cause
         bend = float(np.asarray(self.bends(*point)).ravel()[margin])
-        if not (bend < 0 and rate**2 <= -2 * bend * _RESTING):
-            return cause
         gap = _sparse(self.margins(*point))[[margin]].toarray().ravel()
-        speed = np.asarray(self.speeds(*point))[h]
-        return cause._replace(row=-speed / bend, gap=gap)
+        speed = np.asarray(self.speeds(*point))[self.system.switching.rows[margin][1]]
+        return _Cause((margin,), -speed / bend, self._names([margin]), self._modes(margin), gap)
 
     def _acting(self, used: list[int], old: Side, new: Side, changed: np.ndarray) -> list[int]:
         """Margins that are used up and whose modes or states change."""
@@ -436,7 +309,7 @@ class Saltation:
 
     def _grazes(
         self,
-        point: tuple[np.ndarray, np.ndarray, float, np.ndarray],
+        point: _Place,
         margin: int,
         row: np.ndarray,
         rate: float,

@@ -67,6 +67,8 @@ def slopes_at_zero(
 
     Raises
     ------
+    OptionError
+        If a state is named whose start value is determined by others.
     SolverError
         If states jump there.
     """
@@ -77,7 +79,26 @@ def slopes_at_zero(
             "followed across that. Give start values after the impact.",
             run,
         )
+    _refuse_fixed(run.system, varied, S)
     return S
+
+
+def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarray) -> None:
+    """Refuse start values of states that other given values determine."""
+    reduced, tree = system._reduced, system._tree
+    place = {node: i for i, node in enumerate(system.states)}
+    for unknown, unit in varied.items():
+        node = reduced.node(unknown)
+        if node not in place:
+            continue
+        own = float(reduced.aliases.signs[unknown]) * S[place[node]]
+        if (np.abs(own - unit)[unit != 0] > 1e-9).any():
+            given = sorted(tree.unknown_name(u) for u in system._flat.given)
+            raise OptionError(
+                f"{system.name}: {tree.unknown_name(unknown)} cannot be varied at the start: other "
+                f"start values or initial equations determine it. Vary these instead"
+                f"{': ' * bool(given)}{', '.join(given[:8])}."
+            )
 
 
 def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:

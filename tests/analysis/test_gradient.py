@@ -20,7 +20,7 @@ from lumped.components import (
     translation,
 )
 from lumped.components.translation_contact import Stop
-from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.errors import OptionError, UnknownNameError
 from lumped.models import carrousel_coiler_scenes as coiler
 from lumped.models import eccentric_shear_scenes as shear
 from lumped.models import pilger_mill_drive as pilger
