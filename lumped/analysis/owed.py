@@ -28,7 +28,7 @@ from lumped.analysis.saltation import Saltation
 from lumped.errors import OptionError, SolverError
 from lumped.system import System
 
-__all__ = ["Course", "Owed", "Way", "factors"]
+__all__ = ["Course", "Owed", "Way", "factors", "product"]
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
@@ -342,6 +342,11 @@ def factors(system: System, functional: Integral) -> tuple[str, ...]:
     return names * (2 if functional.kind == "rms" else 1)
 
 
+def product(system: System, names: tuple[str, ...]) -> ca.SX:
+    """Product of quantities, as an expression."""
+    return math.prod(ca.vertsplit(system.expressions(names)))
+
+
 def _sum(ways: list[Way]) -> Way:
     points = tuple(point for way in ways for point in way.points)
     return Way(sum(w.value for w in ways), points, sum(w.by_end for w in ways))
@@ -353,7 +358,7 @@ def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
     key = ("differentiated", keys)
     if key not in system.made:
         x, p, t, _ = system._inputs
-        y = math.prod(ca.vertsplit(system.expressions(keys)))
+        y = product(system, keys)
         along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
         results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
         system.made[key] = ca.Function("differentiated", system._inputs, results)
