@@ -48,7 +48,7 @@ class Changes:
         """
         s, count = self.system.switching, self.system._flat.mode_count
         place = {node: i for i, node in enumerate(self.system.states)}
-        stuck = np.flatnonzero(modes[s.first_modes] > 0.5) if len(s.first_modes) else []
+        stuck = np.flatnonzero(modes[s.first_modes] > 0.5).tolist()
         zero = tuple(place[s.speeds[h]] for h in stuck if s.speeds[h] in place)
         key = jumps, blow and (*blow, modes[:count].tobytes()), zero
         if key not in self._made:

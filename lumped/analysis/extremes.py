@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.analysis.adjoint import Leg, Steps
+from lumped.analysis.dense import Method
 from lumped.analysis.functionals import Peak
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import FRACTIONS, looked
@@ -197,10 +198,11 @@ class _Looks:
         found = np.zeros((2, count, len(FRACTIONS)))
         h = np.diff(leg.t)
         implicit = leg.t[:-1] >= self.run.statistics.implicit_from
-        for method, rows in (
+        methods: tuple[tuple[Method, np.ndarray], ...] = (
             ("explicit", np.flatnonzero(~implicit)),
             ("implicit", np.flatnonzero(implicit)),
-        ):
+        )
+        for method, rows in methods:
             if not len(rows):
                 continue
             key = ("looked", method, self.name)

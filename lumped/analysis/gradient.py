@@ -14,7 +14,7 @@ from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import END, Summed, check, differ, refuse
-from lumped.analysis.varied import slopes_at_zero, sources, varied_name, varied_values
+from lumped.analysis.varied import slopes_at_zero, sources, tightened, varied_name, varied_values
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -54,7 +54,8 @@ class Gradient:
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Tolerance of the run. Derivatives are exact for its steps, and as accurate as these.
+        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
+        steps.
     """
 
     run: Trajectory
@@ -156,8 +157,11 @@ def gradient(
     to : iterable of names, optional
         Parameters, given start values, and states, which stand for their start values; default
         is all parameters that can be changed.
-    until, parameters, start, rtol, method
+    until, parameters, start, method
         As for `simulate`.
+    rtol : float
+        Accuracy asked for, relative to the terms of which a derivative consists. The run is made
+        at a thousandth of it.
 
     Returns
     -------
@@ -186,11 +190,11 @@ def gradient(
         parameters=parameters,
         start=start,
         grid=None if system.states else _GRID,
-        rtol=rtol,
+        rtol=tightened(rtol),
         method=method,
     )
     begin = clock.perf_counter()
-    summed = Summed.of(run, wanted, rtol)
+    summed = Summed.of(run, wanted, tightened(rtol))
     orders, columns, guards = summed.swept()
     found = [_chained(run, start or {}, places, varied, *order) for order in orders]
     derivatives = np.zeros((len(wanted), len(names)))

@@ -17,7 +17,7 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.second import Second
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import check
-from lumped.analysis.varied import slopes_at_zero, sources, varied_values
+from lumped.analysis.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -46,7 +46,8 @@ class Hessian:
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Tolerance of the run. Derivatives are exact for its steps.
+        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
+        steps.
     asymmetry : float
         Largest difference of mixed derivatives taken in either order, each for relative changes,
         over the largest of all: rounding. The matrix is their mean.
@@ -103,7 +104,7 @@ def hessian(
     to : iterable of names
         Parameters, and start values that are states.
     until, parameters, start, rtol, method
-        As for `simulate`.
+        As for `gradient`.
 
     Raises
     ------
@@ -124,23 +125,24 @@ def hessian(
     if not system.states:
         raise OptionError(f"{system.name}: a run without states has no steps to differentiate.")
     places, varied = sources(system, names, start or {})
+    fine = tightened(rtol)
     run = simulate(
         system,
         until=until,
         parameters=parameters,
         start=start,
         grid=None,
-        rtol=rtol,
+        rtol=fine,
         method=method,
     )
     begin = clock.perf_counter()
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
     steps = Steps.of(system, products)
-    course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
+    course = Course(run, legs, crossings_of(run, legs, fine), steps, fine)
     _refuse_events(course)
     course.cut(of)
-    resolve(run, legs, steps, rtol)
+    resolve(run, legs, steps, fine)
     seed = np.zeros((len(run.theta), len(names)))
     for column, place in enumerate(places):
         if place >= 0:

@@ -37,6 +37,8 @@ class Jump(NamedTuple):
         States and settings on both sides.
     act : tuple or None
         The `when` statements, and what closes at a speed.
+    settles : bool
+        A gap closes to rest after ever smaller bounces.
     """
 
     states: scipy.sparse.csc_array
@@ -48,6 +50,7 @@ class Jump(NamedTuple):
     before: Side
     after: Side
     act: tuple[tuple[int, ...], Blow | None]
+    settles: bool = False
 
     def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sensitivities after it, shape (n, k), and of the instant, (k,).

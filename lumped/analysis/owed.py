@@ -33,6 +33,9 @@ __all__ = ["Course", "Owed", "Way", "factors", "product"]
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
+_FLIGHT = 1e-6
+"""Part of a run that a flight must last for its length to be known well."""
+
 
 @dataclass(frozen=True)
 class Way:
@@ -266,7 +269,42 @@ class Course:
         crossing = self.crossings[number - 1]
         if len(crossing.orders) > 1 and component not in crossing.names:
             raise self._coincident(label, crossing)
+        if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
+            bounces = self._bounces(component, number)
+            if len(bounces) == 3:
+                return Owed((self._accumulation(bounces, component),))
         return Owed((Way(crossing.t, (self._moving(number, component),)),))
+
+    def _bounces(self, component: str, number: int) -> list[int]:
+        """Legs that begin at the last three impacts before a rest whose flights are resolved."""
+        found = []
+        for k in range(1, number):
+            for jump in self.crossings[k - 1].orders[0]:
+                blow = jump.act[1]
+                if component in jump.names and blow is not None and any(b for _, b in blow.hits):
+                    found.append(k)
+        times = [self.crossings[k - 1].t for k in found]
+        least = _FLIGHT * self.until
+        while len(found) > 3 and times[-1] - times[-2] < least:
+            found.pop()
+            times.pop()
+        return found[-3:]
+
+    def _accumulation(self, bounces: list[int], component: str) -> Way:
+        """Where impacts accumulate: the limit of a geometric series of flights.
+
+        A run leaves out the bounces that are too small for it.
+        """
+        times = [self.crossings[k - 1].t for k in bounces]
+        weights = [
+            _limit(*(t + 1e-30j * (i == k) for i, t in enumerate(times))).imag / 1e-30
+            for k in range(3)
+        ]
+        points = [
+            replace(self._moving(k, component), late=weight)
+            for k, weight in zip(bounces, weights, strict=True)
+        ]
+        return Way(float(_limit(*times).real), tuple(points))
 
     def _at_events(self, functional: AtEvent) -> Iterator[Way]:
         label, f = str(functional), functional
@@ -342,9 +380,14 @@ def factors(system: System, functional: Integral) -> tuple[str, ...]:
     return names * (2 if functional.kind == "rms" else 1)
 
 
+def _limit(a: complex, b: complex, c: complex) -> complex:
+    """Limit of a geometric series from three of its sums (Aitken)."""
+    return c + (c - b) ** 2 / ((b - a) - (c - b))
+
+
 def product(system: System, names: tuple[str, ...]) -> ca.SX:
     """Product of quantities, as an expression."""
-    return math.prod(ca.vertsplit(system.expressions(names)))
+    return ca.SX(math.prod(ca.vertsplit(system.expressions(names))))
 
 
 def _sum(ways: list[Way]) -> Way:

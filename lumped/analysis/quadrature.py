@@ -27,7 +27,7 @@ def resolve(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) -> None
     span = legs[-1].t[-1] - legs[0].t[0]
     parts = [_Part(run, leg, steps) for leg in legs]
     for _ in range(_HALVINGS):
-        size = sum(part.size for part in parts)
+        size = np.sum([part.size for part in parts], axis=0)
         again = False
         for part in parts:
             again |= part.halve(rtol * size / span, 1e-15 * size)

@@ -171,17 +171,15 @@ class Saltation:
         s = self.system.switching
         lets_go = {h for kind, h in (s.rows[i] for i in cause.used) if kind in ("upper", "lower")}
         shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
-        derivatives = [_sparse(by_states), _sparse(by_parameters)]
+        by_x, by_p = _sparse(by_states), _sparse(by_parameters)
+        settles = cause.gap is not None
         if cause.gap is not None:
-            by_gap, by_p = np.split(cause.gap, [len(drift)])
+            by_gap, gap_by_p = np.split(cause.gap, [len(drift)])
             along_gap = by_gap / (by_gap @ by_gap)
             kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
-            moved = scipy.sparse.csc_array(np.outer(along_gap, by_p))
-            drift, derivatives = (
-                kept @ drift,
-                [kept @ derivatives[0], kept @ derivatives[1] - moved],
-            )
-        return Jump(*derivatives, drift, cause.row, cause.names, shared, old, new, act)
+            by_x, drift = kept @ by_x, kept @ drift
+            by_p = kept @ by_p - scipy.sparse.csc_array(np.outer(along_gap, gap_by_p))
+        return Jump(by_x, by_p, drift, cause.row, cause.names, shared, old, new, act, settles)
 
     def _fixed(self, run: Trajectory, t: float, new: Side) -> _Cause:
         """An instant that does not move."""

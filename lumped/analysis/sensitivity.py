@@ -16,7 +16,14 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import Summed, check, differ, refuse
 from lumped.analysis.touches import refuse_touches
-from lumped.analysis.varied import END, slopes_at_zero, sources, varied_name, varied_values
+from lumped.analysis.varied import (
+    END,
+    slopes_at_zero,
+    sources,
+    tightened,
+    varied_name,
+    varied_values,
+)
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -60,7 +67,7 @@ class Sensitivity:
     evaluations : int
         Evaluations of the right-hand side with its derivatives, after the run.
     rtol : float
-        Tolerance under which run and derivatives were integrated.
+        Accuracy asked for.
     functionals : tuple of str
         Functionals, as printed.
     totals : ndarray, shape (len(functionals),)
@@ -181,9 +188,12 @@ def sensitivity(
     to : iterable of names
         Parameters, given start values (of instances, or in `start`), and states, which stand for
         their start values; ``"until"`` is the end of the run, which moves functionals.
-    until, parameters, start, grid, rtol
+    until, parameters, start, grid
         As for `simulate`; `grid` is a number of intervals, or None. Derivatives are given at the
         times of the run.
+    rtol : float
+        Accuracy asked for, relative to the terms of which a derivative consists. Run and
+        derivatives are integrated at a thousandth of it.
     side : {"both", "right", "left"}
         Derivatives for parameters that grow (right) or shrink (left), where these differ: where
         different changes coincide, extremes are equally high, or a change falls on the very
@@ -213,7 +223,8 @@ def sensitivity(
     wanted = tuple(of)
     functionals = [f for f in wanted if isinstance(f, Functional)]
     names = tuple(name for name in wanted if not isinstance(name, Functional))
-    varied = Varied(system, names, tuple(to), start or {}, rtol, bool(functionals))
+    fine = tightened(rtol)
+    varied = Varied(system, names, tuple(to), start or {}, fine, bool(functionals))
     if functionals:
         check(system, functionals, varied.to, "sensitivity")
 
@@ -224,7 +235,7 @@ def sensitivity(
             parameters=parameters,
             start=start,
             grid=grid,
-            rtol=rtol,
+            rtol=fine,
             method="steps",
         )
 
@@ -233,13 +244,13 @@ def sensitivity(
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), rtol)
+            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), fine)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
-        return found
+        return replace(found, rtol=rtol)
     assert steps is not None
-    return varied.sum_up(steps, functionals, side, found)
+    return replace(varied.sum_up(steps, functionals, side, found), rtol=rtol)
 
 
 class Varied:
@@ -312,7 +323,7 @@ class Varied:
         forward = Forward(self.system, self.seed, self.rtol, steps.integrands, sizes)
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
         several = any(len(crossing.orders) > 1 for crossing in course.crossings)
-        sides = []
+        sides: list[np.ndarray] = []
         for sign in _signs(side, several or summed.parted):
             if not sides or several:
                 found = forward.follow(run, summed.pieces, course.crossings, begin, sign)

@@ -84,7 +84,7 @@ class Summed:
         until = course.until
         spans = np.array([getattr(wanted[k], "between", None) or (0.0, until) for k in integrals])
         spans = spans.reshape(-1, 2)
-        owed = [None if k in integrals else course.owed(f) for k, f in enumerate(wanted)]
+        owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
         resolve(run, legs, steps, rtol)
         sums, sizes = totals(run, legs, steps, spans)
         slopes = np.ones(len(wanted))
@@ -105,7 +105,7 @@ class Summed:
         return cls(
             course,
             tuple(wanted),
-            tuple(owed),
+            tuple(owed[k] for k in range(len(wanted))),
             tuple(integrals),
             slopes,
             Seeds(chosen, spans),

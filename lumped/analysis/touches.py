@@ -57,7 +57,7 @@ class _Touches:
 
     def lowest(self, leg: Leg) -> Iterator[tuple[int, float]]:
         """Margins that turn near zero, and when."""
-        highest = 0.0
+        highest = np.zeros(self.system.margins.size1_out(0))
         found: list[tuple[int, float, float]] = []
         for t, values, slopes in self._sampled(leg):
             h = np.diff(t)
@@ -74,11 +74,11 @@ class _Touches:
 
             if slope(begin) * slope(end) >= 0:
                 continue
-            t = float(scipy.optimize.brentq(slope, begin, end, xtol=1e-14 * (1 + end)))
-            left, _, sizes = self.margins(leg, t)
+            lowest = float(scipy.optimize.brentq(slope, begin, end, xtol=1e-14 * (1 + end)))
+            left, _, sizes = self.margins(leg, lowest)
             threshold = TURNING * self.rtol * sizes[row]
             if left[row] <= threshold < 0.1 * highest[row]:
-                yield row, t
+                yield row, lowest
 
     def margins(self, leg: Leg, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Margins, their rates, and the sizes of what cancels in them."""

@@ -11,10 +11,18 @@ from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
-__all__ = ["END", "slopes_at_zero", "sources", "varied_name", "varied_values"]
+__all__ = ["END", "slopes_at_zero", "sources", "tightened", "varied_name", "varied_values"]
 
 END = "until"
 """Name by which the end of a run is varied."""
+
+
+def tightened(rtol: float) -> float:
+    """Tolerance of a run whose derivatives shall be right to `rtol` or a little more.
+
+    A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
+    """
+    return max(1e-3 * rtol, min(rtol, 1e-13))
 
 
 def varied_name(system: System, name: Name) -> str:
