@@ -59,6 +59,12 @@ class Leg:
         x, _ = step(self.x[i], run.theta, self.t[i], t - self.t[i], self.settings[i])
         return np.asarray(x).ravel(), self.settings[i]
 
+    def margins(self, run: Trajectory) -> np.ndarray:
+        """Greatest size of each margin at the ends of the steps."""
+        found, _ = run.system.margins(self.x.T, run.theta, self.t[None, :], self.settings.T)
+        largest: np.ndarray = np.abs(np.asarray(found)).reshape(-1, len(self.t)).max(axis=1)
+        return largest
+
     def cut(self, run: Trajectory, steps: Steps, t: float) -> None:
         """Make an instant inside the leg the end of a step."""
         if t in self.t:
@@ -201,7 +207,7 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     saltation, found = Saltation.of(run.system), []
     for last, leg in itertools.pairwise(legs):
         old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
-        found.append(saltation.at(run, float(leg.t[0]), old, new, rtol))
+        found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))
     return found
 
 

@@ -120,7 +120,9 @@ class Course:
             If it has no derivative.
         """
         if isinstance(functional, Final):
-            return self._at(str(functional), (self.until,), (functional.name,))
+            last = self._at(str(functional), (self.until,), (functional.name,))
+            ways = tuple(replace(way, by_end=self._rate(way, functional.name)) for way in last.ways)
+            return last._replace(ways=ways)
         if isinstance(functional, At):
             return self._at(str(functional), functional.times, functional.names)
         if isinstance(functional, Peak):
@@ -137,6 +139,12 @@ class Course:
     def until(self) -> float:
         """End of the run, s."""
         return float(self.legs[-1].t[-1])
+
+    def ends(self, functional: Functional) -> bool:
+        """Whether a functional looks at the very end of the run."""
+        if isinstance(functional, At):
+            return self.until - max(functional.times) <= _AT_ONCE * self.until
+        return isinstance(functional, Final | Peak) and not getattr(functional, "between", None)
 
     def cut(self, functional: Functional) -> None:
         """Make instants that a functional names ends of steps."""
@@ -195,7 +203,11 @@ class Course:
         t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
         look = self._look(number, t, names)
         point = Point(number, t, 0, look.by_states, look.by_parameters)
-        return Way(look.value, (point,), look.rate)
+        return Way(look.value, (point,))
+
+    def _rate(self, way: Way, name: str) -> float:
+        """Slope of a quantity at the instant of a way."""
+        return self._look(way.points[0].leg, way.points[0].time, (name,)).rate
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(self.run, self.steps, t)

@@ -23,7 +23,7 @@ _Place = tuple[np.ndarray, np.ndarray, float, np.ndarray]
 
 TURNING = 10.0
 """Margins that turn back before they cross, or soon after, by less than so many tolerances of the
-run, relative to what cancels in them, are only touched."""
+run, relative to their size before, are only touched."""
 
 _TOUCHED = 10
 """Margins count as used up within so many of their tolerances."""
@@ -89,20 +89,24 @@ class Saltation:
         made: Saltation = system.made["saltation"]
         return made
 
-    def at(self, run: Trajectory, t: float, old: Side, new: Side, rtol: float) -> Crossing:
+    def at(
+        self, run: Trajectory, t: float, old: Side, new: Side, rtol: float, sizes: np.ndarray
+    ) -> Crossing:
         """Derivatives at an instant between two sides.
 
         Parameters
         ----------
         rtol : float
             Relative accuracy of the run.
+        sizes : ndarray
+            How large each margin was before.
 
         Raises
         ------
         SolverError
             If there are none.
         """
-        causes = self._causes(run, t, old, new, rtol)
+        causes = self._causes(run, t, old, new, rtol * sizes)
         if len(causes) <= 1:
             cause = causes[0] if causes else self._fixed(run, t, new)
             return Crossing(t, ((self._jump(run, t, old, new, cause),),))
@@ -185,7 +189,9 @@ class Saltation:
         """An instant that does not move."""
         return _Cause((), np.zeros(len(new[0]) + len(run.theta)), _happening(run, t), ())
 
-    def _causes(self, run: Trajectory, t: float, old: Side, new: Side, rtol: float) -> list[_Cause]:
+    def _causes(
+        self, run: Trajectory, t: float, old: Side, new: Side, accuracy: np.ndarray
+    ) -> list[_Cause]:
         """Why the run stops here: one cause for each instant that can move by itself."""
         point = (old[0], run.theta, t, old[1])
         at, by_parameters = self.thresholds(run.theta)
@@ -208,7 +214,7 @@ class Saltation:
                 causes.append(self._settled(point, i))
                 continue
             row = self._row(run, t, old, [i], self._names([i]))
-            if not smooth and self._grazes(point, i, row, rates[i], rtol):
+            if not smooth and self._grazes(point, i, row, rates[i], accuracy[i]):
                 raise SolverError(
                     f"{self.system.name}: at t = {t:.9g} s {', '.join(self._names([i]))} only "
                     "touches what changes it, within the accuracy of the run; there is no "
@@ -311,14 +317,13 @@ class Saltation:
         margin: int,
         row: np.ndarray,
         rate: float,
-        rtol: float,
+        accuracy: float,
     ) -> bool:
         """Whether a margin would turn back within the accuracy of the run."""
         bend = float(np.asarray(self.bends(*point)).ravel()[margin])
         if bend <= 0:
             return False
-        size = float(np.abs(row * rate) @ np.abs(np.concatenate([point[0], point[1]])))
-        return bool(rate**2 / (2 * bend) <= TURNING * rtol * size)
+        return bool(rate**2 / (2 * bend) <= TURNING * accuracy)
 
     def _acts(
         self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray

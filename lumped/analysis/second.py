@@ -124,7 +124,8 @@ class Second:
         first[:n], second[:n] = results[0], results[1].reshape(k, n).T
         first[n:] += results[2]
         second[n:] += results[3].reshape(k, -1).T
-        return float(results[4].sum()) * inside
+        total = float(results[4].sum())
+        return total if inside else 0.0
 
     def _across(self, crossing: Crossing, S: np.ndarray, adjoint: np.ndarray) -> np.ndarray:
         """What second derivatives gain where the derivatives of the rates jump, (n + p, k).
@@ -137,10 +138,10 @@ class Second:
         if key not in system.made:
             x, p, t, m = system._inputs
             q = self.steps.integrands
-            weights = ca.SX.sym("weights", self.n + q.numel())
+            by = ca.SX.sym("by", self.n + q.numel())
             rates = ca.vertcat(system.rates, q)
-            slopes = ca.jtimes(rates, ca.vertcat(x, p), weights, True)
-            system.made[key] = ca.Function("turned", [x, p, t, m, weights], [ca.densify(slopes)])
+            slopes = ca.jtimes(rates, ca.vertcat(x, p), by, True)
+            system.made[key] = ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])
         inside = float(self.window[0] < crossing.t < self.window[1])
         weights = np.append(adjoint, np.full(self.steps.integrands.numel(), inside))
         for jump in crossing.orders[0]:

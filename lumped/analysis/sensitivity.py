@@ -244,7 +244,7 @@ def sensitivity(
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), fine)
+            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), fine, True)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None

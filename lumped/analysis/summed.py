@@ -78,7 +78,7 @@ class Summed:
         integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
         steps = Steps.of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
         course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
-        refuse_touches(run, legs, steps, rtol)
+        refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
         for functional in wanted:
             course.cut(functional)
         until = course.until
@@ -196,8 +196,9 @@ class Summed:
             chosen: np.ndarray = ways.max(axis=0) if upward else ways.min(axis=0)
             return chosen
         if owed.pick == "later":
-            moved = side * sum(self._point(found, seed, point) for point in owed.guard)
-            return np.where(moved > 1e-12 * np.abs(moved).max(initial=0.0), ways[1], ways[0])
+            moved = side * np.sum([self._point(found, seed, p) for p in owed.guard], axis=0)
+            later = moved > 1e-12 * np.abs(moved).max(initial=0.0)
+            return np.where(later, ways[1], ways[0])
         first: np.ndarray = ways[0]
         return first
 

@@ -12,7 +12,7 @@ from lumped.analysis.adjoint import Leg, Steps
 from lumped.analysis.dense import Method
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import FRACTIONS, looked
-from lumped.analysis.saltation import TURNING, Saltation
+from lumped.analysis.saltation import TURNING
 from lumped.errors import SolverError
 
 __all__ = ["refuse_touches"]
@@ -21,10 +21,15 @@ _CHUNK = 64
 """Steps that are looked at in one call."""
 
 
-def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) -> None:
+def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, ends: bool) -> None:
     """Refuse a run in which a margin falls to zero and turns back, or is zero at the very end.
 
     Only where it matters: where a crossing would change the rates, an integrand or the states.
+
+    Parameters
+    ----------
+    ends : bool
+        Whether it matters what is at the very end.
 
     Raises
     ------
@@ -37,9 +42,12 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) 
     for leg in legs:
         for row, t in touches.lowest(leg):
             touches.check(leg, row, t, "only touches what would change it")
+    if not ends:
+        return
     leg, t = legs[-1], float(legs[-1].t[-1])
-    left, rates, sizes = touches.margins(leg, t)
-    for row in np.flatnonzero((left <= TURNING * rtol * sizes) & (rates < 0)).tolist():
+    left, rates = touches.margins(leg, t)
+    near = left <= TURNING * rtol * leg.margins(run)
+    for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 
 
@@ -75,19 +83,15 @@ class _Touches:
             if slope(begin) * slope(end) >= 0:
                 continue
             lowest = float(scipy.optimize.brentq(slope, begin, end, xtol=1e-14 * (1 + end)))
-            left, _, sizes = self.margins(leg, lowest)
-            threshold = TURNING * self.rtol * sizes[row]
-            if left[row] <= threshold < 0.1 * highest[row]:
+            if self.margins(leg, lowest)[0][row] <= TURNING * self.rtol * highest[row]:
                 yield row, lowest
 
-    def margins(self, leg: Leg, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Margins, their rates, and the sizes of what cancels in them."""
+    def margins(self, leg: Leg, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """Margins and their rates."""
         x, m = leg.state(self.run, self.steps, t)
         values = np.asarray(self.look(x, self.run.theta, t, m)).ravel()
         left, rates = np.split(values, 2)
-        both = Saltation.of(self.system).margins(x, self.run.theta, t, m).sparse()
-        sizes = abs(both) @ np.abs(np.concatenate([x, self.run.theta]))
-        return left, rates, sizes
+        return left, rates
 
     def check(self, leg: Leg, row: int, t: float, what: str) -> None:
         """Refuse a touch if a crossing there would change anything at once."""
