@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.analysis.holds import FORWARD, hold_words
+from lumped.analysis.holds import FORWARD, hold_words, turned
 from lumped.analysis.result import OperatingPoint
 
 __all__ = ["at_borders", "bent", "border_text", "differ", "is_law", "sides"]
@@ -39,12 +39,12 @@ def sides(point: OperatingPoint, rows: list[int], signs: Real) -> tuple[Real, Re
     signs : ndarray, shape (len(rows),)
         Positive where the first side is that on which the margin is positive; zero for none.
     """
-    switching = point.system.switching
-    places = [switching.relation_modes[switching.rows[row][1]] for row in rows]
-    first, second = point.modes.copy(), point.modes.copy()
-    for place, sign in zip(places, signs, strict=True):
-        first[place] = point.modes[place] if sign >= 0 else 1 - point.modes[place]
-        second[place] = point.modes[place] if sign <= 0 else 1 - point.modes[place]
+    system, first, second = point.system, point.modes.copy(), point.modes.copy()
+    for row, sign in zip(rows, signs, strict=True):
+        number = system.switching.rows[row][1]
+        if sign:
+            side = first if sign < 0 else second
+            side[:] = turned(system, point.x, point.theta, point.time, side, number)
     return first, second
 
 
@@ -78,8 +78,8 @@ def border_text(point: OperatingPoint, row: int) -> str:
     switching = point.system.switching
     kind, number = switching.rows[row]
     if kind == "relation":
-        on = bool(point.modes[switching.relation_modes[number]] > 0.5)
-        name, text = switching.relation_text(number, on)
+        mode = point.modes[switching.relation_modes[number]]
+        name, text = switching.relation_text(number, mode)
         return f"{name} ({text} just begins or ends)"
     name, words = switching.names[number], hold_words(switching, number)
     if kind == "slide":

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, cast
 
 import casadi as ca
 import numpy as np
 
+from lumped.analysis.adjoint import Leg, crossings_of
 from lumped.analysis.advance import nominals
 from lumped.analysis.dense import Method
+from lumped.analysis.jumps import Crossing
 from lumped.analysis.result import Piece, Trajectory
-from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Forward", "Instant"]
+__all__ = ["Followed", "Forward", "Instant", "coincide"]
+
+_AGREE = 1e-6
+"""Relative difference up to which derivatives to both sides are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +46,50 @@ class Instant(NamedTuple):
         When, s.
     slopes : ndarray, shape (k,)
         Its derivatives.
+    components : tuple of str
+        What changes there.
     shared : bool
         Statically indeterminate constraints let go; their shares are held fixed.
+    number : int
+        Of the smooth part that begins there.
     """
 
     t: float
     slopes: np.ndarray
+    components: tuple[str, ...]
     shared: bool
+    number: int
+
+
+class Followed(NamedTuple):
+    """Derivatives along a run.
+
+    Attributes
+    ----------
+    states : list of ndarray, shape (len(t), n, k)
+        Derivatives of the states, for each smooth part.
+    integrals : list of ndarray, shape (len(t), q, k)
+        Derivatives of the integrals since its begin.
+    jumps : list of ndarray, shape (q, k)
+        What integrals gain where each part but the first begins, as the instant moves.
+    instants : list of Instant
+        At which the run stopped.
+    """
+
+    states: list[np.ndarray]
+    integrals: list[np.ndarray]
+    jumps: list[np.ndarray]
+    instants: list[Instant]
+
+
+def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
+    """What is raised where derivatives depend on which of several changes comes first."""
+    texts = [f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in crossings if len(c.orders) > 1]
+    return SolverError(
+        f"{run.system.name}: different changes coincide at {'; '.join(texts)}; which comes first "
+        "depends on the parameters, so the run has no derivative there.",
+        run,
+    )
 
 
 class Forward:
@@ -61,6 +103,10 @@ class Forward:
         Derivatives of the parameters by what is varied.
     rtol : float
         Relative tolerance.
+    integrands : SX, shape (q, 1), optional
+        Expressions of the states whose integrals are differentiated too.
+    sizes : ndarray, shape (q,), optional
+        Sizes of these integrals.
 
     Attributes
     ----------
@@ -68,9 +114,19 @@ class Forward:
         Evaluations of the right-hand side with its derivatives, in all runs so far.
     """
 
-    def __init__(self, system: System, seed: np.ndarray, rtol: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        seed: np.ndarray,
+        rtol: float,
+        integrands: ca.SX | None = None,
+        sizes: np.ndarray | None = None,
+    ) -> None:
         self.system, self.seed, self.rtol = system, seed, rtol
         self.n, self.k = len(system.states), seed.shape[1]
+        self.integrands = ca.SX(0, 1) if integrands is None else integrands
+        self.q = int(self.integrands.numel())
+        self.sizes = np.ones(self.q) if sizes is None else sizes
         self.S = ca.SX.sym("S", self.n, self.k)
         self.augmented = self._augment()
         self._steppers: dict[Method, Stepper] = {}
@@ -96,35 +152,89 @@ class Forward:
         SolverError
             Where the run has no derivative, or none that is followed.
         """
-        method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
-        if self.n and method not in self._steppers:
-            self._steppers[method] = Stepper.build(self.augmented, method, True)
+        pieces = self.pieces(run)
+        crossings = self.crossings(run, pieces)
+        found = self.follow(run, pieces, crossings, S, 1)
+        if any(len(crossing.orders) > 1 for crossing in crossings):
+            other = self.follow(run, pieces, crossings, S, -1)
+            for right, left in zip(found.states, other.states, strict=True):
+                if np.abs(right - left).max(initial=0.0) > _AGREE * np.abs(right).max(initial=0.0):
+                    raise coincide(run, crossings)
+        return found.states, found.instants
+
+    def pieces(self, run: Trajectory) -> list[Piece]:
+        """Smooth parts of a run.
+
+        Raises
+        ------
+        SolverError
+            If states change places.
+        """
         pieces = [piece for piece in run.pieces if len(piece.t)]
-        found: list[np.ndarray] = []
-        instants: list[Instant] = []
-        for number, piece in enumerate(pieces):
+        for piece in pieces:
             if piece.system is not self.system:
                 raise SolverError(
                     f"{self.system.name}: at t = {piece.t[0]:.9g} s states change places (see "
                     "run.events); derivatives are not followed across that.",
                     run,
                 )
-            t = float(piece.t[0])
+        return pieces
+
+    def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:
+        """How derivatives jump between the pieces."""
+        legs = [Leg(piece.t, piece.x, piece.settings) for piece in pieces]
+        return crossings_of(run, legs, self.rtol)
+
+    def follow(
+        self,
+        run: Trajectory,
+        pieces: list[Piece],
+        crossings: list[Crossing],
+        S: np.ndarray,
+        side: int,
+    ) -> Followed:
+        """Follow the derivatives to one side: what is varied grows (1) or shrinks (-1)."""
+        method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
+        if (self.n or self.q) and method not in self._steppers:
+            self._steppers[method] = Stepper.build(self.augmented, method, True)
+        found = Followed([], [], [], [])
+        for number, piece in enumerate(pieces):
             if number:
-                last = pieces[number - 1]
-                sides = (last.x[-1], last.settings[-1]), (piece.x[0], piece.settings[0])
-                jump = Saltation.of(self.system).at(run, t, *sides)
-                crossed = jump.forward(S, self.seed)
-                if crossed is None:
-                    raise coincide(run, t)
-                S, t_p = crossed
-                instants.append(Instant(t, t_p, jump.shared))
-            course = [S] * len(piece.t)
-            if self.n and piece.t[-1] > t:
+                S = self._across(run, crossings[number - 1], number, S, side, found)
+            course = [(S, np.zeros((self.q, self.k)))] * len(piece.t)
+            if (self.n or self.q) and piece.t[-1] > piece.t[0]:
                 course = self._through(self._steppers[method], run, piece, S)
-            S = course[-1]
-            found.append(np.array(course))
-        return found, instants
+            S = course[-1][0]
+            found.states.append(np.array([own[0] for own in course]))
+            found.integrals.append(np.array([own[1] for own in course]))
+        return found
+
+    def _across(
+        self,
+        run: Trajectory,
+        crossing: Crossing,
+        number: int,
+        S: np.ndarray,
+        side: int,
+        found: Followed,
+    ) -> np.ndarray:
+        """Sensitivities after a crossing; notes its instants and what integrals gain."""
+        gains = np.zeros((self.q, self.k))
+        passed = crossing.forward(S, self.seed, side)
+        for jump, slopes, _ in passed.parts:
+            found.instants.append(Instant(crossing.t, slopes, jump.names, jump.shared, number))
+        for jump, _, slopes in passed.gains if self.q else ():
+            rates = [
+                np.asarray(self._integrated(x, run.theta, crossing.t, m)).ravel()
+                for x, m in (jump.before, jump.after)
+            ]
+            gains += np.outer(rates[0] - rates[1], slopes)
+        found.jumps.append(gains)
+        return passed.S
+
+    @cached_property
+    def _integrated(self) -> ca.Function:
+        return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
 
     def along(
         self, run: Trajectory, courses: list[np.ndarray], names: tuple[str, ...]
@@ -156,8 +266,10 @@ class Forward:
 
     def _augment(self) -> System:
         x, p, t, m = self.system._inputs
-        both = ca.vertcat(x, ca.vec(self.S))
-        rates = ca.cse(ca.vertcat(self.system.rates, ca.vec(self._along(self.system.rates))))
+        Q = ca.SX.sym("Q", self.q, 1 + self.k)
+        both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
+        slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(self.integrands))
+        rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], self.integrands, slopes[1]))
         inputs = [both, p, t, m]
         closed = self.system.closure(x, p, t, m)
         found = _Augmented(
@@ -174,20 +286,21 @@ class Forward:
 
     def _through(
         self, stepper: Stepper, run: Trajectory, piece: Piece, S: np.ndarray
-    ) -> list[np.ndarray]:
-        """S at all times of a piece, from its value at the first."""
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """S and derivatives of integrals at all times of a piece, from S at the first."""
         count = self.system._flat.mode_count
         modes, guess = np.split(piece.settings[0], [count])
         t, end = float(piece.t[0]), float(piece.t[-1])
-        x = np.concatenate([piece.x[0], S.ravel(order="F")])
+        x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(self.q * (1 + self.k))])
         f = np.asarray(self.augmented.rhs(x, run.theta, t, piece.settings[0])).ravel()
-        atol = max(self.rtol * 1e-3, 1e-12) * np.tile(nominals(self.system), 1 + self.k)
+        sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
+        atol = max(self.rtol * 1e-3, 1e-12) * np.concatenate(sizes)
         scale = atol + self.rtol * np.abs(x)
         first = first_step(
             self.augmented, run.theta, (t, end), x, f, np.concatenate([modes, guess]), scale
         )
         head = np.concatenate([[t, first, 0, 0, 0, 0], guess])
-        courses = [S]
+        courses = [(S, np.zeros((self.q, self.k)))]
         while head[0] < end:
             found = stepper.many(head, x, f, run.theta, modes, end, self.rtol, atol)
             log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, len(x) + len(guess))
@@ -206,6 +319,12 @@ class Forward:
             dense = found[5].reshape(log.shape[1], -1, len(x))
             fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
             inside = stepper.interpolate(fraction, before, after, dense[step])
-            courses += [row[self.n :].reshape(self.n, self.k, order="F") for row in inside]
+            courses += [self._parted(row) for row in inside]
             head, x, f = found[:3]
         return courses
+
+    def _parted(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """S and derivatives of the integrals among all states."""
+        n, k, q = self.n, self.k, self.q
+        S, Q = row[n : n + n * k], row[n + n * k + q :]
+        return S.reshape(n, k, order="F"), Q.reshape(q, k, order="F")

@@ -4,33 +4,56 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal
 
+from lumped.analysis.kinds import (
+    At,
+    AtEvent,
+    Between,
+    Clearance,
+    Damping,
+    Designed,
+    Final,
+    Frequency,
+    Functional,
+    Impact,
+    Instant,
+    Integral,
+    Modal,
+    Peak,
+    Swing,
+)
 from lumped.connection import label
 from lumped.errors import OptionError
 from lumped.expression import Ref
-from lumped.system import Name, System
+from lumped.system import Name
 
 __all__ = [
+    "At",
+    "AtEvent",
     "Clearance",
     "Damping",
     "Designed",
     "Final",
     "Frequency",
     "Functional",
+    "Impact",
     "Instant",
     "Integral",
     "Modal",
     "Peak",
     "Swing",
+    "at",
+    "at_event",
     "clearance",
     "damping",
     "final",
     "frequency",
     "highest",
+    "impulse",
     "instant",
     "integral",
+    "loss",
     "lowest",
     "mean",
     "peak",
@@ -39,178 +62,24 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class Final:
-    """Value of a quantity at the end of a run."""
-
-    name: str
-
-    def __str__(self) -> str:
-        return f"final({self.name})"
-
-    def unit(self, system: System) -> str:
-        """Unit of its value."""
-        return system.quantity(self.name).unit
-
-
-@dataclass(frozen=True)
-class Peak:
-    """Extreme value of a quantity: largest size, highest or lowest value."""
-
-    name: str
-    kind: Literal["peak", "highest", "lowest"]
-
-    def __str__(self) -> str:
-        return f"{self.kind}({self.name})"
-
-    def unit(self, system: System) -> str:
-        """Unit of its value."""
-        return system.quantity(self.name).unit
-
-
-@dataclass(frozen=True)
-class Integral:
-    """Integral over time of a product of quantities, its mean, or the root of that of its square.
-
-    Attributes
-    ----------
-    names : tuple of names
-        The factors.
-    """
-
-    names: tuple[str, ...]
-    kind: Literal["integral", "mean", "rms"]
-
-    def __str__(self) -> str:
-        return f"{self.kind}({', '.join(self.names)})"
-
-    @property
-    def name(self) -> str:
-        """The only factor.
-
-        Raises
-        ------
-        OptionError
-            If there are several.
-        """
-        if len(self.names) > 1:
-            raise OptionError(f"{self}: a single quantity is needed here, not a product.")
-        return self.names[0]
-
-    def unit(self, system: System) -> str:
-        """Unit of its value: those of the factors beside each other."""
-        units = [system.quantity(name).unit for name in self.names]
-        return " ".join([*units, "s"] if self.kind == "integral" else units)
-
-    def outcome(self, integral: float, until: float) -> tuple[float, float, float]:
-        """Value, and its first and second derivatives by the integral of what is integrated.
-
-        Raises
-        ------
-        OptionError
-            If a root mean square is zero, where it has a kink.
-        """
-        if self.kind == "integral":
-            return integral, 1.0, 0.0
-        if self.kind == "mean":
-            return integral / until, 1.0 / until, 0.0
-        if not integral > 0:
-            raise OptionError(
-                f"{self}: this is zero throughout the run, where "
-                "a root mean square has no derivative. Take the integral instead."
-            )
-        value = math.sqrt(integral / until)
-        return value, 0.5 / (until * value), -0.25 / (until**2 * value**3)
-
-
-@dataclass(frozen=True)
-class Instant:
-    """Instant of an event, s.
-
-    Attributes
-    ----------
-    component, after : str
-        As in `Event`; an empty `after` means any.
-    number : int
-        Which of these, from 0; negative numbers count from the last.
-    """
-
-    component: str
-    after: str
-    number: int
-
-    def __str__(self) -> str:
-        what = f"{self.component}, {self.after}" if self.after else self.component
-        return f"instant({what}, {self.number})"
-
-    def unit(self, system: System) -> str:
-        """Unit of its value."""
-        return "s"
-
-
-@dataclass(frozen=True)
-class Swing:
-    """From trough to crest of a quantity, ``max y - min y``."""
-
-    name: str
-
-    def __str__(self) -> str:
-        return f"swing({self.name})"
-
-
-@dataclass(frozen=True)
-class Frequency:
-    """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
-
-    mode: int
-
-    def __str__(self) -> str:
-        return f"frequency({self.mode})"
-
-
-@dataclass(frozen=True)
-class Damping:
-    """Damping ratio of a mode; modes count from 0, the lowest first."""
-
-    mode: int
-
-    def __str__(self) -> str:
-        return f"damping({self.mode})"
-
-
-@dataclass(frozen=True)
-class Clearance:
-    """Least relative distance ``|f / excitation - 1|`` of all modes from excitations, Hz."""
-
-    excitations: tuple[float, ...]
-
-    def __str__(self) -> str:
-        return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
-
-
-Functional = Final | Peak | Integral | Instant
-Designed = Final | Peak | Integral | Swing
-Modal = Frequency | Damping | Clearance
-
-
 def final(name: Name) -> Final:
     """Value of a quantity at the end."""
     return Final(_plain(name))
 
 
-def peak(name: Name) -> Peak:
-    """Largest size of a quantity, ``max |y|``."""
-    return Peak(_plain(name), "peak")
+def peak(name: Name, between: Between | None = None) -> Peak:
+    """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
+    return Peak(_plain(name), "peak", _window(between))
 
 
-def highest(name: Name) -> Peak:
-    """Largest value of a quantity."""
-    return Peak(_plain(name), "highest")
+def highest(name: Name, between: Between | None = None) -> Peak:
+    """Largest value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "highest", _window(between))
 
 
-def lowest(name: Name) -> Peak:
-    """Least value of a quantity."""
-    return Peak(_plain(name), "lowest")
+def lowest(name: Name, between: Between | None = None) -> Peak:
+    """Least value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "lowest", _window(between))
 
 
 def swing(name: Name) -> Swing:
@@ -218,19 +87,28 @@ def swing(name: Name) -> Swing:
     return Swing(_plain(name))
 
 
-def integral(*names: Name) -> Integral:
-    """Integral over time of a quantity, or of a product: work is that of torque and speed."""
-    return Integral(_some(names, "integral"), "integral")
+def integral(*names: Name, between: Between | None = None) -> Integral:
+    """Integral over time of a quantity, or of a product: work is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "integral"), "integral", _window(between))
 
 
-def mean(*names: Name) -> Integral:
-    """Mean over time of a quantity, or of a product: power is that of torque and speed."""
-    return Integral(_some(names, "mean"), "mean")
+def mean(*names: Name, between: Between | None = None) -> Integral:
+    """Mean over time of a quantity, or of a product: power is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "mean"), "mean", _window(between))
 
 
-def rms(*names: Name) -> Integral:
-    """Root of the mean over time of the square of a quantity, or of a product."""
-    return Integral(_some(names, "rms"), "rms")
+def rms(*names: Name, between: Between | None = None) -> Integral:
+    """Root of the mean over time of the square of a quantity, or of a product.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "rms"), "rms", _window(between))
 
 
 def instant(component: str, after: str = "", number: int = 0) -> Instant:
@@ -244,6 +122,63 @@ def instant(component: str, after: str = "", number: int = 0) -> Instant:
         Which of these, from 0; negative numbers count from the last.
     """
     return Instant(component, after, number)
+
+
+def at(time: float | Iterable[float], *names: Name) -> At:
+    """Value of a quantity, or of a product, at an instant, or its sum over several instants.
+
+    Where something jumps at that very instant, the value after it.
+
+    Parameters
+    ----------
+    time : float or iterable of float
+        Instants, s; 0 is the start.
+    names : names
+        The factors.
+    """
+    times = (float(time),) if isinstance(time, int | float) else tuple(float(t) for t in time)
+    if not times or any(not t >= 0 or math.isinf(t) for t in times):
+        raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
+    return At(times, _some(names, "at"))
+
+
+def at_event(
+    name: Name | tuple[Name, ...],
+    component: str,
+    after: str = "",
+    number: int | None = 0,
+    side: Literal["before", "after"] = "before",
+) -> AtEvent:
+    """Value of a quantity, or of a product, just before or after something happens.
+
+    Parameters
+    ----------
+    name : name, or tuple of names
+        The quantity, or the factors.
+    component, after : str
+        As in `Event`: the component, and its mode after the event in words (any if empty).
+    number : int or None
+        Which of these, from 0; negative numbers count from the last; None for the sum over all.
+    side : {"before", "after"}
+        Side of the event.
+    """
+    if side not in ("before", "after"):
+        raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
+    names = name if isinstance(name, tuple) else (name,)
+    return AtEvent(_some(names, "at_event"), component, after, number, side)
+
+
+def loss(component: str, number: int | None = None) -> Impact:
+    """Mechanical energy that a component loses in impacts, J: in all of them, or in one."""
+    return Impact(component, number, "loss")
+
+
+def impulse(component: str, number: int | None = 0) -> Impact:
+    """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
+
+    Of one impact of the component, or of all (``number=None``).
+    """
+    return Impact(component, number, "impulse")
 
 
 def frequency(mode: int) -> Frequency:
@@ -267,6 +202,16 @@ def clearance(excitations: Iterable[float]) -> Clearance:
         Frequencies to avoid, Hz.
     """
     return Clearance(tuple(float(f) for f in excitations))
+
+
+def _window(between: Between | None) -> Between | None:
+    """Two instants in order."""
+    if between is None:
+        return None
+    begin, end = map(float, between)
+    if not 0 <= begin < end < math.inf:
+        raise OptionError(f"between = {between!r}: two instants of the run in order, s.")
+    return begin, end
 
 
 def _plain(name: Name) -> str:

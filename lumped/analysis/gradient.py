@@ -7,17 +7,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-import casadi as ca
 import numpy as np
 
-from lumped.analysis.adjoint import Leg, Point, Steps, legs_of, sweep
-from lumped.analysis.extremes import Extreme, extremes, slope_function
-from lumped.analysis.functionals import Final, Functional, Instant, Integral, Peak
+from lumped.analysis.functionals import Functional
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
-from lumped.analysis.varied import slopes_at_zero, sources, varied_values
-from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.analysis.summed import END, Summed, check, differ, refuse
+from lumped.analysis.varied import slopes_at_zero, sources, tightened, varied_name, varied_values
+from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
@@ -56,7 +54,8 @@ class Gradient:
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Tolerance of the run. Derivatives are exact for its steps, and as accurate as these.
+        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
+        steps.
     """
 
     run: Trajectory
@@ -71,7 +70,7 @@ class Gradient:
 
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, to = pair
-        key = self.run.system.key(to)
+        key = varied_name(self.run.system, to)
         if key not in self.to:
             raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.to)}")
         return float(self.derivatives[self._row(of), self.to.index(key)])
@@ -158,8 +157,11 @@ def gradient(
     to : iterable of names, optional
         Parameters, given start values, and states, which stand for their start values; default
         is all parameters that can be changed.
-    until, parameters, start, rtol, method
+    until, parameters, start, method
         As for `simulate`.
+    rtol : float
+        Accuracy asked for, relative to the terms of which a derivative consists. The run is made
+        at a thousandth of it.
 
     Returns
     -------
@@ -177,142 +179,52 @@ def gradient(
     """
     wanted = tuple(of)
     p = system._flat.parameters
-    names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]
-    check(system, wanted, names)
+    names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
+    check(system, wanted, names, "gradient")
     labels = tuple(str(functional) for functional in wanted)
-    places, varied = sources(system, names, start or {})
+    own = [name for name in names if name != END]
+    places, varied = sources(system, own, start or {})
     run = simulate(
         system,
         until=until,
         parameters=parameters,
         start=start,
         grid=None if system.states else _GRID,
-        rtol=rtol,
+        rtol=tightened(rtol),
         method=method,
     )
     begin = clock.perf_counter()
-    steps, integrals = integrated(system, wanted)
-    legs = legs_of(run)
-    peaks = [k for k, functional in enumerate(wanted) if isinstance(functional, Peak)]
-    tops = extremes(run, legs, steps, [wanted[k] for k in peaks])  # type: ignore[misc]
-    values, points = np.zeros(len(wanted)), []
-    for k, functional in enumerate(wanted):
-        if isinstance(functional, Integral):
-            continue
-        top = tops[peaks.index(k)] if k in peaks else None
-        values[k], point = _point(run, legs, k, functional, top)
-        points.append(point)
-    by_states, by_parameters, totals, shared = sweep(run, legs, steps, points)
-    for total, k in zip(totals, integrals, strict=True):
-        functional = wanted[k]
-        assert isinstance(functional, Integral)
-        values[k], slope, _ = functional.outcome(float(total), until)
-        by_states[:, k] *= slope
-        by_parameters[:, k] *= slope
-    found = _chained(run, start or {}, places, varied, by_states, by_parameters)
-    _check_found(system, labels, names, found)
+    summed = Summed.of(run, wanted, tightened(rtol))
+    orders, columns, guards = summed.swept()
+    found = [_chained(run, start or {}, places, varied, *order) for order in orders]
+    derivatives = np.zeros((len(wanted), len(names)))
+    absent = np.zeros(derivatives.shape, dtype=bool)
+    inner = [i for i, name in enumerate(names) if name != END]
+    by_end = summed.by_end
+    done = 0
+    for k, column in enumerate(columns):
+        ways = np.concatenate([each[column] for each in found])
+        derivatives[k, inner] = ways[0]
+        apart = np.zeros(len(own), dtype=bool)
+        for way in ways[1:]:
+            apart |= differ(ways[0], way)
+        guard = guards[k]
+        if guard is not None:
+            moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
+            apart &= moves > 1e-12 * moves.max(initial=0.0)
+        absent[k, inner] = apart
+        ends = by_end[done : done + len(summed.owed[k].ways)]
+        done += len(ends)
+        for i in set(range(len(names))) - set(inner):
+            derivatives[k, i] = ends[0]
+            absent[k, i] = bool(differ(ends[:1], ends).any())
+    _check_found(system, labels, names, derivatives)
+    refuse(summed, labels, names, absent)
     seconds = clock.perf_counter() - begin
     units = tuple(functional.unit(system) for functional in wanted)
-    return Gradient(run, labels, tuple(names), values, units, found, shared, seconds, rtol)
-
-
-def check(system: System, wanted: Sequence[Functional], names: Sequence[str]) -> None:
-    """Refuse what makes no sense before a run."""
-    if not wanted:
-        raise OptionError(
-            "gradient: name at least one functional in `of`, such as "
-            "lumped.functionals.peak('shaft.tau')."
-        )
-    if not names:
-        raise OptionError(
-            f"{system.name}: nothing to vary; name parameters or start values in `to`."
-        )
-    for functional in wanted:
-        if not isinstance(functional, Functional):
-            raise OptionError(
-                f"gradient: {functional!r} in `of` is no functional; take one of "
-                "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
-            )
-        if not isinstance(functional, Instant):
-            system.expressions(
-                functional.names if isinstance(functional, Integral) else [functional.name]
-            )
-
-
-def integrated(system: System, wanted: Sequence[Functional]) -> tuple[Steps, list[int]]:
-    """Steps with all integrals, and to which functionals these belong."""
-    products, columns = [], []
-    for k, functional in enumerate(wanted):
-        if isinstance(functional, Integral):
-            names = tuple(system.key(name) for name in functional.names)
-            products.append(names * (2 if functional.kind == "rms" else 1))
-            columns.append(k)
-    return Steps.of(system, tuple(products), tuple(columns), len(wanted)), columns
-
-
-def _point(
-    run: Trajectory,
-    legs: list[Leg],
-    column: int,
-    functional: Final | Peak | Instant,
-    top: Extreme | None,
-) -> tuple[float, Point]:
-    """Value of a functional that looks at one instant, and what it owes to it."""
-    system, theta = run.system, run.theta
-    if isinstance(functional, Instant):
-        leg, t = _event(run, legs, functional)
-        none = np.zeros(len(system.states)), np.zeros(len(theta))
-        return t, Point(leg, t, column, *none, leg, 1.0)
-    name = system.key(functional.name)
-    if top is None:
-        last = legs[-1]
-        top = Extreme(len(legs) - 1, float(last.t[-1]), 1.0, 0, last.x[-1], last.settings[-1])
-    at = (top.x, theta, top.time, top.settings)
-    y, by_states, by_parameters = (
-        np.asarray(v).ravel() for v in _differentiated(system, name)(*at)
+    return Gradient(
+        run, labels, tuple(names), summed.values, units, derivatives, summed.shared, seconds, rtol
     )
-    sign = top.sign if isinstance(functional, Peak) and functional.kind == "peak" else 1.0
-    late = sign * float(slope_function(system, name)(*at)) if top.edge else 0.0
-    slopes = sign * by_states, sign * by_parameters
-    return sign * float(y[0]), Point(top.leg, top.time, column, *slopes, top.edge, late)
-
-
-def _differentiated(system: System, name: str) -> ca.Function:
-    """A quantity and its derivatives by states and parameters: (x, p, t, m)."""
-    key = ("differentiated", name)
-    if key not in system.made:
-        x, p, _, _ = system._inputs
-        y = system.expressions([name])
-        results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p))]
-        system.made[key] = ca.Function("differentiated", system._inputs, results)
-    found: ca.Function = system.made[key]
-    return found
-
-
-def _event(run: Trajectory, legs: list[Leg], wanted: Instant) -> tuple[int, float]:
-    """Leg that begins at an event, and when."""
-    times = [
-        event.time
-        for event in run.events
-        if event.component == wanted.component and wanted.after in ("", event.after)
-    ]
-    label = str(wanted)
-    if not -len(times) <= wanted.number < len(times):
-        known = sorted(
-            {f"{e.component}, {e.after}" if e.after else e.component for e in run.events}
-        )
-        raise OptionError(
-            f"{run.system.name}: {label}: there are {len(times)} such events in this run. Events "
-            f"are: {'; '.join(known[:8]) or 'none'}."
-        )
-    time = times[wanted.number]
-    leg = next((k for k, leg in enumerate(legs) if k and leg.t[0] == time), None)
-    if leg is None:
-        raise OptionError(
-            f"{run.system.name}: {label} is at t = {time:g} s, where the run begins or ends; this "
-            "instant does not move."
-        )
-    return leg, time
 
 
 def _chained(
@@ -350,10 +262,3 @@ def _check_found(
             f"{system.name}: the derivative of {labels[row]} by {names[column]} is not finite. "
             "Change this value, or leave it out of `to`."
         )
-    for label, row in zip(labels, found, strict=True):
-        if not row.any():
-            more = f" and {len(names) - 8} more" if len(names) > 8 else ""
-            raise OptionError(
-                f"{system.name}: {label} does not depend on {', '.join(names[:8])}{more}: all its "
-                "derivatives are exactly zero. Vary something else, or leave it out of `of`."
-            )

@@ -11,7 +11,7 @@ from lumped.analysis.calls import called
 from lumped.switching import Switching
 from lumped.system import System
 
-__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "Situation", "hold_words"]
+__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "Situation", "hold_words", "turned"]
 
 STUCK, FORWARD, BACKWARD = 0, 1, 2
 """Parts of the mode of a hold."""
@@ -160,6 +160,18 @@ class Holds:
         stuck, forward, backward = modes[self._parts[:, hold]] > 0.5
         words = hold_words(self.switching, hold)
         return words[0 if stuck else 1 if forward else 2 if backward else 3]
+
+
+def turned(
+    system: System, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray, number: int
+) -> np.ndarray:
+    """Settings with one condition changed: to its contrary, or to the next piece at hand."""
+    s, found, run = system.switching, settings.copy(), 0.0
+    if s.is_table[number]:
+        (row,) = called(system, "look")(x, theta, t, settings)
+        run = float(row[number] - row[len(s.conditions) + number])
+    s.turn(found, number, run)
+    return found
 
 
 def hold_words(switching: Switching, hold: int) -> tuple[str, str, str, str]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from lumped.analysis.calls import Call, expanded
 from lumped.analysis.dense import Method, interpolated
@@ -45,55 +43,57 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
     return expanded(function, system) if method == "explicit" else function
 
 
-def backwards(step: ca.Function, chosen: np.ndarray) -> ca.Function:
+def backwards(step: ca.Function, results: int) -> ca.Function:
     """Adjoints before a step from those after it.
 
-    (adjoint, states and parameters, t, h, m) -> adjoint, derivatives by parameters, integrals.
+    (adjoint, states and parameters, t, h, m, chosen) -> adjoint, derivatives by parameters,
+    integrals; `chosen` holds the derivatives of the results by the integrals.
 
     Parameters
     ----------
     step : Function
         From `step_function`.
-    chosen : ndarray, shape (integrals, k)
-        Derivatives of the k results by the integrals.
+    results : int
+        Their number.
     """
     n, p, m = (step.size1_in(i) for i in (0, 1, 4))
     kind: Any = ca.SX if step.is_a("SXFunction") else ca.MX
-    after, both = kind.sym("after", n, chosen.shape[1]), kind.sym("both", n + p)
+    after, both = kind.sym("after", n, results), kind.sym("both", n + p)
     t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
+    chosen = kind.sym("chosen", step.size1_out(1), results)
     x, theta = ca.vertsplit(both, [0, n, n + p])
     new, integrals = step(x, theta, t, h, modes)
-    seeds = ca.vertcat(after, kind(ca.DM(chosen)))
+    seeds = ca.vertcat(after, chosen)
     found = ca.densify(ca.jtimes(ca.vertcat(new, integrals), both, seeds, True))
-    results = [*ca.vertsplit(found, [0, n, n + p]), ca.densify(integrals)]
-    return ca.Function("back", [after, both, t, h, modes], results)
+    outputs = [*ca.vertsplit(found, [0, n, n + p]), ca.densify(integrals)]
+    return ca.Function("back", [after, both, t, h, modes, chosen], outputs)
 
 
 def chained(back: ca.Function, parameters: int, count: int) -> Call:
     """Several steps backwards.
 
-    (adjoint, x, p, t, h, m) -> adjoint, derivatives by p, integrals; columns of x, t, h and m are
-    the steps, the first one first; results are sums over the steps, but for the adjoint.
+    (adjoint, x, p, t, h, m, chosen) -> adjoint, derivatives by p, integrals; columns of x, t, h
+    and m are the steps, the first one first; results are sums over the steps, but for the adjoint.
     """
     n, k = back.size_in(0)
     m = back.size1_in(4)
     adjoint, theta = ca.MX.sym("adjoint", n, k), ca.MX.sym("p", parameters)
     xs, ts, hs = ca.MX.sym("x", n, count), ca.MX.sym("t", 1, count), ca.MX.sym("h", 1, count)
-    ms = ca.MX.sym("m", m, count)
+    ms, chosen = ca.MX.sym("m", m, count), ca.MX.sym("chosen", *back.size_in(5))
     columns = [ca.horzsplit(v) for v in (xs, ts, hs, ms)]
     by_p, total = (ca.MX.zeros(*back.size_out(i)) for i in (1, 2))
     before = adjoint
     for x, time, length, setting in reversed(list(zip(*columns, strict=True))):
-        before, more, part = back(before, ca.vertcat(x, theta), time, length, setting)
+        both = ca.vertcat(x, theta)
+        before, more, part = back(before, both, time, length, setting, chosen)
         by_p, total = by_p + more, total + part
-    inputs = [adjoint, xs, theta, ts, hs, ms]
+    inputs = [adjoint, xs, theta, ts, hs, ms, chosen]
     return Call(ca.Function("sweep", inputs, [before, by_p, total]))
 
 
-def looked(system: System, method: Method, names: Sequence[str]) -> ca.Function:
-    """Quantities inside a step: (x, p, t, h, m) -> shape (names, FRACTIONS)."""
+def looked(system: System, method: Method, quantities: ca.Function) -> ca.Function:
+    """Quantities inside a step: (x, p, t, h, m) -> shape (quantities, FRACTIONS)."""
     x, p, t, h, m = _symbols(system)
-    quantities = system.function(names)
 
     def rate(x: ca.MX, t: ca.MX) -> ca.MX:
         return system.rhs(x, p, t, m)

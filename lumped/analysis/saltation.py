@@ -1,7 +1,8 @@
-"""How derivatives of states jump where a run stops."""
+"""How derivatives of states jump where a run stops: the rules for all who differentiate runs."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -9,124 +10,78 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.analysis.changes import Blow, Changes
 from lumped.analysis.instants import clocks
+from lumped.analysis.jumps import Crossing, Jump, Side
 from lumped.analysis.result import Trajectory
 from lumped.errors import SolverError
 from lumped.system import System
 
-__all__ = ["Jump", "Saltation", "coincide"]
+__all__ = ["TURNING", "Saltation"]
 
-Side = tuple[np.ndarray, np.ndarray]
-"""States and settings on one side of an instant."""
+_Place = tuple[np.ndarray, np.ndarray, float, np.ndarray]
+"""States, parameters, time, settings."""
+
+TURNING = 10.0
+"""Margins that turn back before they cross, or soon after, by less than so many tolerances of the
+run, relative to their size before, are only touched."""
 
 _TOUCHED = 10
 """Margins count as used up within so many of their tolerances."""
 
+_RESTING = 1e-12
+"""Height, m or rad, of bounces that are rounding."""
 
-class Jump(NamedTuple):
-    """Derivatives at an instant ``t(x, p)`` at which the run stops; its own are ``t_x``, ``t_p``.
+_MOST = 4
+"""Different causes at one instant whose orders are all followed."""
 
-    Sensitivities S become ``states S + parameters + drift (t_x S + t_p)``. Leine and Nijmeijer,
-    Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
+
+class _Cause(NamedTuple):
+    """One reason why a run stops.
 
     Attributes
     ----------
-    states, parameters : scipy.sparse.csc_array, shapes (n, n) and (n, p)
-        Of the states after it by those before it and by the parameters.
-    drift : ndarray, shape (n,)
-        What a later instant adds to the states: ``g_x f_before + g_t - f_after``.
-    instants : ndarray, shape (r, n + p)
-        Derivatives of the instant by states and parameters, one row for each that stops the run
-        there; no row if it is fixed.
-    shared : bool
-        Statically indeterminate constraints let go; the derivatives hold their shares fixed.
+    used : tuple of int
+        Margins that are used up.
+    row : ndarray, shape (n + p,)
+        Derivatives of the instant.
+    names : tuple of str
+        Components.
+    modes : tuple of int
+        What changes with it.
+    gap : ndarray or None, shape (n + p,)
+        Derivatives of a gap that closes at the end of ever smaller bounces.
     """
 
-    states: scipy.sparse.csc_array
-    parameters: scipy.sparse.csc_array
-    drift: np.ndarray
-    instants: np.ndarray
-    shared: bool
-
-    def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Sensitivities after it, shape (n, k), and of the instant, (k,); None if ambiguous.
-
-        Parameters
-        ----------
-        S, seed : ndarray, shapes (n, k) and (p, k)
-            Derivatives of states and parameters by what is varied.
-        """
-        found = self.instants @ np.vstack([S, seed])
-        if _differ(found):
-            return None
-        t_p = found[0] if len(found) else np.zeros(S.shape[1])
-        return self.states @ S + self.parameters @ seed + np.outer(self.drift, t_p), t_p
-
-    def backward(
-        self, adjoint: np.ndarray, late: np.ndarray, size: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """The transposed: adjoints before it and what it adds by parameters; None if ambiguous.
-
-        Parameters
-        ----------
-        adjoint : ndarray, shape (n, k)
-            Derivatives of k results by the states after it.
-        late : ndarray, shape (k,)
-            Derivatives of the results by the instant itself.
-        size : ndarray, shape (n + p,)
-            Sizes of states and parameters.
-        """
-        if _differ(self.instants * size):
-            return None
-        n = len(self.drift)
-        before, by_parameters = self.states.T @ adjoint, self.parameters.T @ adjoint
-        if len(self.instants):
-            weight = self.drift @ adjoint + late
-            before = before + np.outer(self.instants[0, :n], weight)
-            by_parameters = by_parameters + np.outer(self.instants[0, n:], weight)
-        return before, by_parameters
-
-
-def _differ(rows: np.ndarray) -> bool:
-    """Whether derivatives of one instant contradict each other."""
-    if len(rows) < 2:
-        return False
-    return bool(np.ptp(rows, axis=0).max() > 1e-6 * (1e-6 + np.abs(rows).max()))
-
-
-def coincide(run: Trajectory, t: float) -> SolverError:
-    """What is raised where derivatives of an instant contradict each other."""
-    return SolverError(
-        f"{run.system.name}: at t = {t:.9g} s different changes coincide (see run.events); "
-        "which comes first depends on the parameters, so the run has no derivative there.",
-        run,
-    )
-
-
-class _Impact(NamedTuple):
-    """Constraints that close, those that take impulses, whether any bounces, modes after it."""
-
-    hits: tuple[int, ...]
-    members: tuple[int, ...]
-    bounce: bool
-    modes: np.ndarray
+    used: tuple[int, ...]
+    row: np.ndarray
+    names: tuple[str, ...]
+    modes: tuple[int, ...]
+    gap: np.ndarray | None = None
 
 
 class Saltation:
     """Jumps of the derivatives of one system."""
 
     def __init__(self, system: System) -> None:
-        self.system = system
+        self.system, self.changes = system, Changes(system)
         self.inputs = system._inputs
-        x, p, _, _ = self.inputs
+        x, p, t, _ = self.inputs
         self.clocks = [clock for clock in clocks(system) if clock.moves]
         arguments = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in self.clocks))
-        slopes = [ca.densify(ca.jacobian(arguments, by)) for by in (self.inputs[2], p)]
+        slopes = [ca.densify(ca.jacobian(arguments, by)) for by in (t, p)]
         self.clocked = ca.Function("clocked", self.inputs, [ca.densify(arguments), *slopes])
         margins = system._in_states(system.switching.margins[0])
         by_both = ca.jacobian(margins, ca.vertcat(x, p))
         self.margins = ca.Function("margins", self.inputs, [by_both])
-        self._made: dict[object, ca.Function] = {}
+        along = ca.vertcat(system.rates, 1)
+        rates = ca.jtimes(margins, ca.vertcat(x, t), along)
+        speeds = system._in_states(system.switching.speed)
+        by_both = ca.densify(ca.jacobian(speeds, ca.vertcat(x, p)))
+        self.speeds = ca.Function("speeds", self.inputs, [by_both])
+        self.bends = ca.Function(
+            "bends", self.inputs, [ca.densify(ca.jtimes(rates, ca.vertcat(x, t), along))]
+        )
 
     @classmethod
     def of(cls, system: System) -> Saltation:
@@ -136,70 +91,158 @@ class Saltation:
         made: Saltation = system.made["saltation"]
         return made
 
-    def at(self, run: Trajectory, t: float, old: Side, new: Side) -> Jump:
+    def at(
+        self, run: Trajectory, t: float, old: Side, new: Side, rtol: float, sizes: np.ndarray
+    ) -> Crossing:
         """Derivatives at an instant between two sides.
+
+        Parameters
+        ----------
+        rtol : float
+            Relative accuracy of the run.
+        sizes : ndarray
+            How large each margin was before.
 
         Raises
         ------
         SolverError
             If there are none.
         """
+        causes = self._causes(run, t, old, new, rtol * sizes)
+        if len(causes) <= 1:
+            cause = causes[0] if causes else self._fixed(run, t, new)
+            return Crossing(t, ((self._jump(run, t, old, new, cause),),))
+        names = list(dict.fromkeys(n for cause in causes for n in cause.names))
+        owned = {mode for cause in causes for mode in cause.modes}
+        changed = np.flatnonzero(old[1][: self._count] != new[1][: self._count])
+        if len(causes) > _MOST or not set(changed.tolist()) <= owned:
+            raise SolverError(
+                f"{self.system.name}: at t = {t:.9g} s changes of {', '.join(names)} coincide, and "
+                "which comes first depends on the parameters; this is followed only where each "
+                "change is that of its own component alone. Change a parameter a little, so that "
+                "one comes first.",
+                run,
+            )
+        orders = [self._ordered(run, t, old, new, o) for o in itertools.permutations(causes)]
+        return Crossing(t, tuple(orders))
+
+    @property
+    def _count(self) -> int:
+        return self.system._flat.mode_count
+
+    def _ordered(
+        self, run: Trajectory, t: float, old: Side, new: Side, causes: tuple[_Cause, ...]
+    ) -> tuple[Jump, ...]:
+        """Jumps of several causes in this order."""
+        jumps: list[Jump] = []
+        side = old
+        for number, cause in enumerate(causes):
+            if cause.used and number:
+                cause = cause._replace(row=self._row(run, t, side, list(cause.used), cause.names))
+            settings = side[1].copy()
+            settings[list(cause.modes)] = new[1][list(cause.modes)]
+            if number == len(causes) - 1:
+                after = new
+            else:
+                after = self._struck(run, t, side, settings, cause), settings
+            jumps.append(self._jump(run, t, side, after, cause))
+            side = after
+        return tuple(jumps)
+
+    def _struck(
+        self, run: Trajectory, t: float, side: Side, settings: np.ndarray, cause: _Cause
+    ) -> np.ndarray:
+        """States after one of several causes: the first that is possible."""
+        for act in self._acts(cause.used, side[1], settings):
+            function = self.changes.states(*act, settings)
+            return np.asarray(function(side[0], run.theta, t, side[1])[0]).ravel()
+        return side[0]
+
+    def _jump(self, run: Trajectory, t: float, old: Side, new: Side, cause: _Cause) -> Jump:
+        """Derivatives across what one cause changes."""
         theta, point = run.theta, (old[0], run.theta, t, old[1])
-        instants, used = self._instant(run, t, old, new)
-        for function in self._changes(used, old, new):
-            x, by_states, by_parameters, drift = function(*point)
+        for act in self._acts(cause.used, old[1], new[1]):
+            x, by_states, by_parameters, along = self.changes.states(*act, new[1])(*point)
             gap = np.abs(np.asarray(x).ravel() - new[0]) / (1.0 + np.abs(new[0]))
             if gap.max(initial=0.0) < 1e-7:
                 break
         else:
             raise SolverError(
                 f"{self.system.name}: at t = {t:.9g} s several changes follow each other at once "
-                "(see run.events); derivatives are not followed across that.",
+                f"({', '.join(cause.names)}); derivatives are not followed across that.",
                 run,
             )
         after = np.asarray(self.system.rhs(new[0], theta, t, new[1])).ravel()
-        late = np.asarray(drift).ravel() - after
+        drift = np.asarray(along).ravel() - after
         s = self.system.switching
-        lets_go = {h for kind, h in (s.rows[i] for i in used) if kind in ("upper", "lower")}
+        lets_go = {h for kind, h in (s.rows[i] for i in cause.used) if kind in ("upper", "lower")}
         shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
-        return Jump(_sparse(by_states), _sparse(by_parameters), late, instants, shared)
+        by_x, by_p = _sparse(by_states), _sparse(by_parameters)
+        settles = cause.gap is not None
+        if cause.gap is not None:
+            by_gap, gap_by_p = np.split(cause.gap, [len(drift)])
+            along_gap = by_gap / (by_gap @ by_gap)
+            kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
+            by_x, drift = kept @ by_x, kept @ drift
+            by_p = kept @ by_p - scipy.sparse.csc_array(np.outer(along_gap, gap_by_p))
+        return Jump(by_x, by_p, drift, cause.row, cause.names, shared, old, new, act, settles)
 
-    def _instant(
-        self, run: Trajectory, t: float, old: Side, new: Side
-    ) -> tuple[np.ndarray, list[int]]:
-        """Derivatives of an instant, and which margins are used up there."""
-        system, point = self.system, (old[0], run.theta, t, old[1])
-        count, n = system._flat.mode_count, len(old[0])
-        changed = old[1][:count] != new[1][:count]
-        left, tolerance = (np.asarray(v).ravel() for v in system.margins(*point))
-        rates = np.asarray(system.margin_rates(*point)).ravel()
-        used = np.flatnonzero((left <= _TOUCHED * tolerance) & (rates < 0)).tolist()
-        rows = self._timed(run, point, changed)
-        if len(rows):
-            return np.hstack([np.zeros((len(rows), n)), rows]), used
-        if used:
-            rows = _sparse(self.margins(*point))[used].toarray()
-            return -rows / rates[used, None], used
-        if changed.any():
+    def _fixed(self, run: Trajectory, t: float, new: Side) -> _Cause:
+        """An instant that does not move."""
+        return _Cause((), np.zeros(len(new[0]) + len(run.theta)), _happening(run, t), ())
+
+    def _causes(
+        self, run: Trajectory, t: float, old: Side, new: Side, accuracy: np.ndarray
+    ) -> list[_Cause]:
+        """Why the run stops here: one cause for each instant that can move by itself."""
+        point = (old[0], run.theta, t, old[1])
+        changed = old[1][: self._count] != new[1][: self._count]
+        owners = _happening(run, t, timed=True)
+        causes = [
+            _Cause((), np.append(np.zeros(len(old[0])), row), owners, modes)
+            for modes, row in self._timed(run, point, changed)
+        ]
+        left, tolerance = (np.asarray(v).ravel() for v in self.system.margins(*point))
+        rates = np.asarray(self.system.margin_rates(*point)).ravel()
+        smooth = self._smooth(point, new)
+        near = left <= _TOUCHED * tolerance
+        resting = near & self._resting(point, new, rates)
+        used = np.flatnonzero((near & (rates < 0)) | resting).tolist()
+        for i in self._acting(used, old, new, changed):
+            if resting[i]:
+                causes.append(self._settled(point, i))
+                continue
+            row = self._row(run, t, old, [i], self._names([i]))
+            if not smooth and self._grazes(point, i, row, rates[i], accuracy[i]):
+                raise SolverError(
+                    f"{self.system.name}: at t = {t:.9g} s {', '.join(self._names([i]))} only "
+                    "touches what changes it, within the accuracy of the run; there is no "
+                    "derivative there. Tighten rtol if it does cross, or change a parameter.",
+                    run,
+                )
+            causes.append(_Cause((i,), row, self._names([i]), self._modes(i)))
+        if not causes and changed.any() and not smooth:
             raise SolverError(
-                f"{system.name}: at t = {t:.9g} s modes change, but what changes them is "
-                "touched without being crossed; the run has no derivative there.",
+                f"{self.system.name}: at t = {t:.9g} s modes change "
+                f"({', '.join(_happening(run, t))}), but what changes them is touched without "
+                "being crossed; the run has no derivative there.",
                 run,
             )
-        return np.zeros((0, n + len(run.theta))), used
+        sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(run.theta)])
+        return _merged(causes, sizes)
 
-    def _timed(self, run: Trajectory, point: tuple[object, ...], changed: np.ndarray) -> np.ndarray:
-        """Derivatives by the parameters of an instant at which functions of time change."""
+    def _timed(
+        self, run: Trajectory, point: _Place, changed: np.ndarray
+    ) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+        """Functions of time that change at an instant: modes, derivatives of it by parameters."""
         place, slope, by_parameters = (np.asarray(v) for v in self.clocked(*point))
-        rows = []
         for k, clock in enumerate(self.clocks):
             if not changed[clock.condition.mode]:
                 continue
             here, fast = float(place[k, 0]), float(slope[k, 0])
             number = clock.number(np.array([here]))
             borders = clock.border(np.concatenate([number, number + 1]))
-            off = np.abs(borders - here).min()
-            if off > 1e-9 * (1.0 + abs(here) + abs(fast)):
+            if np.abs(borders - here).min() > 1e-9 * (1.0 + abs(here) + abs(fast)):
                 continue  # it jumped there, because something else changed
             if fast == 0.0:
                 raise SolverError(
@@ -208,67 +251,147 @@ class Saltation:
                     "no derivative there.",
                     run,
                 )
-            rows.append(-by_parameters[k] / fast)
-        return np.array(rows).reshape(len(rows), len(run.theta))
+            yield tuple(clock.condition.modes), -by_parameters[k] / fast
 
-    def _changes(self, used: list[int], old: Side, new: Side) -> Iterator[ca.Function]:
-        """What may become of the states: (x, p, t, m) -> states, derivatives by x and p, drift."""
+    def _smooth(self, point: _Place, new: Side) -> bool:
+        """Whether states and rates are the same on both sides, so that no change matters."""
+        rates = [
+            np.asarray(self.system.rhs(x, *point[1:3], m)).ravel()
+            for x, m in ((point[0], point[3]), new)
+        ]
+        size = np.abs(rates[0]).max(initial=0.0)
+        same = bool((point[0] == new[0]).all())
+        return same and bool(np.abs(rates[0] - rates[1]).max(initial=0.0) <= 1e-9 * (1 + size))
+
+    def _resting(self, point: _Place, new: Side, rates: np.ndarray) -> np.ndarray:
+        """Margins of gaps that close after ever smaller bounces, to rest."""
+        s, found = self.system.switching, np.zeros(len(rates), dtype=bool)
+        for i, (kind, h) in enumerate(s.rows):
+            found[i] = kind == "slide" and s.has_gap[h] and new[1][s.first_modes[h]] > 0.5
+        if found.any():
+            bends = np.asarray(self.bends(*point)).ravel()
+            found &= (bends < 0) & (rates**2 <= -2 * bends * _RESTING)
+        return found
+
+    def _settled(self, point: _Place, margin: int) -> _Cause:
+        """A gap that closes to rest: the instant is that of its standstill.
+
+        Its speed is rounding then, so that the gap does not tell the instant any more.
+        """
+        bend = float(np.asarray(self.bends(*point)).ravel()[margin])
+        gap = _sparse(self.margins(*point))[[margin]].toarray().ravel()
+        speed = np.asarray(self.speeds(*point))[self.system.switching.rows[margin][1]]
+        return _Cause((margin,), -speed / bend, self._names([margin]), self._modes(margin), gap)
+
+    def _acting(self, used: list[int], old: Side, new: Side, changed: np.ndarray) -> list[int]:
+        """Margins that are used up and whose modes or states change."""
+        s, found = self.system.switching, []
+        jumping = {jump.mode for jump in s.jumps}
+        for i in used:
+            kind, k = s.rows[i]
+            if kind == "relation":
+                mode = int(s.relation_modes[k])
+                acts = changed[mode] or (mode in jumping and not old[1][mode])
+            else:
+                first = int(s.first_modes[k])
+                acts = changed[first : first + 5].any() or (kind == "slide" and s.has_gap[k])
+            if acts:
+                found.append(i)
+        return found
+
+    def _modes(self, margin: int) -> tuple[int, ...]:
+        """Modes that belong to a margin."""
+        s = self.system.switching
+        kind, k = s.rows[margin]
+        if kind != "relation":
+            first = int(s.first_modes[k])
+            return tuple(range(first, first + 5))
+        mode = int(s.relation_modes[k])
+        engaged = [int(s.first_modes[h]) for h in np.flatnonzero(s.engaged == mode)]
+        return (*s.conditions[k].modes, *(first + i for first in engaged for i in range(5)))
+
+    def _names(self, margins: list[int]) -> tuple[str, ...]:
+        s, names = self.system.switching, []
+        for kind, k in (s.rows[i] for i in margins):
+            names.append(s.relation_text(k, True)[0] if kind == "relation" else s.names[k])
+        return tuple(dict.fromkeys(names))
+
+    def _row(
+        self, run: Trajectory, t: float, side: Side, used: list[int], names: tuple[str, ...]
+    ) -> np.ndarray:
+        """Derivatives of the instant at which a margin is used up."""
+        point = (side[0], run.theta, t, side[1])
+        rate = float(np.asarray(self.system.margin_rates(*point)).ravel()[used[0]])
+        if not rate < 0:
+            raise SolverError(
+                f"{self.system.name}: at t = {t:.9g} s changes coincide, and {', '.join(names)} "
+                "would not change if another came first; the run has no derivative there.",
+                run,
+            )
+        row = _sparse(self.margins(*point))[[used[0]]].toarray().ravel()
+        found: np.ndarray = -row / rate
+        return found
+
+    def _grazes(
+        self,
+        point: _Place,
+        margin: int,
+        row: np.ndarray,
+        rate: float,
+        accuracy: float,
+    ) -> bool:
+        """Whether a margin would turn back within the accuracy of the run."""
+        bend = float(np.asarray(self.bends(*point)).ravel()[margin])
+        if bend <= 0:
+            return False
+        return bool(rate**2 / (2 * bend) <= TURNING * accuracy)
+
+    def _acts(
+        self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray
+    ) -> Iterator[tuple[tuple[int, ...], Blow | None]]:
+        """What may become of the states: `when` statements, and bodies that hit each other."""
         s = self.system.switching
         rows = [s.rows[i] for i in used]
         risen = {int(s.relation_modes[k]) for kind, k in rows if kind == "relation"}
-        risen |= set(np.flatnonzero(new[1] > old[1]).tolist())
-        jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[1][w.mode])
+        risen |= set(np.flatnonzero(new > old).tolist())
+        jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[w.mode])
         impulsive = ~(s.has_upper & s.has_lower)
-        was, now = (side[1][s.first_modes] > 0.5 for side in (old, new))
+        was, now = (side[s.first_modes] > 0.5 for side in (old, new))
         bodies = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
-        hits = bodies | set(np.flatnonzero(now & ~was & impulsive).tolist())
+        hits = sorted(bodies | set(np.flatnonzero(now & ~was & impulsive).tolist()))
         for stay in (was & impulsive, was & now & impulsive) if hits else ():
-            for bounce in (True, False):
-                members = np.flatnonzero(stay).tolist()
-                impact = _Impact(
-                    tuple(sorted(hits)), tuple(sorted({*hits, *members})), bounce, new[1]
-                )
-                yield self._change(jumps, impact)
+            members = tuple(sorted({*hits, *np.flatnonzero(stay).tolist()}))
+            # what sticks afterwards did not bounce
+            for bounces in (tuple(not now[h] for h in hits), (True,) * len(hits)):
+                yield jumps, Blow(tuple(zip(hits, map(bool, bounces), strict=True)), members)
         if not bodies:
-            yield self._change(jumps, None)
+            yield jumps, None
 
-    def _change(self, jumps: tuple[int, ...], impact: _Impact | None) -> ca.Function:
-        """One possible change: of `when` statements, and of bodies that hit each other."""
-        count = self.system._flat.mode_count
-        key = jumps, impact and (*impact[:3], impact.modes[:count].tobytes())
-        if key not in self._made:
-            x, p, t, _ = self.inputs
-            rates = self.system.rates
-            x_new = ca.SX(x)
-            place = {node: i for i, node in enumerate(self.system.states)}
-            values = self.system._in_states(self.system.switching.values)
-            for j in jumps:
-                jump = self.system.switching.jumps[j]
-                for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
-                    if node in place:
-                        x_new[place[node]] = sign * values[jump.first + i]
-            if impact is not None:
-                x_new = x_new + self._impulse(x_new, impact)
-            drift = ca.jtimes(x_new, ca.vertcat(x, t), ca.vertcat(rates, 1))
-            outputs = [x_new, ca.jacobian(x_new, x), ca.jacobian(x_new, p), ca.densify(drift)]
-            self._made[key] = ca.Function("change", self.inputs, outputs)
-        return self._made[key]
 
-    def _impulse(self, x: ca.SX, impact: _Impact) -> ca.SX:
-        """Jump of the states where constraints close (see `Impacts` for the law)."""
-        s, count = self.system.switching, self.system._flat.mode_count
-        _, p, t, m = self.inputs
-        rest = ca.vertcat(ca.SX(ca.DM(impact.modes[:count])), m[count:])
-        both = self.system._in_states(ca.horzcat(s.speed, s.restitution))
-        closing = ca.Function("closing", self.inputs, [both])(x, p, t, m)
-        for h, first in enumerate(s.first_modes.tolist()):
-            rest[first : first + 5] = ca.DM([h in impact.members, 0, 0, 0, 0])
-        push = ca.SX(rest)
-        for h in impact.hits:
-            again = 1 + closing[h, 1] if impact.bounce else 1
-            push[int(s.first_modes[h]) + 4] = -again * closing[h, 0]
-        jump: ca.SX = self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
-        return jump
+def _merged(causes: list[_Cause], sizes: np.ndarray) -> list[_Cause]:
+    """Causes whose instants move alike are one."""
+    found: list[_Cause] = []
+    for cause in causes:
+        for i, other in enumerate(found):
+            both = np.abs(np.array([cause.row, other.row]) * sizes)
+            apart = np.abs((cause.row - other.row) * sizes).max(initial=0.0)
+            if apart <= 1e-6 * (1e-6 + both.max(initial=0.0)):
+                names = tuple(dict.fromkeys((*other.names, *cause.names)))
+                modes = tuple(dict.fromkeys((*other.modes, *cause.modes)))
+                found[i] = _Cause((*other.used, *cause.used), other.row, names, modes)
+                break
+        else:
+            found.append(cause)
+    return found
+
+
+def _happening(run: Trajectory, t: float, timed: bool = False) -> tuple[str, ...]:
+    """Components with an event at an instant; those of functions of time alone if `timed`."""
+    names = []
+    for event in run.events:
+        if event.time == t and not (timed and (event.before or event.after)):
+            names += event.component.split(", ")
+    return tuple(dict.fromkeys(names))
 
 
 def _sparse(matrix: ca.DM) -> scipy.sparse.csc_array:

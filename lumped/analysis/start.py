@@ -254,7 +254,9 @@ class _Start:
         found = made["start slopes"](self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
-        rows.update(varied)
+        for unknown, slope in varied.items():
+            # a start value that is an expression of parameters moves with these too
+            rows[unknown] = rows.get(unknown, none) + slope
         S = np.zeros((len(x), seed.shape[1]))
         for unknown in (*flat.starts, *varied):
             node = self.reduced.node(unknown)

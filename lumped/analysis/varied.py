@@ -9,9 +9,27 @@ import numpy as np
 from lumped.analysis.result import Trajectory
 from lumped.analysis.start import start_slopes
 from lumped.errors import OptionError, SolverError
-from lumped.system import Changes, System
+from lumped.system import Changes, Name, System
 
-__all__ = ["slopes_at_zero", "sources", "varied_values"]
+__all__ = ["END", "slopes_at_zero", "sources", "tightened", "varied_name", "varied_values"]
+
+END = "until"
+"""Name by which the end of a run is varied."""
+
+
+def tightened(rtol: float) -> float:
+    """Tolerance of a run whose derivatives shall be right to `rtol` or a little more.
+
+    A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
+    """
+    return max(1e-3 * rtol, min(rtol, 1e-13))
+
+
+def varied_name(system: System, name: Name) -> str:
+    """Name of what is varied; `END` if no parameter has this name."""
+    if name == END and END not in system.parameters:
+        return END
+    return system.key(name)
 
 
 def sources(
@@ -57,6 +75,8 @@ def slopes_at_zero(
 
     Raises
     ------
+    OptionError
+        If a state is named whose start value is determined by others.
     SolverError
         If states jump there.
     """
@@ -67,11 +87,32 @@ def slopes_at_zero(
             "followed across that. Give start values after the impact.",
             run,
         )
+    _refuse_fixed(run.system, varied, S)
     return S
+
+
+def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarray) -> None:
+    """Refuse start values of states that other given values determine."""
+    reduced, tree = system._reduced, system._tree
+    place = {node: i for i, node in enumerate(system.states)}
+    for unknown, unit in varied.items():
+        node = reduced.node(unknown)
+        if node not in place:
+            continue
+        own = float(reduced.aliases.signs[unknown]) * S[place[node]]
+        if (np.abs(own - unit)[unit != 0] > 1e-9).any():
+            given = sorted(tree.unknown_name(u) for u in system._flat.given)
+            raise OptionError(
+                f"{system.name}: {tree.unknown_name(unknown)} cannot be varied at the start: other "
+                f"start values or initial equations determine it. Vary these instead"
+                f"{': ' * bool(given)}{', '.join(given[:8])}."
+            )
 
 
 def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
     p = run.system._flat.parameters
     known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
+    end = {END: float(run.t[-1])} if END not in known else {}
+    known |= end
     return np.array([known[n] if n in known else float(run[n][0]) for n in names])

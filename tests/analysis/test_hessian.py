@@ -94,8 +94,55 @@ def test_where_there_are_no_second_derivatives_this_is_said():
         )
     )
     text = message(SolverError, call(system=switched))
-    assert "the run stops at t = 0.625 s" in text
-    assert "runs without events" in text
+    assert "at t = 0.625 s One changes" in text
+    assert "rates jump" in text
+
+
+def test_a_kink_of_the_rates_is_followed():
+    # x' = -x, y' = max(0, x - b) for x > b: y(T) = x_0 - b - b log(x_0 / b)
+    def equations(self):
+        yield lp.der(self.x) == -self.x
+        yield lp.der(self.y) == where(self.x > self.b, self.x - self.b, 0)
+
+    system = lp.assemble(
+        one(
+            equations,
+            b=lp.param("1", "border", 0.5),
+            x=lp.var("1", "what falls", start=1.5, state="always"),
+            y=lp.var("1", "sum", state="always"),
+        )
+    )
+    x, b = 1.5, 0.5
+    expected = np.array([[1 / b, -1 / x], [-1 / x, b / x**2]])
+    value = x - b - b * np.log(x / b)
+    for of in (fun.final("y"), fun.at(2.5, "y")):
+        found = lp.hessian(system, of=of, to=["b", "x"], until=3.0, rtol=1e-11)
+        assert found.value == pytest.approx(value, rel=1e-9)
+        assert found.gradient == pytest.approx([-np.log(x / b), 1 - b / x], rel=1e-8)
+        assert found.matrix == pytest.approx(expected, rel=1e-8)
+        assert found.asymmetry < 1e-8
+    sums = lp.hessian(
+        system, of=fun.integral("y", between=(0.0, 2.0)), to=["b", "x"], until=3.0, rtol=1e-11
+    )
+
+    def total(b, x):
+        t = np.log(x / b)
+        return x * t - x + b - b * t**2 / 2 + (x - b - b * t) * (2 - t)
+
+    def slopes(b, x):
+        return np.array([total(b + 1e-30j, x).imag, total(b, x + 1e-30j).imag]) / 1e-30
+
+    h = 1e-4
+    columns = [
+        (
+            8 * (slopes(b + h * i, x + h * j) - slopes(b - h * i, x - h * j))
+            - (slopes(b + 2 * h * i, x + 2 * h * j) - slopes(b - 2 * h * i, x - 2 * h * j))
+        )
+        / (12 * h)
+        for i, j in ((1, 0), (0, 1))
+    ]
+    assert sums.value == pytest.approx(total(b, x), rel=1e-9)
+    assert sums.matrix == pytest.approx(np.array(columns), rel=1e-8)
 
 
 # -- equilibrium ---------------------------------------------------------------------------------
