@@ -152,13 +152,14 @@ def machine(system: System) -> Machine | None:
 
 
 def begun(
-    system: System, theta: np.ndarray, x: np.ndarray, settings: np.ndarray
+    system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """States and settings at the start, if machine code is at hand and finds them."""
     code = system.made.get("machine")
     if code is None or patience(system) > 0 or system._values.implicit:
         return None
     z, r = code.blocks(theta, x, settings, 1.0)
+    r[at.T] = time
     code.ask(z, r)
     if not code("begin", z, r):
         return None

@@ -142,6 +142,9 @@ class OperatingPoint:
         Impacts at this very instant; the states are those after them.
     search : Convergence or None
         How an equilibrium was found.
+    residual : float or None
+        How far the worst of the initial equations and given values that are no states is missed at
+        a start, relative to what is wanted if that is above one; None where there are none.
     """
 
     system: System
@@ -151,6 +154,7 @@ class OperatingPoint:
     modes: np.ndarray
     collisions: tuple[Change, ...] = ()
     search: Convergence | None = None
+    residual: float | None = None
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -171,6 +175,8 @@ class OperatingPoint:
         head = f"{self.system.name} at t = {self.time:g} s"
         if self.search is not None:
             head += f"; {self.search}"
+        if self.residual is not None:
+            head += f"; what was demanded is met to {self.residual:.1e}"
         return f"{head}\n" + table(("state", "value", "unit"), rows)
 
 

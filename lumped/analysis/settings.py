@@ -7,7 +7,7 @@ import numpy as np
 from lumped.errors import StartError
 from lumped.system import System
 
-__all__ = ["closed_with", "followed", "instants", "modes_at", "settings_at"]
+__all__ = ["closed_with", "followed", "instants", "just_after", "modes_at", "settings_at"]
 
 _MOST_CLOSING = 20
 _RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
@@ -22,6 +22,11 @@ def instants(system: System, theta: np.ndarray) -> np.ndarray:
         known = system.made["instants"] = key, np.asarray(function(theta)).ravel()
     found: np.ndarray = known[1]
     return found
+
+
+def just_after(time: float) -> float:
+    """The next number: what begins at a time holds there, what ends there does not."""
+    return float(np.nextafter(time, np.inf))
 
 
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
