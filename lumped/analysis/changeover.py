@@ -40,7 +40,7 @@ class Settler:
     theta : ndarray
         Parameters.
     span : float
-        Length of the run, s. What happens within 1e-12 of it happens at once; a bounce that
+        Size of the times of the run, s. What happens within 1e-12 of it happens at once; a bounce that
         would last less than 1e-10 of it is left out.
     """
 

@@ -37,7 +37,8 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
     except OptionError:
         return False
     inside = instants(system, theta)
-    edges = np.unique([0.0, *inside[(inside > 0) & (inside < until)], until])
+    t = point.time
+    edges = np.unique([t, *inside[(inside > t) & (inside < until)], until])
     for begin, end in itertools.pairwise(edges.tolist()):
         modes = modes_at(system, theta, 0.5 * (begin + end))
         matrix, _ = form.at(theta, begin, modes)
@@ -61,7 +62,8 @@ def stiff(point: OperatingPoint, until: float, rtol: float) -> bool:
         return False
     values = np.linalg.eigvals(matrix)
     decay = np.maximum(-values.real, 0.0)
-    lasting = np.minimum(until, _LASTING / np.maximum(decay, 1e-300))
+    span = until - point.time
+    lasting = np.minimum(span, _LASTING / np.maximum(decay, 1e-300))
     accuracy = _FEWEST + float((np.abs(values.imag) * lasting).max())
     accuracy *= max(1.0, (1e-6 / rtol) ** 0.2)
-    return bool(until * float(decay.max()) / _REACH > _TIMES * accuracy)
+    return bool(span * float(decay.max()) / _REACH > _TIMES * accuracy)

@@ -68,7 +68,7 @@ class Machine:
         Parameters
         ----------
         span : float
-            Length of the run, s.
+            Size of the times of the run, s.
         """
         z, r = self.integers.copy(), np.zeros(self.count + more)
         for place, values in (

@@ -15,7 +15,7 @@ from lumped.analysis.start_search import StartSearch
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
-__all__ = ["StartForm", "start_form", "start_point", "start_slopes"]
+__all__ = ["StartForm", "by_name", "start_form", "start_point", "start_slopes"]
 
 
 def start_point(
@@ -62,18 +62,37 @@ def start_point(
     OptionError
         If `start` is no mapping.
     """
-    if not isinstance(start, Mapping | None):
-        raise OptionError(
-            f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
-            "for a run from an equilibrium the point that lp.equilibrium(system) returns."
-        )
-    search = StartSearch(system, system.theta(parameters), start or {}, system.places(free), time)
+    search = StartSearch(
+        system, system.theta(parameters), by_name(start), system.places(free), time
+    )
     x, settings = search.solve()[system._in_use], search.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
         x, settings, collisions = _settled(search, x)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
     return replace(point, residual=search.residual)
+
+
+def by_name(start: object) -> Changes:
+    """Start values by name; none if nothing is given.
+
+    Raises
+    ------
+    OptionError
+        If it is something else, such as a point, which only a run can start from.
+    """
+    if isinstance(start, Mapping | None):
+        return start or {}
+    if isinstance(start, OperatingPoint):
+        raise OptionError(
+            f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
+            "lp.simulate, lp.work_precision and what takes at= can go on. Here start values by "
+            "name are needed, such as {'rotor.w': 100.0}; what depends on them begins at t = 0."
+        )
+    raise OptionError(
+        f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
+        "for a run from an equilibrium the point that lp.equilibrium(system) returns."
+    )
 
 
 def _settled(
