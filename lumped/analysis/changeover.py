@@ -40,8 +40,8 @@ class Settler:
     theta : ndarray
         Parameters.
     span : float
-        Size of the times of the run, s. What happens within 1e-12 of it happens at once; a bounce that
-        would last less than 1e-10 of it is left out.
+        Size of the times of the run, s. What happens within 1e-12 of it happens at once; a bounce
+        that would last less than 1e-10 of it is left out.
     """
 
     def __init__(self, system: System, theta: np.ndarray, span: float) -> None:

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.analysis import equilibrium as module
+from lumped.analysis import equilibrium_search as module
 from lumped.components import (
     Damper,
     Fixed,
