@@ -13,6 +13,7 @@ from lumped.analysis.dense import Method
 from lumped.analysis.result import Piece, Trajectory
 from lumped.analysis.saltation import Saltation, coincide
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
+from lumped.analysis.watch import exchange_fault
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -104,11 +105,7 @@ class Forward:
         instants: list[Instant] = []
         for number, piece in enumerate(pieces):
             if piece.system is not self.system:
-                raise SolverError(
-                    f"{self.system.name}: at t = {piece.t[0]:.9g} s states change places (see "
-                    "run.events); derivatives are not followed across that.",
-                    run,
-                )
+                raise SolverError(exchange_fault(run, float(piece.t[0])), run)
             t = float(piece.t[0])
             if number:
                 last = pieces[number - 1]

@@ -25,6 +25,7 @@ def start_point(
     free: Iterable[Name] = (),
     *,
     time: float = 0.0,
+    together: bool = False,
 ) -> OperatingPoint:
     """States at the start of a run.
 
@@ -52,6 +53,10 @@ def start_point(
         holds a body at a given place with a given acceleration.
     time : float
         Instant of the start, s.
+    together : bool
+        Parts move together: no twist of a spring and no play changes, so that one given speed
+        turns a whole drive train. Twists themselves keep their start values. Parts that only a
+        damper or slipping friction joins move as they are told.
 
     Raises
     ------
@@ -63,7 +68,7 @@ def start_point(
         If `start` is no mapping.
     """
     search = StartSearch(
-        system, system.theta(parameters), by_name(start), system.places(free), time
+        system, system.theta(parameters), by_name(start), system.places(free), time, together
     )
     x, settings = search.solve()[system._in_use], search.settings
     collisions: tuple[Change, ...] = ()

@@ -50,6 +50,8 @@ class StartSearch:
         Places of the parameters to be found.
     time : float
         Instant, s.
+    together : bool
+        Parts move together: relative positions, such as twists, rest.
 
     Attributes
     ----------
@@ -68,9 +70,16 @@ class StartSearch:
     """
 
     def __init__(
-        self, system: System, theta: np.ndarray, start: Changes, free: list[int], time: float
+        self,
+        system: System,
+        theta: np.ndarray,
+        start: Changes,
+        free: list[int],
+        time: float,
+        together: bool = False,
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
+        self._resting = _relative(system) if together else []
         self.reduced = system._reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = self._evaluated()
@@ -185,6 +194,10 @@ class StartSearch:
                     f"{self._text(unknown)}, but both are the same motion. Give only one of them."
                 )
             store[node] = (unknown, value)
+        for node in self._resting:
+            rate = node + 1
+            if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
+                self.targets[rate] = (~self.system._members[node], 0.0)
 
     def _timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
         """Modes with those of functions of time as they are at the start; others stay or are 0."""
@@ -368,8 +381,27 @@ class StartSearch:
 
     def _text(self, unknown: int) -> str:
         tree = self.system._tree
+        if unknown < 0:
+            return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
         return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+
+
+def _relative(system: System) -> list[int]:
+    """States that are positions of parts relative to each other, such as twists and gaps."""
+    tree, reduced = system._tree, system._reduced
+    units, absolute = set(), set()
+    for part in tree.nodes:
+        for i, quantity in enumerate(part.layout.quantities):
+            if quantity.kind == "potential":
+                units.add(quantity.unit)
+                absolute.add(reduced.node(part.first_unknown + i))
+    relative = (n for n in system.states if n not in absolute and n not in system.cyclic)
+    return [
+        n
+        for n in relative
+        if n in system._members and tree.quantity(system._members[n]).unit in units
+    ]
 
 
 def _between(begin: _Trial, end: _Trial, share: float) -> _Trial:

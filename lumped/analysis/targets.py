@@ -40,7 +40,7 @@ class Targets:
     system : System
         From `assemble`.
     given : dict of int to (int, float)
-        Unknown and value wanted for each node.
+        Unknown and value wanted for each node; the complement of an unknown stands for its rate.
     fixed : dict of int to int
         Unknown that fixes each of those states that must keep their values.
     free : list of int
@@ -312,7 +312,8 @@ class Targets:
             )
         touching = matrix[[row]].tocoo()
         if not touching.nnz and given:
-            sign = float(self.system._reduced.aliases.signs[self.unknowns[row]])
+            unknown = self.unknowns[row]
+            sign = float(self.system._reduced.aliases.signs[max(unknown, ~unknown)])
             raise StartError(
                 f"{text} cannot hold: supports, sources or loads of the model make it "
                 f"{sign * value[row]:.6g} at the start. Remove the start value, or change them."
