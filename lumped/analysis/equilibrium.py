@@ -211,7 +211,9 @@ class _Equilibrium:
         """The equilibrium nearest to the start in the positions of one, keeping some of it."""
         system = self._system
         wanted = dict(zip(nodes, self._demands.values(nodes, self._first), strict=True))
-        for begin in (self._first.x, point.x):
+        speeds = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        closed = np.where(speeds, self._first.x, point.x)
+        for begin in (self._first.x, closed, point.x):
             x = begin.copy()
             for i, node in enumerate(system.states):
                 if node in wanted:
@@ -260,10 +262,13 @@ class _Equilibrium:
         kept = [n for n in nodes if n not in system.states and n not in stuck]
         zero = [n for n in sorted(stuck) if n not in system.states]
         zero = [n for n in zero if _computable(system, system._values.of([n]))[0]]
-        wanted = [self._demands.values(kept, self._first), np.zeros(len(zero) + len(equations))]
+        closed = _closed(begin)
+        nothing = np.zeros(len(zero) + closed.numel() + len(equations))
+        wanted = [self._demands.values(kept, self._first), nothing]
         expressions = ca.vertcat(
             system._values.of(kept),
             system._values.of(zero),
+            closed,
             self._demands.equations[equations] if equations else ca.SX(0, 1),
         )
         wishes = [] if rest else [(system._in_states(e), v) for e, v in wishes if len(v)]
@@ -330,6 +335,13 @@ def _computable(system: System, expression: ca.SX) -> np.ndarray:
     found = np.ones(expression.numel(), dtype=bool)
     found[used.row[~np.isin(used.col, system._in_use)]] = False
     return found
+
+
+def _closed(point: OperatingPoint) -> ca.SX:
+    """Gaps that are closed, and stay so."""
+    s = point.system.switching
+    numbers = np.flatnonzero(s.has_gap & (point.modes[s.first_modes] > 0.5)).tolist()
+    return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
 def _order(system: System, node: int) -> int:

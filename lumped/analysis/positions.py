@@ -16,6 +16,9 @@ __all__ = ["agreed", "borders"]
 _MOST_ALIKE = 30
 """Times that a way is halved because positions come again."""
 
+_BEYOND = 1e-3
+"""How far a condition whose sides are equal is moved beyond its border."""
+
 _Point = TypeVar("_Point")
 
 
@@ -65,21 +68,35 @@ def agreed(
     return None
 
 
-def borders(system: System, expression: ca.SX) -> tuple[list[int], Call]:
-    """Conditions on which an expression depends, and a function for their differences of sides.
+def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:
+    """Conditions and gaps on which an expression depends, and a function for their distances.
 
     Returns
     -------
-    list of int
-        Numbers of the conditions.
+    ndarray of bool, shape (rows, borders)
+        Which rows of the expression depend on each of them.
     Call
-        Differences, and their derivatives by all states, one row after the other, from all states,
-        parameters, time and settings.
+        Ways to go, in units of what decides: beyond the border of a condition, to where a gap is
+        closed. Then derivatives of what decides by all states, one row after the other; from all
+        states, parameters, time and settings.
     """
     values, s = system._values, system.switching
-    touched = set(ca.jacobian_sparsity(expression, values.modes).get_triplet()[1])
-    numbers = [k for k, mode in enumerate(s.relation_modes.tolist()) if mode in touched]
-    gap = s.greater[numbers] - s.less[numbers] if numbers else ca.SX(0, 1)
-    slopes = ca.densify(ca.jacobian(gap, values.states))
+    rows, columns = ca.jacobian_sparsity(expression, values.modes).get_triplet()
+    touching = np.zeros((expression.numel(), values.modes.numel()), dtype=bool)
+    touching[rows, columns] = True
+    gaps = np.flatnonzero(s.has_gap)
+    held = np.zeros((len(touching), len(gaps)), dtype=bool)
+    for part in range(3):
+        held |= touching[:, s.first_modes[gaps] + part]
+    touching = np.hstack([touching[:, s.relation_modes], held])
+    sides = s.greater - s.less
+    deciding = ca.vertcat(sides, s.gap[gaps.tolist()] if len(gaps) else ca.SX(0, 1))
+    beyond = ca.if_else(sides == 0, _BEYOND, -2 * sides)
+    ways = ca.vertcat(beyond, -deciding[sides.numel() :])
+    numbers = np.flatnonzero(touching.any(axis=0)).tolist()
+    found = [ca.SX(0, 1), ca.SX(0, 1)]
+    if numbers:
+        found = [ways[numbers], ca.jacobian(deciding[numbers], values.states).T]
     inputs = [values.states, *system._inputs[1:]]
-    return numbers, Call(ca.Function("borders", inputs, [ca.densify(gap), slopes.T]))
+    call = Call(ca.Function("borders", inputs, [ca.densify(part) for part in found]))
+    return touching[:, numbers], call

@@ -23,8 +23,6 @@ __all__ = ["StartSearch"]
 
 _MOST = 60
 """Times that positions are found anew."""
-_BEYOND = 1e-3
-"""How far a condition whose sides are equal is moved beyond its border."""
 
 
 class _Trial(NamedTuple):
@@ -251,31 +249,32 @@ class StartSearch:
         Within a play, nothing changes the torque that a spring behind it shall have.
         """
         assert self.search is not None
-        numbers, border = borders(self.system, self.search.value)
+        touching, border = borders(self.system, self.search.value)
         movable = np.ones(len(self.x), dtype=bool)
         movable[list(self.search.fixed)] = False
-        trial, idle = begin, self._idle(begin)
-        while idle[0]:
+        trial, (missed, hopeless, *measure) = begin, self._idle(begin)
+        while hopeless:
             found = []
             settings = self._closed(trial)
-            gaps, slopes = border(trial.x, trial.theta, self.time, settings)
-            for gap, slope in zip(gaps, slopes.reshape(len(numbers), -1) * movable, strict=True):
-                if not (np.isfinite(slope).all() and slope.any() and np.isfinite(gap)):
+            ways, slopes = border(trial.x, trial.theta, self.time, settings)
+            slopes = slopes.reshape(len(ways), -1) * movable
+            for k in np.flatnonzero(touching[missed].any(axis=0)).tolist():
+                way, slope = ways[k], slopes[k]
+                if not (np.isfinite(slope).all() and slope.any() and np.isfinite(way)):
                     continue
-                way = -2.0 * gap if gap else _BEYOND
                 moved = trial.x + way * slope / (slope @ slope)
                 try:
                     beyond = self._repositioned(_Trial(moved, trial.theta, trial.modes))
                     found.append((self._idle(beyond), beyond))
                 except StartError:
                     continue
-            found.sort(key=lambda pair: pair[0])
-            yield from (point for (count, _), point in found if not count)
-            if not found or found[0][0] >= idle:
+            found.sort(key=lambda pair: pair[0][2:])
+            yield from (point for idle, point in found if not idle[1])
+            if not found or list(found[0][0][2:]) >= measure:
                 return
-            idle, trial = found[0]
+            (missed, hopeless, *measure), trial = found[0]
 
-    def _idle(self, trial: _Trial) -> tuple[int, float]:
+    def _idle(self, trial: _Trial) -> tuple[np.ndarray, bool, int, float]:
         assert self.search is not None
         self.search.modes = trial.modes
         return self.search.idle(trial.x, trial.theta)

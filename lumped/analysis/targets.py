@@ -126,16 +126,20 @@ class Targets:
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
 
-    def idle(self, x: np.ndarray, theta: np.ndarray) -> tuple[int, float]:
-        """How many targets are missed and no state changes, and how far all are missed."""
+    def idle(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, bool, int, float]:
+        """Which targets are missed, and whether there is one of them that nothing changes.
+
+        Then how many there are that nothing changes, met or not, and how far all are missed.
+        """
         self.theta = theta
         z = np.concatenate([x, theta[self.free]])
         value, matrix = self._at(z)
         miss = value - self.wanted
         missed = self._missed(miss, self.wanted, matrix, z)
-        missed[self._columns(matrix, complain=False)[1]] = False
+        usable = self._columns(matrix, complain=False)[1]
         size = np.maximum(1.0, np.abs(self.wanted))
-        return int(missed.sum()), float(np.linalg.norm(miss / size))
+        far = float(np.linalg.norm(miss / size))
+        return missed, bool(np.delete(missed, usable).any()), len(miss) - len(usable), far
 
     def residual(self, x: np.ndarray, theta: np.ndarray) -> tuple[float, str]:
         """How far the worst target is missed, and which; its name is empty where all are met.
