@@ -100,13 +100,13 @@ class EquilibriumSearch:
         """
         self.on_the_way = False
         found = self.newton(begin, settings, movable)
-        if found is None and not self.places:
+        if found is None and (self.system.switching or not self.places):
             point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
             end = settled(point, movable | still, self.change)
             if end is not None and end.changed:
                 self.on_the_way = True
                 return OperatingPoint(self.system, self.time, end.x, self.theta, end.settings)
-            if end is not None:
+            if end is not None and not self.places:
                 found = self.newton(np.where(still, 0.0, end.x), end.settings, movable)
         return found
 
