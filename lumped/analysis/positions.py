@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
 import casadi as ca
@@ -13,8 +15,10 @@ from lumped.system import System
 
 __all__ = ["agreed", "borders"]
 
-_MOST_ALIKE = 30
-"""Times that a way is halved because positions come again."""
+_HALVINGS = 40
+"""Times that a way is halved to find where positions change on it."""
+_MOST_ALIKE = 3
+"""Times that positions may come again while the way is followed from border to border."""
 
 _BEYOND = 1e-3
 """How far a condition whose sides are equal is moved beyond its border."""
@@ -29,13 +33,14 @@ def agreed(
     between: Callable[[_Point, _Point, float], _Point],
     modes: Callable[[_Point], np.ndarray],
     most: int,
+    follows: bool = False,
 ) -> _Point | None:
     """A point that meets equations in the positions that hold there; None if none is found.
 
     Equations are solved in the positions of a point, positions are found where that ends, and so
-    on until both agree. Where positions come again, only a part of the way is gone, half as long
-    each time: for equations that are continuous over their borders this is Newton's method with
-    shortened steps.
+    on until both agree. Where positions come again, the way is followed from one border to the
+    next from then on (Katzenelson, Bell System Technical Journal 44 (1965) 1605), which leads to
+    the solution of equations that are continuous over their borders and rise throughout.
 
     Parameters
     ----------
@@ -51,21 +56,40 @@ def agreed(
         Positions of a point.
     most : int
         Attempts.
+    follows : bool
+        The way is followed from the begin on.
     """
-    point, share, seen = begin, 1.0, set()
+    point, seen = begin, Counter[bytes]()
     for _ in range(most):
-        seen.add(modes(point).tobytes())
+        seen[modes(point).tobytes()] += 1
         found = solve(point)
         settled = settle(found)
         if settled is found:
             return found
-        if modes(settled).tobytes() in seen:
-            share *= 0.5
-            if share < 0.5**_MOST_ALIKE:
+        if not follows and modes(settled).tobytes() in seen:
+            follows, seen = True, Counter()
+        if follows:
+            settled = _next(settled, settle, partial(between, point, found))
+            if seen[modes(settled).tobytes()] >= _MOST_ALIKE:
                 return None
-            settled = settle(between(point, found, share))
         point = settled
     return None
+
+
+def _next(
+    end: _Point, settle: Callable[[_Point], _Point], between: Callable[[float], _Point]
+) -> _Point:
+    """Just beyond the first border on the way from one point to another."""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        trial = between(middle)
+        settled = settle(trial)
+        if settled is trial:
+            low = middle
+        else:
+            high, end = middle, settled
+    return end
 
 
 def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:

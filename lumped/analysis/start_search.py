@@ -214,7 +214,8 @@ class StartSearch:
         if not self.system.switching:
             return self._solved(first, first)
         fault: StartError | None = None
-        for begin in self._begins(first):
+        begins = ((begin, on) for begin in self._begins(first) for on in (False, True))
+        for begin, follows in begins:
             try:
                 found = agreed(
                     begin,
@@ -223,6 +224,7 @@ class StartSearch:
                     _between,
                     lambda trial: trial.modes != 0,
                     _MOST,
+                    follows,
                 )
             except StartError as error:
                 fault = fault or error
@@ -244,16 +246,20 @@ class StartSearch:
         yield from self._across(begin)
 
     def _across(self, begin: _Trial) -> Iterator[_Trial]:
-        """Points beyond borders at which something begins to change what is demanded.
+        """Points beyond borders, where something else changes what is demanded.
 
-        Within a play, nothing changes the torque that a spring behind it shall have.
+        Within a play, nothing changes the torque that a spring behind it shall have: borders are
+        crossed until something does.
         """
         assert self.search is not None
         touching, border = borders(self.system, self.search.value)
+        if not touching.size:
+            return
         movable = np.ones(len(self.x), dtype=bool)
         movable[list(self.search.fixed)] = False
         trial, (missed, hopeless, *measure) = begin, self._idle(begin)
-        while hopeless:
+        first = True
+        while hopeless or first:
             found = []
             settings = self._closed(trial)
             ways, slopes = border(trial.x, trial.theta, self.time, settings)
@@ -270,6 +276,7 @@ class StartSearch:
                     continue
             found.sort(key=lambda pair: pair[0][2:])
             yield from (point for idle, point in found if not idle[1])
+            first = False
             if not found or list(found[0][0][2:]) >= measure:
                 return
             (missed, hopeless, *measure), trial = found[0]

@@ -341,6 +341,38 @@ def test_a_search_whose_positions_come_again_is_shortened():
     assert point["law.x"] == pytest.approx(4.95 / 4.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_random_laws_of_straight_pieces_are_met(seed):
+    # rising, with a flat piece in some; the expected place by interpolation
+    rng = np.random.default_rng(seed)
+    places = np.sort(rng.uniform(-3.0, 3.0, 6))
+    slopes = rng.choice([0.02, 0.1, 1.0, 5.0, 50.0], 7)
+    flat = seed % 3 == 0
+    if flat:
+        slopes[3] = 0.0
+    far = np.concatenate([[places[0] - 10.0], places, [places[-1] + 10.0]])
+    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(far))])
+    x, begin = rng.uniform(far[0], far[-1]), rng.uniform(far[0], far[-1])
+    if flat:
+        begin = 0.5 * (places[2] + places[3])
+        x = places[0] - 1.0 if seed % 2 else places[-1] + 1.0
+
+    class Law(lp.Component):
+        x: lp.Var = lp.var("1", "state", float(begin))
+        y: lp.Var = lp.var("1", "value")
+
+        def equations(self):
+            yield lp.der(self.x) == -self.x
+            law = heights[0] + slopes[0] * (self.x - far[0])
+            for place, height, slope in zip(places, heights[1:-1], slopes[1:], strict=True):
+                law = where(self.x >= place, height + slope * (self.x - place), law)
+            yield self.y == law
+
+    wanted = float(np.interp(x, far, heights))
+    point = lp.start_point(lp.assemble(lp.compose(law=Law())), start={"law.y": wanted})
+    assert point["law.x"] == pytest.approx(x, rel=1e-6, abs=1e-6)
+
+
 def test_what_holds_in_no_positions_is_refused_by_name():
     class Never(lp.Component):
         """x = 1 where x < 0, x = -1 elsewhere."""
