@@ -330,6 +330,15 @@ class Switching:
             found[k] = k0 + run[k] * (k1 + k2 * run[k]) < -slack[k]
         return found
 
+    def positions(self, modes: np.ndarray) -> np.ndarray:
+        """What tells the positions of conditions and holds apart: modes without their rounding."""
+        found = (modes != 0).astype(float)
+        for k, _ in self.tables:
+            own = self.conditions[k].modes
+            found[own] = 0.0
+            found[own[0]] = modes[own[0]]
+        return found
+
     def turn(self, modes: np.ndarray, number: int, run: float) -> None:
         """Change a condition: to its contrary, or to the next piece."""
         condition = self.conditions[number]

@@ -395,6 +395,13 @@ class System:
         found: System = self.made[key]
         return found
 
+    def is_chart_of(self, other: System) -> bool:
+        """Whether this is the other system, or the same with other motions as states."""
+        return self is other or (
+            self._flat is other._flat
+            and (self._outputs, self._kept) == (other._outputs, other._kept)
+        )
+
     # -- names and values ----------------------------------------------------------------------
 
     @property

@@ -2222,6 +2222,45 @@ def initial_equation_of_a_stranger():
     turning(lambda m: [m.load.w == stranger.w])
 
 
+@wrong(START, StartError, "wheel.w = 5 rad/s", "at rest (together=True)", "fewer start values")
+def together_with_two_speeds():
+    """Parts shall move together, and two of them are given different speeds."""
+    lp.start_point(
+        build(
+            lambda m: lp.chain(m.motor, m.shaft, m.wheel),
+            motor=Inertia(J=1.0, w=10.0),
+            shaft=Spring(c=1e3),
+            wheel=Inertia(J=2.0, w=5.0),
+        ),
+        together=True,
+    )
+
+
+class Contrary(lp.Component):
+    """A signal above zero for a state below it, and the other way round."""
+
+    x: lp.Var = lp.var("1", "state")
+    y: lp.Var = lp.var("1", "signal")
+
+    def equations(self):
+        yield lp.der(self.x) == -self.x
+        yield self.y == self.x - lp.ops.where(self.x < 0.0, 1.0, -1.0)
+
+
+@wrong(START, StartError, "part.y = 0 1", "positions of conditions", "demand less")
+def start_in_no_position():
+    """A start value holds on neither side of a condition."""
+    lp.start_point(build(lambda m: [], part=Contrary()), start={"part.y": 0.0})
+
+
+@wrong(START, OptionError, "point at t = 2 s", "by name", "begins at t = 0")
+def derivatives_from_a_point():
+    """Derivatives of a run that goes on from a point."""
+    system = braked_drive()
+    of = [lp.functionals.final("rotor.w")]
+    lp.gradient(system, of=of, until=3.0, start=lp.start_point(system, time=2.0))
+
+
 # -- equilibria --------------------------------------------------------------------------------
 
 STEADY = "Equilibria"

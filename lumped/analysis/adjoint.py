@@ -22,6 +22,7 @@ from lumped.analysis.jumps import Crossing, Jump, Side
 from lumped.analysis.result import Trajectory
 from lumped.analysis.reverse import CHUNKS, backwards, chained, step_function
 from lumped.analysis.saltation import Saltation
+from lumped.analysis.watch import exchange_fault
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -186,11 +187,7 @@ def legs_of(run: Trajectory) -> list[Leg]:
     legs = []
     for piece in (p for p in run.pieces if len(p.t)):
         if piece.system is not run.system:
-            raise SolverError(
-                f"{run.system.name}: at t = {piece.t[0]:.9g} s states change places (see "
-                "run.events); derivatives are not followed across that.",
-                run,
-            )
+            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
         new = np.append(True, np.diff(piece.t) > 0)
         legs.append(Leg(piece.t[new], piece.x[new], piece.settings[new]))
     return legs

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.analysis.fitting import Fitting
-from lumped.analysis.holds import STUCK, Holds, Situation
+from lumped.analysis.holds import STUCK, Holds, Look, Situation
 from lumped.analysis.impact import Impacts
 from lumped.analysis.sharing import Sharing
 from lumped.errors import StartError
@@ -40,8 +40,8 @@ class Settler:
     theta : ndarray
         Parameters.
     span : float
-        Length of the run, s. What happens within 1e-12 of it happens at once; a bounce that
-        would last less than 1e-10 of it is left out.
+        Size of the times of the run, s. What happens within 1e-12 of it happens at once; a bounce
+        that would last less than 1e-10 of it is left out.
     """
 
     def __init__(self, system: System, theta: np.ndarray, span: float) -> None:
@@ -64,11 +64,8 @@ class Settler:
         SolverError
             If no modes fit.
         """
-        s, modes = self._s, modes.copy()
-        for _ in range(3):
-            look = self._holds.look(t, x, modes, guess)
-            # not an instant after the start already, so that a clock ticks at zero
-            s.begin(modes, look.greater, look.less)
+        s = self._s
+        modes, look = self._conditions(t, x, modes, guess)
         for h in np.flatnonzero(s.has_gap & (look.gap < -_INSIDE)):
             raise StartError(
                 f"{self._name}: {s.names[h]} starts {-look.gap[h]:.6g} "
@@ -82,6 +79,32 @@ class Settler:
         word = self._holds.word
         collisions = [Change(s.names[h], "", word(at.modes, h), at.losses[h]) for h in hits]
         return at.x, at.modes, tuple(collisions)
+
+    def positions(
+        self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
+    ) -> np.ndarray:
+        """Modes at a start before anything collides there, with the arguments of `begin`.
+
+        Raises
+        ------
+        SolverError
+            If no modes fit.
+        """
+        modes, _ = self._conditions(t, x, modes, guess)
+        at = self._situation(t, x, modes, guess, modes)
+        Fitting(self._holds, self._sharing, None, at, modes, self._soon).run()
+        return at.modes
+
+    def _conditions(
+        self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray
+    ) -> tuple[np.ndarray, Look]:
+        """Modes with those of conditions as their sides say, and what was looked at."""
+        modes = modes.copy()
+        for _ in range(3):
+            look = self._holds.look(t, x, modes, guess)
+            # not an instant after the start already, so that a clock ticks at zero
+            self._s.begin(modes, look.greater, look.less)
+        return modes, look
 
     def settle(
         self,

@@ -38,10 +38,10 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
         form = linear_form(system)
     except OptionError:
         return False
-    found = instants(system, theta, 0.0, until)
+    found = instants(system, theta, point.time, until)
     if len(found.times) > _MOST_INSTANTS:
         return False
-    edges = [0.0, *found.times.tolist(), until]
+    edges = [point.time, *found.times.tolist(), until]
     modes = np.zeros(system._flat.mode_count)
     for (begin, end), now in zip(itertools.pairwise(edges), found.modes, strict=True):
         modes[found.places] = now
@@ -66,7 +66,8 @@ def stiff(point: OperatingPoint, until: float, rtol: float) -> bool:
         return False
     values = np.linalg.eigvals(matrix)
     decay = np.maximum(-values.real, 0.0)
-    lasting = np.minimum(until, _LASTING / np.maximum(decay, 1e-300))
+    span = until - point.time
+    lasting = np.minimum(span, _LASTING / np.maximum(decay, 1e-300))
     accuracy = _FEWEST + float((np.abs(values.imag) * lasting).max())
     accuracy *= max(1.0, (1e-6 / rtol) ** 0.2)
-    return bool(until * float(decay.max()) / _REACH > _TIMES * accuracy)
+    return bool(span * float(decay.max()) / _REACH > _TIMES * accuracy)

@@ -94,16 +94,17 @@ def compared(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Co
     on both sides. Events that do not match, or are further apart than 1e-3 of the run, are no
     excuse: from there on everything counts.
     """
-    t, until = reference.t, float(reference.t[-1])
+    t = reference.t
+    span = float(t[-1] - t[0])
     mine, others = _events(run), _events(reference)
     matched = 0
     for a, b in zip(mine, others, strict=False):
         same = (a.component, a.after) == (b.component, b.after)
-        if not same or abs(a.time - b.time) > _FURTHEST * until:
+        if not same or abs(a.time - b.time) > _FURTHEST * span:
             break
         matched += 1
     counts = np.ones(len(t), dtype=bool)
-    window, margin = 0.0, _CLOSE * until
+    window, margin = 0.0, _CLOSE * span
     for a, b in zip(mine[:matched], others[:matched], strict=True):
         first, last = min(a.time, b.time) - margin, max(a.time, b.time) + margin
         window = max(window, last - first)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
 import scipy
 
 from lumped.analysis.changeover import Settler
+from lumped.analysis.equilibrium_search import EquilibriumSearch
 from lumped.analysis.holds import Holds
 from lumped.analysis.initial import initial_residuals
-from lumped.analysis.linearise import growth
-from lumped.analysis.result import Convergence, Kept, OperatingPoint
-from lumped.analysis.settings import settings_at
-from lumped.analysis.settle import settled
+from lumped.analysis.positions import agreed
+from lumped.analysis.result import Kept, OperatingPoint
+from lumped.analysis.settings import just_after, settings_at
 from lumped.analysis.start import start_point
 from lumped.analysis.steady import unsteady_part
 from lumped.errors import SolverError, StartError
@@ -24,17 +25,10 @@ from lumped.system import Changes, Name, System
 
 __all__ = ["equilibrium"]
 
-_MOST_CLOSING = 20
-"""Times that a linkage is closed anew at what looked like an equilibrium."""
-_MOST_MODES = 10
-"""Times that what sticks, slides or switches is chosen anew."""
-_SINGULAR = 1e-14
-_FARTHEST = 1e9
-"""A free parameter so many times larger than it was runs away."""
-_REST = (
-    "Nothing may move at rest: stop sources of motion, and let springs or supports take the "
-    "torques that do not balance."
-)
+_MOST = 10
+"""Times that what sticks, slides or switches is chosen anew, and four for each that may."""
+_SAME = 1e-9
+"""Relative difference below which a value counts as kept."""
 
 
 def equilibrium(
@@ -50,12 +44,15 @@ def equilibrium(
     """Find states whose derivatives all vanish, nearest to the start values.
 
     Given start values are kept and initial equations go on to hold if an equilibrium allows it, so
-    a free drive turns at the speed that was given. Absolute angles or positions may go on at a
-    constant rate if nothing depends on how far they turned together (steady rotation).
+    a free drive turns at the speed that was given. What no equilibrium near the start keeps is
+    named in ``point.lost`` and where the point is printed; values in `start` come before those
+    given to instances. Absolute angles or positions may go on at a constant rate if nothing
+    depends on how far they turned together (steady rotation).
 
     The search starts from `start_point`. It is a Newton iteration with minimum-norm steps
     (Deuflhard, Newton Methods for Nonlinear Problems, ch. 4). Where that fails, the way on which
-    the system settles is followed in pseudo-time.
+    the system settles is followed in pseudo-time, through play that closes and whatever else
+    changes its position. What sticks, slides and is switched agrees with the point found.
 
     Parameters
     ----------
@@ -81,58 +78,279 @@ def equilibrium(
         If free parameters are not determined, or speeds are given to a system at rest.
     """
     places = system.places(free)
-    begin = start_point(system, parameters, start)
+    begin = start_point(system, parameters, start, time=time)
     if rest:
         _refuse_speeds(system, start)
-    unknowns = {*system._flat.given, *(system._tree.unknown(name) for name in start or {})}
-    nodes = (system._reduced.node(unknown) for unknown in unknowns)
-    given = {node for node in nodes if node is not None} - {*system._values.implicit}
-    for _ in range(_MOST_MODES):
-        found = _with_modes(begin, given, places, rest, time, tolerance)
-        begin = _settled(found)
-        if begin is found:
-            system.check_parameters(found.theta)
-            kept = replace(
-                found.kept or Kept(), start={system.key(n): v for n, v in (start or {}).items()}
-            )
-            return replace(found, kept=kept)
-    raise SolverError(
-        f"{system.name}: no equilibrium near the start values: what sticks or slides changes "
-        "again and again. Give start values nearer to it."
-    )
+    demands = _Demands(begin, start or {}, rest)
+    fault: SolverError | None = None
+    for keep in (True, False)[: 1 if places else 2]:
+        try:
+            found = _Equilibrium(demands, places, rest, tolerance).found(keep=keep)
+        except SolverError as error:
+            fault = fault or error
+            continue
+        system.check_parameters(found.theta)
+        return found
+    assert fault is not None
+    raise fault
 
 
-def _with_modes(
-    begin: OperatingPoint,
-    given: set[int],
-    places: list[int],
-    rest: bool,
-    time: float,
-    tolerance: float,
-) -> OperatingPoint:
-    """Equilibrium in which everything sticks, slides and is switched as at the begin."""
-    system = begin.system
-    stuck = _stuck(begin)
-    held, others = _kept(system, given | stuck, initial_residuals(system)[0])
-    still, resting = _kept(system, stuck, ca.SX(0, 1))
-    if rest:
-        still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
-    every = scipy.sparse.eye_array(len(still), format="csc")
-    change = every if rest else unsteady_part(begin)
-    x = np.where(still, 0.0, begin.x)
-    implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
-    settings = settings_at(system, x, begin.theta, time + 1e-300, implicit, begin.modes)
-    all_kept = Kept(tuple(places), tuple(sorted(given)), True, rest)
-    attempts = [(held | still, others, all_kept)]
-    attempts += [(still, resting, Kept(rest=rest))] * (not places)
-    for fixed, kept, told in attempts:
-        search = _Search(begin, places, time, tolerance, change, kept)
-        found = search.near(x, settings, ~fixed, still)
-        if found is not None:
+class _Demands:
+    """Given start values and initial equations, which an equilibrium keeps if it can.
+
+    Parameters
+    ----------
+    begin : OperatingPoint
+        Where they hold.
+    start : mapping of name to float
+        Start values that were set; those come before all others.
+    rest : bool
+        Speeds do not count.
+
+    Attributes
+    ----------
+    asked, declared : list of int
+        Nodes of start values that were set, and of those given to instances.
+    """
+
+    def __init__(self, begin: OperatingPoint, start: Changes, rest: bool) -> None:
+        self.begin, system = begin, begin.system
+        self.start = {system.key(name): value for name, value in start.items()}
+        values = system._values
+        implicit, seen = {*values.implicit}, set[int]()
+        groups = []
+        for unknowns in ([system._tree.unknown(n) for n in start], system._flat.given):
+            found = {system._reduced.node(u): u for u in unknowns}
+            mine = {n: u for n, u in found.items() if n is not None and n not in implicit | seen}
+            seen |= set(mine)
             if rest:
-                search.check_rest(found)
-            return replace(found, kept=told)
-    raise SolverError(search.fault("rest" if rest else "equilibrium"))
+                mine = {n: u for n, u in mine.items() if not _order(system, n)}
+            groups.append({n: u for n, u in mine.items() if _computable(system, values.of([n]))[0]})
+        self.asked, self.declared = (list(group) for group in groups)
+        self._unknowns = groups[0] | groups[1]
+        equations, self._places = initial_residuals(system)
+        kept = _computable(system, equations)
+        self._equations = np.flatnonzero(kept).tolist()
+        self.equations: ca.SX = equations[self._equations] if kept.any() else ca.SX(0, 1)
+
+    def values(self, nodes: list[int], point: OperatingPoint) -> np.ndarray:
+        """Values of nodes at a point."""
+        return _evaluated(point, self.begin.system._values.of(nodes))
+
+    def kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
+        """Nodes that have their values at a point still, and initial equations that hold."""
+        nodes = self.asked + self.declared
+        wanted, now = (self.values(nodes, p) for p in (self.begin, point))
+        same = np.abs(now - wanted) <= _SAME * (1.0 + np.abs(wanted))
+        held = np.abs(_evaluated(point, self.equations)) <= _SAME * self._sizes(point)
+        return [n for n, k in zip(nodes, same, strict=True) if k], np.flatnonzero(held).tolist()
+
+    def _sizes(self, point: OperatingPoint) -> np.ndarray:
+        """Sizes of the terms of the initial equations."""
+        slopes = ca.jacobian(self.equations, point.system._inputs[0])
+        found = _evaluated(point, slopes).reshape(slopes.shape, order="F")
+        sizes: np.ndarray = 1.0 + np.abs(found) @ np.abs(point.x)
+        return sizes
+
+    def lost(self, point: OperatingPoint) -> tuple[str, ...]:
+        """What does not hold at a point, in words."""
+        system, (nodes, equations) = point.system, self.kept(point)
+        found = []
+        for node in self.asked + self.declared:
+            if node not in nodes:
+                unknown = self._unknowns[node]
+                sign = float(system._reduced.aliases.signs[unknown])
+                value = sign * float(self.values([node], self.begin)[0])
+                unit = system._tree.quantity(unknown).unit
+                found.append(f"{system._tree.unknown_name(unknown)} = {value:.6g} {unit}")
+        for k, place in enumerate(self._equations):
+            if k not in equations:
+                text = system._flat.initial_text(*self._places[place])
+                found.append(f"the initial equation {text}")
+        return tuple(found)
+
+
+class _Equilibrium:
+    """The search for an equilibrium and the positions that hold there."""
+
+    def __init__(self, demands: _Demands, places: list[int], rest: bool, tolerance: float) -> None:
+        self._demands, self._first, self._system = demands, demands.begin, demands.begin.system
+        self._places, self._rest, self._tolerance = places, rest, tolerance
+        self._on_the_way = False
+
+    def found(self, *, keep: bool) -> OperatingPoint:
+        """An equilibrium; with all that was given, or as much of it as possible.
+
+        Raises
+        ------
+        SolverError
+            If there is none near the start.
+        """
+        demands, s = self._demands, self._system.switching
+        nodes = demands.asked + demands.declared
+        equations = list(range(demands.equations.numel()))
+        point = agreed(
+            self._first,
+            partial(self._solved, nodes, equations) if keep else self._nearest,
+            self._repositioned,
+            _between,
+            _key,
+            _MOST + 4 * (len(s.relation_modes) + len(s.first_modes)),
+        )
+        if point is None:
+            raise SolverError(
+                f"{self._system.name}: no equilibrium near the start values: what sticks or slides "
+                "changes again and again. Give start values nearer to it."
+            )
+        if not keep or (_modes(point) != _modes(self._first)).any():
+            point = self._nearer(point, *((nodes, equations) if keep else demands.kept(point)))
+        lost = demands.lost(point)
+        kept = Kept(rest=self._rest) if lost else self._all_kept()
+        return replace(point, lost=lost, kept=replace(kept, start=demands.start))
+
+    def _all_kept(self) -> Kept:
+        nodes = sorted({*self._demands.asked, *self._demands.declared})
+        return Kept(tuple(self._places), tuple(nodes), True, self._rest)
+
+    def _nearer(
+        self, point: OperatingPoint, nodes: list[int], equations: list[int]
+    ) -> OperatingPoint:
+        """The equilibrium nearest to the start in the positions of one, keeping some of it."""
+        system = self._system
+        wanted = dict(zip(nodes, self._demands.values(nodes, self._first), strict=True))
+        speeds = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        closed = np.where(speeds, self._first.x, point.x)
+        for begin in (self._first.x, closed, point.x):
+            x = begin.copy()
+            for i, node in enumerate(system.states):
+                if node in wanted:
+                    x[i] = wanted[node]
+            start = replace(self._first, x=x, modes=point.modes)
+            try:
+                near = self._solved(nodes, equations, start, newton=True)
+                if self._repositioned(near) is near:
+                    return near
+            except (SolverError, StartError):
+                continue
+        return point
+
+    def _nearest(self, begin: OperatingPoint) -> OperatingPoint:
+        """The equilibrium in the positions of a point that keeps as much as possible."""
+        demands, values = self._demands, self._system._values
+        asked, declared = (
+            (values.of(nodes), demands.values(nodes, self._first))
+            for nodes in (demands.asked, demands.declared)
+        )
+        zeros = np.zeros(demands.equations.numel())
+        second = ca.vertcat(declared[0], demands.equations), np.append(declared[1], zeros)
+        return self._solved([], [], begin, wishes=(asked, second))
+
+    def _solved(
+        self,
+        nodes: list[int],
+        equations: list[int],
+        begin: OperatingPoint,
+        *,
+        wishes: Sequence[tuple[ca.SX, np.ndarray]] = (),
+        newton: bool = False,
+    ) -> OperatingPoint:
+        """An equilibrium that keeps what is named, in the positions of a point.
+
+        Or a point on the way to it where these positions change.
+        """
+        system, rest = self._system, self._rest
+        stuck = _stuck(begin)
+        still = np.array([node in stuck for node in system.states], dtype=bool)
+        fixed = np.array([node in nodes for node in system.states], dtype=bool)
+        if rest:
+            still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        every = scipy.sparse.eye_array(len(still), format="csc")
+        change = every if rest else unsteady_part(begin)
+        kept = [n for n in nodes if n not in system.states and n not in stuck]
+        zero = [n for n in sorted(stuck) if n not in system.states]
+        zero = [n for n in zero if _computable(system, system._values.of([n]))[0]]
+        closed = _closed(begin)
+        nothing = np.zeros(len(zero) + closed.numel() + len(equations))
+        wanted = [self._demands.values(kept, self._first), nothing]
+        expressions = ca.vertcat(
+            system._values.of(kept),
+            system._values.of(zero),
+            closed,
+            self._demands.equations[equations] if equations else ca.SX(0, 1),
+        )
+        wishes = [] if rest else [(system._in_states(e), v) for e, v in wishes if len(v)]
+        search = EquilibriumSearch(
+            begin,
+            self._places,
+            self._first.time,
+            self._tolerance,
+            change,
+            system._in_states(expressions),
+            np.concatenate(wanted),
+            wishes,
+        )
+        x = np.where(still, 0.0, begin.x)
+        implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
+        later = just_after(self._first.time)
+        settings = settings_at(system, x, begin.theta, later, implicit, begin.modes)
+        movable = ~(fixed | still)
+        if newton:
+            found = search.newton(x, settings, movable)
+        else:
+            found = search.near(x, settings, movable, still)
+        self._on_the_way = search.on_the_way
+        if found is None:
+            raise SolverError(search.fault("rest" if rest else "equilibrium"))
+        if rest and not self._on_the_way:
+            search.check_rest(found)
+        return found
+
+    def _repositioned(self, found: OperatingPoint) -> OperatingPoint:
+        """The point with the positions that hold there; itself if it is an equilibrium in them."""
+        point = _settled(found)
+        if point is found and self._on_the_way:
+            raise SolverError(
+                f"{self._system.name}: no equilibrium near the start values: on the way there, "
+                "positions of conditions or holds cannot be told. Give start values nearer to it."
+            )
+        return point
+
+
+def _modes(point: OperatingPoint) -> np.ndarray:
+    found: np.ndarray = point.modes[: len(point.modes) - len(point.system._values.implicit)]
+    return found
+
+
+def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> OperatingPoint:
+    return replace(begin, x=begin.x + share * (end.x - begin.x))
+
+
+def _key(point: OperatingPoint) -> np.ndarray:
+    """What tells points of the search apart: modes and states, without rounding."""
+    count = len(point.modes) - len(point.system._values.implicit)
+    positions = point.system.switching.positions(point.modes[:count])
+    return np.append(positions, point.x).astype(np.float32)
+
+
+def _evaluated(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
+    system = point.system
+    function = ca.Function("at", system._inputs, [ca.densify(system._in_states(expression))])
+    return np.asarray(function(point.x, point.theta, point.time, point.modes)).ravel(order="F")
+
+
+def _computable(system: System, expression: ca.SX) -> np.ndarray:
+    """Which rows depend on states in use only."""
+    used = uses(expression, system._values).tocoo()
+    found = np.ones(expression.numel(), dtype=bool)
+    found[used.row[~np.isin(used.col, system._in_use)]] = False
+    return found
+
+
+def _closed(point: OperatingPoint) -> ca.SX:
+    """Gaps that are closed, and stay so."""
+    s = point.system.switching
+    numbers = np.flatnonzero(s.has_gap & (point.modes[s.first_modes] > 0.5)).tolist()
+    return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
 def _order(system: System, node: int) -> int:
@@ -148,7 +366,7 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     if not switching:
         return point
     modes, guesses = np.split(point.modes, [len(point.modes) - len(system._values.implicit)])
-    holds, time, x = Holds(system, point.theta), point.time + 1e-300, point.x.copy()
+    holds, time, x = Holds(system, point.theta), just_after(point.time), point.x.copy()
     speed = holds.look(time, x, modes, guesses).v
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
@@ -157,7 +375,7 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     _, now, changes = settler.settle(time, x, modes, guesses, modes)
     if not changes:
         return point
-    return OperatingPoint(system, 0.0, x, point.theta, np.append(now, guesses))
+    return OperatingPoint(system, point.time, x, point.theta, np.append(now, guesses))
 
 
 def _stuck(point: OperatingPoint) -> set[int]:
@@ -169,17 +387,6 @@ def _stuck(point: OperatingPoint) -> set[int]:
     return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
 
 
-def _kept(system: System, nodes: set[int], equations: ca.SX) -> tuple[np.ndarray, ca.SX]:
-    """States among the nodes; the other nodes and equations that must keep their values."""
-    held = np.array([node in nodes for node in system.states], dtype=bool)
-    others = sorted(nodes.difference(system._reduced.states))
-    expression = ca.vertcat(system._values.of(others), equations)
-    used = uses(expression, system._values).tocoo()
-    lost = used.row[~np.isin(used.col, system._in_use)]
-    kept = np.setdiff1d(np.arange(expression.numel()), lost).tolist()
-    return held, expression[kept] if kept else ca.SX(0, 1)
-
-
 def _refuse_speeds(system: System, start: Changes | None) -> None:
     for name, value in (start or {}).items():
         node = system._reduced.node(system._tree.unknown(name))
@@ -188,215 +395,3 @@ def _refuse_speeds(system: System, start: Changes | None) -> None:
                 f"{system.key(name)} = {value:g} {system.quantity(name).unit}: nothing moves at "
                 "rest. Leave out this start value, or rest=True."
             )
-
-
-class _Search:
-    """Newton's method on the states and free parameters of a system.
-
-    Parameters
-    ----------
-    begin : OperatingPoint
-        Whose parameters and values of `kept` hold.
-    places : list of int
-        Places of the free parameters.
-    change : csc_array, shape (states, states)
-        What of the derivatives must vanish: a projection on what is no steady motion.
-    kept : SX
-        Expressions that must keep the values that they have at the begin.
-    """
-
-    def __init__(
-        self,
-        begin: OperatingPoint,
-        places: list[int],
-        time: float,
-        tolerance: float,
-        change: scipy.sparse.csc_array,
-        kept: ca.SX,
-    ) -> None:
-        self.system, self.theta, self.places = begin.system, begin.theta, places
-        self.time, self.tolerance, self.change = time, tolerance, change
-        x, theta = self.system._inputs[:2]
-        free = theta[places] if places else ca.SX(0, 1)
-        by_parameters = ca.SX(len(begin.x), 0)
-        if places:
-            by_parameters = ca.jacobian(self.system.rates, free)
-        self.effects = ca.Function(
-            "effects",
-            self.system._inputs,
-            [
-                by_parameters,
-                kept,
-                ca.jacobian(kept, ca.vertcat(x, free)),
-            ],
-        )
-        self.wanted = np.asarray(
-            self.effects(begin.x, begin.theta, begin.time, begin.modes)[1]
-        ).ravel()
-        self.residual = np.zeros(len(begin.x) + len(self.wanted))
-        self.iterations = self.evaluations = 0
-
-    def near(
-        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray, still: np.ndarray
-    ) -> OperatingPoint | None:
-        """An equilibrium near a point, if one is found; only movable states change.
-
-        On its way to rest also what shall stand still in the end may move.
-        """
-        found = self._closed(begin, settings, movable)
-        if found is None and not self.places:
-            point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
-            end = settled(point, movable | still, self.change)
-            if end is not None:
-                found = self._closed(np.where(still, 0.0, end[0]), end[1], movable)
-        return found
-
-    def _closed(
-        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray
-    ) -> OperatingPoint | None:
-        """Newton's method, repeated until linkages are closed where it ends."""
-        z = np.concatenate([begin, self.theta[self.places]])
-        for _ in range(_MOST_CLOSING):
-            z, found = self._newton(z, settings, movable)
-            if not found:
-                return None
-            before, (x, theta) = settings, self._parted(z)
-            guesses = before[len(before) - len(self.system._values.implicit) :]
-            settings = settings_at(self.system, x, theta, self.time + 1e-300, guesses, settings)
-            if np.allclose(settings, before, rtol=1e-9, atol=1e-12):
-                self._check_determined(z, settings, movable)
-                search = self._convergence(z, settings, movable)
-                return OperatingPoint(self.system, self.time, x, theta, settings, search=search)
-        return None
-
-    def _convergence(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> Convergence:
-        """What the search cost, and how well its result is founded."""
-        matrix, scale = self._jacobian(z, settings)
-        left = np.abs(self._missed(z, settings)) / scale
-        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        scaled = (matrix * (np.abs(z) + 1e-3) / scale[:, None])[:, columns]
-        sizes = np.linalg.svd(scaled, compute_uv=False)
-        least = sizes[len(sizes) - 1] if scaled.shape[1] <= scaled.shape[0] and len(sizes) else 0.0
-        condition = sizes[0] / least if least > _SINGULAR * sizes.max(initial=0.0) else np.inf
-        point = OperatingPoint(self.system, self.time, *self._parted(z), settings)
-        cost, residual = (self.iterations, self.evaluations), float(left.max(initial=0.0))
-        return Convergence(*cost, residual, float(condition), growth(self.system, point)[0])
-
-    def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """States and parameters."""
-        theta = self.theta.copy()
-        count = len(self.system.states)
-        theta[self.places] = z[count:]
-        return z[:count], theta
-
-    def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
-        """Derivatives that must vanish, then changes of what is kept."""
-        self.evaluations += 1
-        point = (*self._parted(z), self.time, settings)
-        rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
-        return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
-
-    def _jacobian(self, z: np.ndarray, settings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of these by states and free parameters, and their own scale."""
-        point = (*self._parted(z), self.time, settings)
-        by_parameters, _, kept = (part.full() for part in self.effects(*point))
-        rates = np.hstack([self.system.jacobian(*point)[0].full(), by_parameters])
-        matrix = np.vstack([self.change @ rates, kept])
-        return matrix, np.abs(matrix) @ (np.abs(z) + 1e-3) + 1e-9
-
-    def _newton(
-        self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray
-    ) -> tuple[np.ndarray, bool]:
-        """Where the iteration ends, and whether the derivatives vanish there."""
-        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        first = self.residual = self._missed(z, settings)
-        far = _FARTHEST * (np.abs(z[len(movable) :]) + 1.0)
-        for _ in range(100):
-            if not np.isfinite(self.residual).all():
-                break
-            matrix, scale = self._jacobian(z, settings)
-            if (np.abs(self.residual) <= self.tolerance * scale).all():
-                return z, True
-            if not (columns.any() and np.isfinite(matrix).all()):
-                break
-            self.iterations += 1
-            step = np.zeros(len(z))
-            scaled = matrix[:, columns] / scale[:, None]
-            step[columns] = scipy.linalg.lstsq(
-                scaled, -self.residual / scale, lapack_driver="gelsy"
-            )[0]
-            z, moved = self._line_search(z, step, scale, settings)
-            if not moved:
-                break
-            if (np.abs(z[len(movable) :]) > far).any():  # as if a body were infinitely heavy
-                self.residual = first
-                break
-        return z, False
-
-    def _line_search(
-        self, z: np.ndarray, step: np.ndarray, scale: np.ndarray, settings: np.ndarray
-    ) -> tuple[np.ndarray, bool]:
-        """Shorten the step until it helps."""
-        before = float(np.linalg.norm(self.residual / scale))
-        for power in range(12):
-            trial = z + 0.5**power * step
-            found = self._missed(trial, settings)
-            if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
-                self.residual = found
-                return trial, True
-        return z, False
-
-    def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
-        """Refuse free parameters that could be others."""
-        if not self.places:
-            return
-        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
-        matrix, scale = self._jacobian(z, settings)
-        scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
-        open_ = np.abs(scipy.linalg.null_space(scaled[:, columns])).max(axis=1, initial=0.0)
-        p = self.system._flat.parameters
-        lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
-        if len(lost):
-            names = ", ".join(p.names[p.free[place]] for place in lost)
-            raise StartError(
-                f"{self.system.name}: the equilibrium does not determine the free parameters "
-                f"{names}. Give more start values, for example a speed, or free fewer."
-            )
-
-    def check_rest(self, point: OperatingPoint) -> None:
-        """Refuse an equilibrium in which something moves."""
-        system = self.system
-        nodes = [system._reduced.states[i] + 1 for i in sorted(system._positions)]
-        lost = np.setdiff1d(np.arange(len(system._reduced.states)), system._in_use)
-        speeds = ca.Function(
-            "speeds", system._inputs, [system._without(system._values.of(nodes), lost)]
-        )
-        found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
-        for node, speed in zip(nodes, found, strict=True):
-            if not abs(speed) <= 1e-9:
-                name = system._node_name(node)
-                unit = "" if "(" in name else f" {system.quantity(name).unit}"
-                raise SolverError(f"{system.name}: no rest: {name} = {speed:.4g}{unit}. {_REST}")
-
-    def fault(self, what: str) -> str:
-        """Why the last search found nothing."""
-        system, residual = self.system, self.residual[: len(self.system.states)]
-        worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
-        hint = (
-            "A free drive with a net torque accelerates for ever: add a load or damper, or set "
-            "torques that balance."
-        )
-        if self.places:
-            hint = (
-                "The given start values must hold beside free parameters: give fewer of them, or "
-                "free a parameter that has an effect there."
-            )
-        elif what == "rest":
-            hint = _REST
-        elif system._in_use[worst] in system._positions:
-            hint = "It moves while something depends on where it is, which is no equilibrium."
-        return (
-            f"{system.name}: no {what} near the start values: der({system.state_names[worst]}) "
-            f"stays at {residual[worst]:.4g} "
-            f"after {self.iterations} iterations of Newton's method. {hint}"
-        )

@@ -47,7 +47,7 @@ class Fitting:
     Parameters
     ----------
     holds, sharing, impacts : Holds, Sharing, Impacts
-        Of the system, with one set of parameters.
+        Of the system, with one set of parameters; without impacts nothing collides.
     at : Situation
         What is changed.
     before : ndarray
@@ -65,7 +65,7 @@ class Fitting:
         self,
         holds: Holds,
         sharing: Sharing,
-        impacts: Impacts,
+        impacts: Impacts | None,
         at: Situation,
         before: np.ndarray,
         soon: float,
@@ -117,9 +117,11 @@ class Fitting:
             look = self._holds.look_at(at)
             if self._relations(look) or self._jumps(look) or self._engage(look):
                 continue
-            if self._impacts.collide(at, look) or self._rebalance(look):
+            impacts = self._impacts
+            if (impacts and impacts.collide(at, look)) or self._rebalance(look):
                 continue
-            self._impacts.halt(at, look)
+            if impacts:
+                impacts.halt(at, look)
             return look
         raise SolverError(self._endless(most), None)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time as clock
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -76,7 +77,7 @@ class Flight:
         timed, values = run.instants.places, run.instants.modes
         settings = np.concatenate([place.modes, run.guess])
         more = len(edges) + values.size + 1
-        i, d = machine.blocks(run.point.theta, place.x, settings, run.until, more)
+        i, d = machine.blocks(run.point.theta, place.x, settings, run.scale, more)
         self._integers, self._numbers, self._now = i, d, place.modes
         i[at.EDGES], i[at.TIMED_VALUES] = machine.count, machine.count + len(edges)
         self._fill(at.EDGES, edges)
@@ -84,7 +85,7 @@ class Flight:
         i[at.SEGMENTS], i[at.TIMED] = len(edges) - 1, len(timed)
         i[i[at.TIMED_MODE] : i[at.TIMED_MODE] + len(timed)] = timed
         self._fill(at.ATOL, cost.atol)
-        d[at.RTOL], d[at.KNOWN] = run.rtol, -1.0
+        d[at.RTOL], d[at.KNOWN] = run.rtol, math.inf
         d[at.T], d[at.END] = place.t, edges[place.segment + 1]
         machine.ask(i, d)
         i[at.ASK] = 3 if run.implicit else 1 if followers(run.system)[0] else 0

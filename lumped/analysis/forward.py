@@ -15,6 +15,7 @@ from lumped.analysis.dense import Method
 from lumped.analysis.jumps import Crossing
 from lumped.analysis.result import Piece, Trajectory
 from lumped.analysis.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
+from lumped.analysis.watch import exchange_fault
 from lumped.errors import SolverError
 from lumped.system import System
 
@@ -173,11 +174,7 @@ class Forward:
         pieces = [piece for piece in run.pieces if len(piece.t)]
         for piece in pieces:
             if piece.system is not self.system:
-                raise SolverError(
-                    f"{self.system.name}: at t = {piece.t[0]:.9g} s states change places (see "
-                    "run.events); derivatives are not followed across that.",
-                    run,
-                )
+                raise SolverError(exchange_fault(run, float(piece.t[0])), run)
         return pieces
 
     def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:

@@ -69,7 +69,7 @@ class Machine:
         Parameters
         ----------
         span : float
-            Length of the run, s.
+            Size of the times of the run, s.
         """
         z, r = self.integers.copy(), np.zeros(self.count + more)
         for place, values in (
@@ -154,13 +154,14 @@ def machine(system: System) -> Machine | None:
 
 
 def begun(
-    system: System, theta: np.ndarray, x: np.ndarray, settings: np.ndarray
+    system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """States and settings at the start, if machine code is at hand and finds them."""
     code = system.made.get("machine")
     if code is None or patience(system) > 0 or system._values.implicit:
         return None
     z, r = code.blocks(theta, x, settings, 1.0)
+    r[at.T] = time
     code.ask(z, r)
     if not code("begin", z, r):
         return None

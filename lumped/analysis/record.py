@@ -11,14 +11,14 @@ from lumped.errors import OptionError
 from lumped.progress import Progress
 from lumped.system import System
 
-__all__ = ["Recorder", "output_times"]
+__all__ = ["Recorder", "output_times", "scale"]
 
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Times (k,), states (k, n), settings (k, m)."""
 
 
 def output_times(
-    grid: int | Sequence[float] | np.ndarray | None, until: float
+    grid: int | Sequence[float] | np.ndarray | None, until: float, begin: float = 0.0
 ) -> np.ndarray | None:
     """Output times of a run: equal intervals, those given, or None for the solver's steps.
 
@@ -32,15 +32,21 @@ def output_times(
     if isinstance(grid, int | np.integer):
         if grid < 1:
             raise OptionError(f"grid = {grid}: at least one output interval is needed.")
-        return np.linspace(0.0, until, int(grid) + 1)
+        return np.linspace(begin, until, int(grid) + 1)
     times = np.asarray(grid, dtype=float)
     if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
         raise OptionError("grid: the output times must be a list that does not decrease.")
-    if times[0] < 0 or times[-1] > until:
+    if times[0] < begin or times[-1] > until:
         raise OptionError(
-            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave 0 to {until:g} s."
+            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave {begin:g} to "
+            f"{until:g} s."
         )
     return times
+
+
+def scale(begin: float, until: float) -> float:
+    """Size of the times of a run, s; what tells instants apart is relative to it."""
+    return max(abs(begin), abs(until))
 
 
 class Recorder:
@@ -48,8 +54,8 @@ class Recorder:
 
     Parameters
     ----------
-    until : float
-        End of the run, s.
+    begin, until : float
+        Begin and end of the run, s.
     times : ndarray or None
         Output times; None for the steps of the solver.
     both_sides : bool
@@ -64,10 +70,15 @@ class Recorder:
     """
 
     def __init__(
-        self, until: float, times: np.ndarray | None, both_sides: bool, progress: Progress
+        self,
+        begin: float,
+        until: float,
+        times: np.ndarray | None,
+        both_sides: bool,
+        progress: Progress,
     ) -> None:
-        self.until, self.times, self.both_sides = until, times, both_sides
-        self._progress = progress
+        self._begin, self.times, self.both_sides = begin, times, both_sides
+        self._near, self._progress = 1e-13 * scale(begin, until), progress
         self.taken = 0
         self._parts: list[tuple[System, list[_Rows]]] = []
 
@@ -84,14 +95,14 @@ class Recorder:
         """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
         self._parts[-1][1].append((t, x, settings))
         if len(t):
-            self._progress.at(float(t[-1]))
+            self._progress.at(float(t[-1]) - self._begin)
 
     def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
         """An end of a segment; grid points that coincide with it are left out."""
         if self.both_sides:
             self.add(np.array([t]), x[None, :], settings[None, :])
             if self.times is not None:
-                close = np.searchsorted(self.times, t + 1e-13 * self.until, "right")
+                close = np.searchsorted(self.times, t + self._near, "right")
                 self.taken = max(self.taken, int(close))
 
     def due(self, end: float) -> np.ndarray:

@@ -169,6 +169,11 @@ class OperatingPoint:
         How an equilibrium was found.
     kept : Kept or None
         What it kept.
+    residual : float or None
+        How far the worst of the initial equations and given values that are no states is missed at
+        a start, relative to what is wanted if that is above one; None where there are none.
+    lost : tuple of str
+        Given start values and initial equations that an equilibrium does not keep, in words.
     """
 
     system: System
@@ -179,6 +184,8 @@ class OperatingPoint:
     collisions: tuple[Change, ...] = ()
     search: Convergence | None = None
     kept: Kept | None = None
+    residual: float | None = None
+    lost: tuple[str, ...] = ()
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -199,6 +206,12 @@ class OperatingPoint:
         head = f"{self.system.name} at t = {self.time:g} s"
         if self.search is not None:
             head += f"; {self.search}"
+        if self.residual is not None:
+            head += f"; what was demanded is met to {self.residual:.1e}"
+        if self.lost:
+            head += (
+                f"\nnot kept, as no equilibrium near the start does: {', '.join(self.lost[:12])}"
+            )
         return f"{head}\n" + table(("state", "value", "unit"), rows)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import casadi as ca
@@ -13,7 +14,7 @@ from lumped.analysis.crossing import Crossing
 from lumped.analysis.exact import Exact
 from lumped.analysis.flight import Flight, Place
 from lumped.analysis.instants import instants
-from lumped.analysis.record import Recorder
+from lumped.analysis.record import Recorder, scale
 from lumped.analysis.result import Event, OperatingPoint, Piece, Statistics, Trajectory
 from lumped.analysis.settings import closed_with
 from lumped.analysis.watch import Unfit, jump_fault, unfit_states
@@ -50,13 +51,14 @@ class Run:
         output: Recorder,
     ) -> None:
         self.point, self.until, self.rtol = point, until, rtol
+        self.begin, self.scale = point.time, scale(point.time, until)
         self.advance, self.output = advance, output
         self._take(point.system)
         self.guess = point.modes[len(point.modes) - self.implicit :]
         self.crossings: list[float] = []
-        self._changed_at = -1.0
+        self._changed_at = math.nan
         hits = point.collisions
-        self.events = [Event(0.0, c.component, c.before, c.after, c.loss) for c in hits]
+        self.events = [Event(self.begin, c.component, c.before, c.after, c.loss) for c in hits]
 
     def _take(self, system: System) -> None:
         """Integrate the states of this system from now on."""
@@ -69,7 +71,7 @@ class Run:
     def settler(self) -> Settler:
         """Finds modes."""
         if self._settler is None:
-            self._settler = Settler(self.system, self.point.theta, self.until)
+            self._settler = Settler(self.system, self.point.theta, self.scale)
         return self._settler
 
     def go(self) -> None:
@@ -80,12 +82,12 @@ class Run:
         SolverError
             With what was computed so far.
         """
-        self.instants = instants(self.system, self.point.theta, 0.0, self.until)
+        self.instants = instants(self.system, self.point.theta, self.begin, self.until)
         times, names = self.instants.times.tolist(), self.instants.names
         self.events += [Event(t, name) for t, name in zip(times, names, strict=True)]
-        edges = np.array([0.0, *times, self.until])
+        edges = np.array([self.begin, *times, self.until])
         modes = self.point.modes[: len(self.point.modes) - self.implicit]
-        place = Place(0, 0.0, self.point.x, modes, settled=False)
+        place = Place(0, self.begin, self.point.x, modes, settled=False)
         while place.segment < len(edges) - 1:
             steps = self.advance if isinstance(self.advance, Advance) else None
             code = steps.code() if steps is not None else None
@@ -175,7 +177,7 @@ class Run:
         self.crossings.append(t)
         if len(self.crossings) > STORM_SIZE:
             first = self.crossings[-STORM_SIZE]
-            if t - first <= 1e-9 * self.until:
+            if t - first <= 1e-9 * self.scale:
                 self.storm(t)
         return x, modes
 
@@ -183,7 +185,7 @@ class Run:
         """Stop where changes of modes follow each other without end."""
         recent = sorted({event.component for event in self.events[-STORM_SIZE:]})
         self.refuse(
-            f"{STORM_SIZE} changes of mode within {1e-9 * self.until:.2g} s before "
+            f"{STORM_SIZE} changes of mode within {1e-9 * self.scale:.2g} s before "
             f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
             "dry friction and contacts that can rest need lumped.hold, which finds a "
             "standstill; a condition on a speed cannot."

@@ -8,11 +8,16 @@ from lumped.analysis.instants import clocks, modes_at
 from lumped.errors import StartError
 from lumped.system import System
 
-__all__ = ["closed_with", "followed", "settings_at"]
+__all__ = ["closed_with", "followed", "just_after", "settings_at"]
 
 _MOST_CLOSING = 20
 _RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
 """Distances from the given guesses at which the search for a linkage's position begins."""
+
+
+def just_after(time: float) -> float:
+    """The next number: what begins at a time holds there, what ends there does not."""
+    return float(np.nextafter(time, np.inf))
 
 
 def settings_at(

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import warnings
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
+from lumped.analysis.calls import called
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import followed
 from lumped.system import System
 
-__all__ = ["settled"]
+__all__ = ["Settled", "settled"]
 
 _MOST_STEPS = 500
 _FIRST_MOVE = 0.1
@@ -20,16 +22,33 @@ _FARTHEST = 1e12
 """A state so many times larger than it was runs away."""
 
 
+class Settled(NamedTuple):
+    """States and settings near those that a system approaches.
+
+    Attributes
+    ----------
+    x, settings : ndarray
+        States; modes and implicit quantities.
+    changed : bool
+        Whether positions of conditions or holds change there, on the way.
+    """
+
+    x: np.ndarray
+    settings: np.ndarray
+    changed: bool
+
+
 def settled(
     point: OperatingPoint, movable: np.ndarray, change: scipy.sparse.csc_array
-) -> tuple[np.ndarray, np.ndarray] | None:
+) -> Settled | None:
     """States near those that the system approaches, and settings there; None if it settles nowhere.
 
     Pseudo-transient continuation (Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508): one
     linearised step of the implicit Euler method after the other. A step is taken if the equations
     are nearly met at its end; the next is then longer. Short steps follow the motion that the
     system would make, long ones are steps of Newton's method. States not movable are held; only
-    what the matrix `change` makes of the derivatives counts.
+    what the matrix `change` makes of the derivatives counts. Where positions of conditions or holds
+    change, the way ends.
     """
     system, begin, settings = point.system, point.x, point.modes
     nominal = np.array([_nominal(system, node) for node in system.states])
@@ -65,9 +84,11 @@ def settled(
                 break
             continue
         x, rates, settings = x + step, found, closed
+        if _changes(point, x, settings):
+            return Settled(x, settings, changed=True)
         length *= 10 if share < 0.1 else 2
         if np.abs(step / size).max() <= 1e-8 or not rates[free].any():
-            return x, settings
+            return Settled(x, settings, changed=False)
         if (np.abs(x) > _FARTHEST * (np.abs(begin) + nominal)).any():
             break
     return None
@@ -80,3 +101,11 @@ def _rates(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> np.nda
 def _nominal(system: System, node: int) -> float:
     unknown = system._members.get(node)
     return 1.0 if unknown is None else system._tree.quantity(unknown).nominal
+
+
+def _changes(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> bool:
+    """Whether conditions or holds do not have their positions any more."""
+    if not point.system.switching:
+        return False
+    left, tolerance = called(point.system, "margins")(x, point.theta, point.time, settings)
+    return bool((left < -tolerance).any())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -30,6 +31,7 @@ def simulate(
     system: System,
     *,
     until: float,
+    begin: float | None = None,
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
     free: Iterable[Name] = (),
@@ -40,7 +42,7 @@ def simulate(
     max_steps: int = 1_000_000,
     certify: bool = False,
 ) -> Trajectory:
-    """Simulate from the time zero.
+    """Simulate from one time to another.
 
     Where a function of time jumps or has a kink, and where a condition, contact or friction element
     changes its mode, the method stops exactly there and starts anew.
@@ -58,11 +60,15 @@ def simulate(
         From `assemble`.
     until : float
         End, s.
+    begin : float, optional
+        Begin, s; default is the time of the start point, or zero. With a start point of another
+        time, its states are taken as those at the begin.
     parameters : mapping of name to float, optional
         Parameters to change for this run.
     start : mapping of name to float, or OperatingPoint, optional
-        Start values to set or change; or states and parameters to start from, as found by
-        `equilibrium` or `start_point`.
+        Start values to set or change; or a point to start from, with its time, states, parameters
+        and modes: one that `equilibrium` or `start_point` found, or one of an earlier run, which
+        then goes on (``start=run.point(2.0)``).
     free : iterable of names
         Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
@@ -95,8 +101,8 @@ def simulate(
     Raises
     ------
     OptionError
-        If `until`, `grid`, `rtol`, `atol` or `method` make no sense, or `method` is "exact" and the
-        system is not linear.
+        If `until`, `begin`, `grid`, `rtol`, `atol` or `method` make no sense, the start point
+        belongs to another system, or `method` is "exact" and the system is not linear.
     StartError
         If the start values contradict each other.
     SolverError
@@ -104,21 +110,23 @@ def simulate(
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
-    _check(until, rtol, atol, method)
-    times = output_times(grid, until)
+    if begin is None:
+        begin = start.time if isinstance(start, OperatingPoint) else 0.0
+    _check(begin, until, rtol, atol, method)
+    times = output_times(grid, until, begin)
     if isinstance(start, OperatingPoint):
-        if start.system is not system or parameters or tuple(free):
+        if not start.system.is_chart_of(system) or parameters or tuple(free):
             raise OptionError(
                 "simulate: a start point brings its own parameters and belongs to the system that "
                 "it was made for; give no parameters or free parameters beside it."
             )
-        point = start
+        point = start if start.time == begin else replace(start, time=begin)
     else:
-        point = start_point(system, parameters, start, free)
+        point = start_point(system, parameters, start, free, time=begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
-    with Progress(system.name, until) as progress:
-        output = Recorder(until, times, grid is None or isinstance(grid, int), progress)
+    with Progress(system.name, until - begin) as progress:
+        output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)
         advance: Advance | Exact
         if used == "exact":
             advance = Exact(point.theta, rtol, output)
@@ -168,9 +176,15 @@ def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
     return "implicit" if stiff(point, until, rtol) else "steps"
 
 
-def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
-    if not (isinstance(until, int | float | np.number) and np.isfinite(until) and until > 0):
-        raise OptionError(f"until = {until!r} s: the end must be a positive, finite time.")
+def _check(begin: float, until: float, rtol: float, atol: float | None, method: str) -> None:
+    if not (isinstance(begin, int | float | np.number) and np.isfinite(begin)):
+        raise OptionError(f"begin = {begin!r} s: the begin must be a finite time.")
+    if not (isinstance(until, int | float | np.number) and np.isfinite(until)):
+        raise OptionError(f"until = {until!r} s: the end must be a finite time.")
+    if not until > begin:
+        what = "a positive, finite time" if begin == 0 else f"after the begin, {begin:g} s"
+        what += " (that of the start point, unless begin= says another)" * (begin != 0)
+        raise OptionError(f"until = {until!r} s: the end must be {what}.")
     if not 1e-14 <= rtol < 1:
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:

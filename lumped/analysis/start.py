@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.calls import Call
 from lumped.analysis.changeover import Change, Settler
-from lumped.analysis.instants import modes_at
 from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
-from lumped.analysis.settings import settings_at
-from lumped.analysis.targets import Targets
+from lumped.analysis.start_search import StartSearch
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
-from lumped.units import converted, has_unit
 
-__all__ = ["StartForm", "start_form", "start_point", "start_slopes"]
+__all__ = ["StartForm", "by_name", "start_form", "start_point", "start_slopes"]
 
 
 def start_point(
@@ -27,8 +23,11 @@ def start_point(
     parameters: Changes | None = None,
     start: Changes | None = None,
     free: Iterable[Name] = (),
+    *,
+    time: float = 0.0,
+    together: bool = False,
 ) -> OperatingPoint:
-    """States at the time zero.
+    """States at the start of a run.
 
     Start values given to instances (``Inertia(J=1, w=100)``), those in `start`, and the
     ``initial_equations`` of components hold exactly. States that they do not determine take their
@@ -38,7 +37,10 @@ def start_point(
     before the impact, and the states those after it.
 
     Newton's method starts from the defaults. If it fails, the wanted values are approached step by
-    step from those that the quantities have there.
+    step from those that the quantities have there. What is demanded holds in the positions that
+    conditions, friction and contacts have at the start: it is met in the positions of the defaults,
+    positions are found where that ends, and so on until both agree. ``point.residual`` tells how
+    far the worst of it is missed.
 
     Parameters
     ----------
@@ -49,36 +51,72 @@ def start_point(
     free : iterable of names
         Parameters that the start values determine, for example the rest length of a spring that
         holds a body at a given place with a given acceleration.
+    time : float
+        Instant of the start, s.
+    together : bool
+        Parts move together: no twist of a spring and no play changes, so that one given speed
+        turns a whole drive train. Twists themselves keep their start values. Parts that only a
+        damper or slipping friction joins move as they are told.
 
     Raises
     ------
     StartError
         If start values and initial equations contradict each other, do not determine a free
-        parameter, or put bodies inside each other.
+        parameter, cannot hold in any positions that follow from them, or put bodies inside each
+        other.
     OptionError
         If `start` is no mapping.
     """
-    if not isinstance(start, Mapping | None):
-        raise OptionError(
-            f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
-            "for a run from an equilibrium the point that lp.equilibrium(system) returns."
-        )
-    theta = system.theta(parameters)
-    begin = _Start(system, theta, start or {}, system.places(free))
-    x, settings = begin.solve()[system._in_use], begin.settings
+    search = StartSearch(
+        system, system.theta(parameters), by_name(start), system.places(free), time, together
+    )
+    x, settings = search.solve()[system._in_use], search.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
-        found = begun(system, begin.theta, x, settings)
-        if found is not None:
-            return OperatingPoint(system, 0.0, found[0], begin.theta, found[1])
-        count = len(settings) - len(system._values.implicit)
-        settler = Settler(system, begin.theta, 1.0)
-        try:
-            x, modes, collisions = settler.begin(0.0, x, settings[:count], settings[count:])
-        except SolverError as error:
-            raise StartError(str(error)) from None
-        settings = np.concatenate([modes, settings[count:]])
-    return OperatingPoint(system, 0.0, x, begin.theta, settings, collisions)
+        x, settings, collisions = _settled(search, x)
+    point = OperatingPoint(system, time, x, search.theta, settings, collisions)
+    return replace(point, residual=search.residual)
+
+
+def by_name(start: object) -> Changes:
+    """Start values by name; none if nothing is given.
+
+    Raises
+    ------
+    OptionError
+        If it is something else, such as a point, which only a run can start from.
+    """
+    if isinstance(start, Mapping | None):
+        return start or {}
+    if isinstance(start, OperatingPoint):
+        raise OptionError(
+            f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
+            "lp.simulate, lp.work_precision and what takes at= can go on. Here start values by "
+            "name are needed, such as {'rotor.w': 100.0}; what depends on them begins at t = 0."
+        )
+    raise OptionError(
+        f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
+        "for a run from an equilibrium the point that lp.equilibrium(system) returns."
+    )
+
+
+def _settled(
+    search: StartSearch, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
+    """States and settings after what collides at once, and what does."""
+    system, (modes, guesses) = search.system, search.parted()
+    found = begun(system, search.theta, search.time, x, np.concatenate([modes, guesses]))
+    if found is not None:
+        search.check(found[1])
+        return *found, ()
+    settler = Settler(system, search.theta, 1.0)
+    try:
+        x, modes, collisions = settler.begin(search.time, x, modes, guesses)
+    except SolverError as error:
+        raise StartError(str(error)) from None
+    if not collisions:
+        search.check(modes)
+    return x, np.concatenate([modes, guesses]), collisions
 
 
 def start_slopes(
@@ -101,7 +139,7 @@ def start_slopes(
     -------
     ndarray, shapes (n,) and (n, k)
     """
-    begin = _Start(system, theta, start, [])
+    begin = StartSearch(system, theta, start, [], 0.0)
     x = begin.solve()
     return x[system._in_use], begin.slopes(x, seed, varied)[system._in_use]
 
@@ -132,7 +170,7 @@ class StartForm:
 
 def start_form(system: System, start: Changes) -> StartForm:
     """How the states at the time zero follow from the parameters; some start values are set."""
-    begin = _Start(system, system.theta(None), start, [])
+    begin = StartSearch(system, system.theta(None), start, [], 0.0)
     x, flat, reduced = begin.solve(), system._flat, begin.reduced
 
     def signed(unknown: int) -> ca.SX:
@@ -154,133 +192,3 @@ def start_form(system: System, start: Changes) -> StartForm:
         wanted[i] = signed(unknown)
     miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
     return StartForm(states, miss, rows, columns, guesses)
-
-
-class _Start:
-    def __init__(self, system: System, theta: np.ndarray, start: Changes, free: list[int]) -> None:
-        self.system, self.theta, self.free = system, theta, free
-        self.reduced = system._reduced
-        self.position = {n: i for i, n in enumerate(self.reduced.states)}
-        given, self.starts = self._evaluated()
-        for name, value in start.items():
-            unknown = system._tree.unknown(name)
-            unit = system._tree.quantity(unknown).unit
-            if has_unit(value):
-                given[unknown] = converted(value, unit, f"{system.key(name)} =")
-                continue
-            try:
-                given[unknown] = float(value)
-            except (TypeError, ValueError):
-                raise StartError(
-                    f"{system.key(name)} = {value!r}: a number in {unit} is needed."
-                ) from None
-        self.given, self.changed = given, {system._tree.unknown(name) for name in start}
-        for unknown, number in given.items():
-            if not np.isfinite(number):
-                raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
-        self.guesses = self._first_guesses()
-        self.settings = np.concatenate([modes_at(system, theta, 0.0), self.guesses])
-        self.x = np.zeros(len(self.reduced.states))
-        for unknown, value in self.starts.items():
-            node = self.reduced.node(unknown)
-            if node in self.position:
-                self.x[self.position[node]] = self._signed(unknown, value)
-
-    def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
-        """Start values given to instances, and those of declarations."""
-        flat, made = self.system._flat, self.system.made
-        if "starts" not in made:
-            both = ca.vertcat(ca.SX(0, 1), *flat.given.values(), *flat.starts.values())
-            inputs = [flat.parameters.theta]
-            made["starts"] = Call(ca.Function("starts", inputs, [ca.densify(both)]))
-        numbers = made["starts"](self.theta)[0].tolist()
-        count = len(flat.given)
-        return (
-            dict(zip(flat.given, numbers[:count], strict=True)),
-            dict(zip(flat.starts, numbers[count:], strict=True)),
-        )
-
-    def _signed(self, unknown: int, value: float) -> float:
-        return value * float(self.reduced.aliases.signs[unknown])
-
-    def solve(self) -> np.ndarray:
-        fixed: dict[int, tuple[int, float]] = {}
-        targets: dict[int, tuple[int, float]] = {}
-        for unknown, raw in self.given.items():
-            node, value = self.reduced.node(unknown), self._signed(unknown, raw)
-            if node is None:
-                if raw != 0.0:
-                    raise StartError(
-                        f"{self._text(unknown)} cannot hold: this quantity is always zero here. "
-                        "Remove the start value."
-                    )
-                continue
-            if node in self.system._values.implicit:
-                continue
-            store = fixed if node in self.position else targets
-            if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
-                raise StartError(
-                    f"Start values contradict each other: {self._text(store[node][0])} and "
-                    f"{self._text(unknown)}, but both are the same motion. Give only one of them."
-                )
-            store[node] = (unknown, value)
-        self.fixed, self.targets = fixed, targets
-        self.search: Targets | None = None
-        for node, (_, value) in fixed.items():
-            self.x[self.position[node]] = value
-        if targets or self.free or self.system._flat.initial:
-            held = {self.position[n]: u for n, (u, _) in fixed.items()}
-            self.search = Targets(
-                self.system, targets, held, self.free, self.settings, self.guesses, self._text
-            )
-            self.x, self.theta = self.search.meet(self.x, self.theta)
-            if self.free:
-                self.system.check_parameters(self.theta)
-        if len(self.guesses):
-            x = self.x[self.system._in_use]
-            self.settings = settings_at(self.system, x, self.theta, 0.0, self.guesses)
-        return self.x
-
-    def slopes(
-        self, x: np.ndarray, seed: np.ndarray, varied: Mapping[int, np.ndarray]
-    ) -> np.ndarray:
-        """Derivatives of the states found (see `start_slopes`)."""
-        flat, signs = self.system._flat, self.reduced.aliases.signs
-        values, p = {**flat.starts, **flat.given}, flat.parameters.theta
-        made = self.system.made
-        if "start slopes" not in made:
-            column = ca.vertcat(ca.SX(0, 1), *values.values())
-            made["start slopes"] = ca.Function("slopes", [p], [ca.jacobian(column, p)])
-        found = made["start slopes"](self.theta).sparse() @ seed
-        none = np.zeros(seed.shape[1])
-        rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
-        for unknown, slope in varied.items():
-            # a start value that is an expression of parameters moves with these too
-            rows[unknown] = rows.get(unknown, none) + slope
-        S = np.zeros((len(x), seed.shape[1]))
-        for unknown in (*flat.starts, *varied):
-            node = self.reduced.node(unknown)
-            if node in self.position:
-                S[self.position[node]] = signs[unknown] * rows[unknown]
-        for node, (unknown, _) in self.fixed.items():
-            S[self.position[node]] = signs[unknown] * rows[unknown]
-        if self.search is None:
-            return S
-        wanted = [signs[unknown] * rows[unknown] for unknown, _ in self.targets.values()]
-        return self.search.slopes(x, S, seed, np.array(wanted).reshape(-1, seed.shape[1]))
-
-    def _first_guesses(self) -> np.ndarray:
-        """Where the search for implicit quantities begins: start values given or declared."""
-        implicit = {node: i for i, node in enumerate(self.system._values.implicit)}
-        guesses = np.zeros(len(implicit))
-        for values in (self.starts, self.given) if implicit else ():
-            for unknown, value in values.items():
-                node = self.reduced.node(unknown)
-                if node in implicit:
-                    guesses[implicit[node]] = self._signed(unknown, value)
-        return guesses
-
-    def _text(self, unknown: int) -> str:
-        tree = self.system._tree
-        unit = tree.quantity(unknown).unit
-        return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"

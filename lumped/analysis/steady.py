@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 
+import casadi as ca
 import numpy as np
 import scipy
 
@@ -19,7 +20,8 @@ _ROUNDING = 1e-12
 def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     """What of the derivatives is no steady motion, as a projection of them.
 
-    Steady is what positions do in directions in which no derivative depends on them. Positions
+    Steady is what positions do in directions in which neither a derivative nor a condition or gap
+    that decides on derivatives depends on them: a play that opens is no steady motion. Positions
     are states with the unit of a port's potential, such as angles and twists; the derivatives are
     looked at in random points, wide apart and close to each other.
 
@@ -32,12 +34,15 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     units = {q.unit for t in layouts.values() for q in t.quantities if q.kind == "potential"}
     places = np.flatnonzero([_unit(system, node) in units for node in system.states])
     directions = np.eye(len(places))
+    deciding = _deciding(system)
     rng = np.random.default_rng(7)
     for radius, centre in itertools.product(_RADII, (np.zeros(count), point.x)):
         if not directions.shape[1]:
             return scipy.sparse.csc_array(scipy.sparse.eye_array(count))
         x = centre + rng.uniform(-radius, radius, count)
         matrix = system.jacobian(x, point.theta, point.time, point.modes)[0].full()
+        slopes = deciding(x, point.theta, point.time, point.modes).full()
+        matrix = np.vstack([matrix, slopes])
         matrix = matrix[np.isfinite(matrix).all(axis=1)]
         scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-9)
         effects = (matrix[:, places] / scale[:, None]) @ directions
@@ -53,6 +58,20 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     change = np.eye(count)
     change[np.ix_(places, places)] -= np.where(np.abs(steady) > _ROUNDING, steady, 0.0)
     return scipy.sparse.csc_array(change)
+
+
+def _deciding(system: System) -> ca.Function:
+    """Derivatives by the states of what decides on modes of the rates: conditions and gaps."""
+    if "deciding" not in system.made:
+        s, modes = system.switching, system._values.modes
+        used = set(ca.jacobian_sparsity(system.rates, modes).get_triplet()[1])
+        numbers = [k for k, mode in enumerate(s.relation_modes.tolist()) if mode in used]
+        gaps = np.flatnonzero(s.has_gap).tolist()
+        found = ca.vertcat(s.greater[numbers] - s.less[numbers], s.gap[gaps])
+        slopes = ca.jacobian(system._in_states(found), system._inputs[0])
+        system.made["deciding"] = ca.Function("deciding", system._inputs, [slopes])
+    function: ca.Function = system.made["deciding"]
+    return function
 
 
 def _null_space(matrix: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import scipy
 
 from lumped.analysis.calls import Call
 from lumped.analysis.initial import initial_residuals
-from lumped.analysis.settings import settings_at
+from lumped.analysis.settings import closed_with
 from lumped.errors import StartError
 from lumped.select import RANK, select_dependent
 from lumped.system import System
@@ -40,15 +40,22 @@ class Targets:
     system : System
         From `assemble`.
     given : dict of int to (int, float)
-        Unknown and value wanted for each node.
+        Unknown and value wanted for each node; the complement of an unknown stands for its rate.
     fixed : dict of int to int
         Unknown that fixes each of those states that must keep their values.
     free : list of int
         Places of the parameters to be found.
-    settings, guesses : ndarray
-        Modes and implicit quantities, and where the search for these begins.
+    guesses : ndarray
+        Where the search for implicit quantities begins.
+    time : float
+        Instant, s.
     text : callable
         An unknown with its start value, as texts show it.
+
+    Attributes
+    ----------
+    modes : ndarray
+        Positions of all conditions and holds in which the targets are met.
     """
 
     def __init__(
@@ -57,22 +64,23 @@ class Targets:
         given: dict[int, tuple[int, float]],
         fixed: dict[int, int],
         free: list[int],
-        settings: np.ndarray,
         guesses: np.ndarray,
+        time: float,
         text: Callable[[int], str],
     ) -> None:
         self.system, self.fixed, self.free = system, fixed, free
-        self.settings, self.guesses, self._given_text = settings, guesses, text
+        self.guesses, self.time, self._given_text = guesses, time, text
+        self.modes = np.zeros(0)
         self.unknowns = [unknown for unknown, _ in given.values()]
         self.count = len(system._reduced.states)
         self._evaluate = _made(system, tuple(given), tuple(free))
         self.places = self._evaluate.places
-        self._last: tuple[np.ndarray, tuple[np.ndarray, _Matrix]] | None = None
+        self._last: tuple[np.ndarray, np.ndarray, tuple[np.ndarray, _Matrix]] | None = None
         wanted = [value for _, value in given.values()]
         self.wanted = np.array(wanted + [0.0] * len(self.places))
 
     def meet(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """States and parameters that meet all targets, found from those given.
+        """States and parameters that meet all targets in these positions, found from those given.
 
         Raises
         ------
@@ -108,7 +116,8 @@ class Targets:
         """
         _, matrix = self._at(x)
         columns, rows = self._columns(matrix)
-        by_parameters = self._evaluate.by_parameters(x, self.theta, 0.0, self.settings).sparse()
+        settings = self._settings(x, self.theta)
+        by_parameters = self._evaluate.by_parameters(x, self.theta, self.time, settings).sparse()
         found = S.copy()
         found[columns] = 0.0
         miss = -(by_parameters @ seed) - matrix @ found
@@ -116,6 +125,34 @@ class Targets:
         part = scipy.sparse.csc_array(matrix)[rows][:, columns].toarray()
         found[columns] = np.linalg.lstsq(part, miss[rows])[0]
         return found
+
+    def idle(self, x: np.ndarray, theta: np.ndarray) -> tuple[np.ndarray, bool, int, float]:
+        """Which targets are missed, and whether there is one of them that nothing changes.
+
+        Then how many there are that nothing changes, met or not, and how far all are missed.
+        """
+        self.theta = theta
+        z = np.concatenate([x, theta[self.free]])
+        value, matrix = self._at(z)
+        miss = value - self.wanted
+        missed = self._missed(miss, self.wanted, matrix, z)
+        usable = self._columns(matrix, complain=False)[1]
+        size = np.maximum(1.0, np.abs(self.wanted))
+        far = float(np.linalg.norm(miss / size))
+        return missed, bool(np.delete(missed, usable).any()), len(miss) - len(usable), far
+
+    def residual(self, x: np.ndarray, theta: np.ndarray) -> tuple[float, str]:
+        """How far the worst target is missed, and which; its name is empty where all are met.
+
+        Relative to what is wanted if that is above one.
+        """
+        self.theta = theta
+        z = np.concatenate([x, theta[self.free]])
+        value, matrix = self._at(z)
+        miss = np.abs(value - self.wanted) / np.maximum(1.0, np.abs(self.wanted))
+        missed = self._missed(value - self.wanted, self.wanted, matrix, z)
+        worst = int(np.argmax(np.where(missed, miss, -1.0))) if missed.any() else -1
+        return float(miss.max(initial=0.0)), self._text(worst) if worst >= 0 else ""
 
     @property
     def value(self) -> ca.SX:
@@ -134,16 +171,15 @@ class Targets:
 
     def _at(self, z: np.ndarray) -> tuple[np.ndarray, _Matrix]:
         """What the targets are, and their derivatives."""
-        if self._last is None or self._last[0] is not z:
-            self._last = z, self._computed(z)
-        return self._last[1]
+        if self._last is None or self._last[0] is not z or self._last[1] is not self.modes:
+            x, theta = z[: self.count], self._parameters(z)
+            found = self._evaluate(x, theta, self.time, self._settings(x, theta))
+            self._last = z, self.modes, found
+        return self._last[2]
 
-    def _computed(self, z: np.ndarray) -> tuple[np.ndarray, _Matrix]:
-        x, theta, settings = z[: self.count], self._parameters(z), self.settings
-        if len(self.guesses):
-            used = x[self.system._in_use]
-            settings = settings_at(self.system, used, theta, 1e-300, self.guesses)
-        return self._evaluate(x, theta, settings)
+    def _settings(self, x: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        used = x[self.system._in_use]
+        return closed_with(self.system, used, theta, self.time, self.modes, self.guesses)
 
     @staticmethod
     def _missed(miss: np.ndarray, goal: np.ndarray, matrix: _Matrix, z: np.ndarray) -> np.ndarray:
@@ -280,7 +316,8 @@ class Targets:
             )
         touching = matrix[[row]].tocoo()
         if not touching.nnz and given:
-            sign = float(self.system._reduced.aliases.signs[self.unknowns[row]])
+            unknown = self.unknowns[row]
+            sign = float(self.system._reduced.aliases.signs[max(unknown, ~unknown)])
             raise StartError(
                 f"{text} cannot hold: supports, sources or loads of the model make it "
                 f"{sign * value[row]:.6g} at the start. Remove the start value, or change them."
@@ -348,9 +385,9 @@ class _Function:
         return ca.Function("by_parameters", self._inputs, [found])
 
     def __call__(
-        self, x: np.ndarray, theta: np.ndarray, settings: np.ndarray
+        self, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
     ) -> tuple[np.ndarray, _Matrix]:
-        value, nonzeros = self._call(x, theta, 0.0, settings)
+        value, nonzeros = self._call(x, theta, time, settings)
         if self._shape[0] * self._shape[1] > _DENSE:
             return value, scipy.sparse.csc_array((nonzeros, self.entries), shape=self._shape)
         matrix = np.zeros(self._shape)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from lumped.analysis.result import Trajectory
-from lumped.analysis.start import start_slopes
+from lumped.analysis.start import by_name, start_slopes
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 
@@ -43,7 +43,7 @@ def sources(
         If a name is nothing that can be varied.
     """
     tree, reduced = system._tree, system._reduced
-    given = [*system._flat.given, *(tree.unknown(name) for name in start)]
+    given = [*system._flat.given, *(tree.unknown(name) for name in by_name(start))]
     nodes = {reduced.node(unknown): unknown for unknown in given}
     p = system._flat.parameters
     known = {p.names[i]: place for place, i in enumerate(p.free)}

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from lumped.system import System
 
+if TYPE_CHECKING:
+    from lumped.analysis.result import Trajectory
+
 __all__ = [
     "Unfit",
+    "exchange_fault",
     "finite_fault",
     "followers",
     "jump_fault",
@@ -22,7 +26,11 @@ __all__ = [
 ]
 
 _MOST_LEVERAGE = 1e3
-"""Ratio of a dependent motion to the state that leads it from which on the state is unfit."""
+"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
+to what this ratio is like elsewhere."""
+
+_ELSEWHERE = 25
+"""Points at which it is looked at for that."""
 
 
 class Unfit(NamedTuple):
@@ -173,7 +181,11 @@ def followers(system: System) -> tuple[list[str], ca.Function]:
 
 
 def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
-    """Varying ratios of dependent positions to leading ones, and of speeds to speeds."""
+    """Varying ratios of dependent positions to leading ones, and of speeds to speeds.
+
+    Relative to their typical size if that is above one, so that units do not count: a torque that
+    follows a twist by 1e4 N.m/rad everywhere is well led.
+    """
     if "levers" not in system.made:
         nodes, x = _dependent(system), system._inputs[0]
         ratios = ca.jacobian(system._values.of(nodes), x)
@@ -188,6 +200,33 @@ def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
         ]
         pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
         function = ca.Function("levers", system._inputs, [entries[varying]])
+        if pairs and not system._values.implicit:
+            scaled = entries[varying] / ca.DM(_typical(system, function))
+            function = ca.Function("levers", system._inputs, [scaled])
         system.made["levers"] = (pairs, function)
     found: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
     return found
+
+
+def _typical(system: System, function: ca.Function) -> np.ndarray:
+    """Middle size of ratios over random points, at least one."""
+    n, settings = len(system.states), system._inputs[3].numel()
+    rng = np.random.default_rng(6)
+    points = rng.uniform(-1.0, 1.0, (n, _ELSEWHERE))
+    theta = system._flat.parameters.defaults
+    sizes = np.abs(np.asarray(function(points, theta, 0.0, np.zeros(settings))))
+    found = [np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else 1.0 for row in sizes]
+    return np.maximum(1.0, found)
+
+
+def exchange_fault(run: Trajectory, t: float) -> str:
+    """Why derivatives end where another motion leads, and what to do."""
+    found = [e for e in run.events if e.before in run.system.state_names and e.time <= t]
+    changes = [f"{e.after} leads instead of {e.before}" for e in found[-1:]]
+    after = found[-1].after if found else "the motion that leads later"
+    return (
+        f"{run.system.name}: at t = {t:.9g} s states change places: "
+        f"{''.join(changes) or 'see run.events'}. Derivatives are not followed across that. "
+        f"Declare {after} with state='always', so that it leads from the start, or end the run "
+        "before."
+    )

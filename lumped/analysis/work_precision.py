@@ -191,7 +191,7 @@ def work_precision(
     point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
     if not ladder:
         raise OptionError("work_precision: give at least one tolerance.")
-    grid = np.linspace(0.0, until, _INTERVALS + 1)
+    grid = np.linspace(point.time, until, _INTERVALS + 1)
 
     def run(method: Method, rtol: float, most: int = 1_000_000) -> Trajectory:
         return simulate(

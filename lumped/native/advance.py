@@ -170,7 +170,7 @@ def start(Z: Integers, R: Numbers) -> int:
     h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** 0.125
     first = min(min(100.0 * h0, h1), end - t)
     R[H] = first if first > 0.0 and first < math.inf else 1e-6 * (end - t)
-    R[KNOWN] = -1.0
+    R[KNOWN] = math.inf
     Z[REJECTED] = Z[STIFF] = Z[CALM] = 0
     return 1
 

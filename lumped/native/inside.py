@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from lumped.native.layout import (
     CROSSINGS,
     DENSE,
@@ -264,7 +266,7 @@ def crossing(Z: Integers, R: Numbers) -> bool:
 
     Leaves the states there among the inner ones, the time, and which margins fired.
     """
-    R[KNOWN] = -1.0
+    R[KNOWN] = math.inf
     if not _first_below(Z, R):
         return False
     nk, stack, suspect = Z[NK], at(R, Z[STACK]), at(Z, Z[SUSPECT])

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from linkages import double_rocker
 
 import lumped as lp
 from lumped.components import (
     Damper,
+    ElastoBacklash,
     Fixed,
     IdealGear,
     Inertia,
@@ -234,3 +236,120 @@ def test_a_point_of_a_run_is_where_it_is_linearised():
         assert np.linalg.eigvals(stiffness)[0] ** 2 == pytest.approx(-slope, rel=1e-12)
     with pytest.raises(OptionError, match="not within the run"):
         run.point(2.1)
+
+
+# -- one speed for a whole train ---------------------------------------------------------------
+
+
+def train(**given):
+    """Motor, six elastic shafts with wheels, a gear that reverses, a play and a load."""
+    return lp.compose(
+        motor=Inertia(J=0.5),
+        shaft=[SpringDamper(c=1e3 * (i + 1), d=1.0) for i in range(6)],
+        wheel=[Inertia(J=1.0 + i) for i in range(6)],
+        gear=IdealGear(ratio=-4.0),
+        play=ElastoBacklash(c=1e4, d=2.0, b=0.01),
+        load=Inertia(J=3.0),
+        connections=lambda m: lp.chain(
+            m.motor,
+            *(p for pair in zip(m.shaft, m.wheel, strict=True) for p in pair),
+            m.gear,
+            m.play,
+            m.load,
+        ),
+    ).with_(given)
+
+
+@pytest.mark.parametrize(("name", "value"), [("motor.w", 100.0), ("load.w", -25.0)])
+def test_one_given_speed_turns_a_whole_train(name, value):
+    system = lp.assemble(train())
+    point = lp.start_point(system, start={name: value}, together=True)
+    run = lp.simulate(system, until=0.5, start=point, grid=5)
+    for wheel in ("motor", *(f"wheel[{i}]" for i in range(6))):
+        assert run[f"{wheel}.w"] == pytest.approx(np.full(6, 100.0), rel=1e-9)
+    assert run["load.w"] == pytest.approx(np.full(6, -25.0), rel=1e-9)
+    assert np.abs(run["shaft[3].tau"]).max() < 1e-6
+    assert run.events == ()
+    alone = lp.start_point(system, start={name: value})  # else the rest stands still
+    assert alone["wheel[2].w"] == 0.0
+
+
+def test_a_train_that_moves_together_keeps_a_given_twist_and_refuses_two_speeds():
+    system = lp.assemble(train(**{"shaft[1].phi_rel": 0.02}))
+    point = lp.start_point(system, start={"motor.w": 100.0}, together=True)
+    assert [point["shaft[1].phi_rel"], point["wheel[5].w"]] == pytest.approx([0.02, 100.0])
+    both = {"motor.w": 100.0, "wheel[2].w": 5.0}
+    with pytest.raises(StartError, match=r"at rest \(together=True\).*motor\.w = 100"):
+        lp.start_point(system, start=both, together=True)
+    alike = lp.start_point(system, start={"motor.w": 8.0, "load.w": -2.0}, together=True)
+    assert alike["wheel[4].w"] == pytest.approx(8.0, rel=1e-12)
+
+
+def test_what_only_a_damper_joins_moves_as_it_is_told():
+    model = lp.compose(
+        motor=Inertia(J=0.5),
+        fluid=Damper(d=2.0),
+        fan=Inertia(J=1.0),
+        shaft=Spring(c=10.0),
+        rotor=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.motor, m.fluid, m.fan, m.shaft, m.rotor),
+    )
+    start = {"motor.w": 100.0, "rotor.w": 60.0}
+    point = lp.start_point(lp.assemble(model), start=start, together=True)
+    received = [point[n] for n in ("motor.w", "fan.w", "rotor.w")]
+    assert received == pytest.approx([100.0, 60.0, 60.0], rel=1e-12)
+
+
+# -- states that were asked for ----------------------------------------------------------------
+
+
+class Soft(lp.Component):
+    """Slip that follows a speed, and a torque that it makes: smooth, and steep where it begins."""
+
+    flange = lp.Flange()
+    s: lp.Var = lp.var("1", "slip", state="prefer")
+    F: lp.Var = lp.var("N.m", "torque")
+    rate: lp.Var = lp.var("N.m/s", "its rate")
+
+    def equations(self):
+        yield 0.01 * lp.der(self.s) == lp.der(self.flange.phi) - 10 * self.s
+        yield 1000 * lp.ops.sin(1.6 * lp.ops.atan(10 * self.s)) == self.F
+        yield self.rate == lp.der(self.F)
+        yield self.flange.tau == self.F
+
+
+def test_a_preferred_state_leads_although_what_it_makes_is_steep():
+    model = lp.compose(
+        push=Torque(tau=5.0),
+        body=Inertia(J=1.0),
+        tyre=Soft(),
+        connections=lambda m: [
+            *lp.chain(m.push, m.body),
+            lp.connect(m.body.flange_b, m.tyre.flange),
+        ],
+    )
+    system = lp.assemble(model)
+    run = lp.simulate(system, until=1.0, rtol=1e-9, grid=[1.0])
+    assert run.events == ()
+    assert {piece.system for piece in run.pieces} == {system}
+
+    def slip(torque):  # 5 N.m = F(s)
+        return np.tan(np.arcsin(torque / 1000.0) / 1.6) / 10
+
+    assert run["tyre.s"][-1] == pytest.approx(slip(5.0), rel=1e-6)
+    of = [lp.functionals.final("tyre.s")]
+    found = lp.gradient(system, of=of, to=["push.tau"], until=1.0)
+    expected = (slip(5.001) - slip(4.999)) / 2e-3
+    assert found.derivatives[0, 0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_derivatives_across_an_exchange_of_states_name_it_and_the_remedy():
+    system = lp.assemble(double_rocker(w=3.0))
+    expected = (
+        r"linkage\.q leads instead of crank\.phi.*Declare linkage\.q with state='always'.*or end"
+    )
+    of = [lp.functionals.final("crank.w")]
+    with pytest.raises(SolverError, match=expected):
+        lp.gradient(system, of=of, to=["crank.J"], until=5.0)
+    with pytest.raises(SolverError, match=expected):
+        lp.sensitivity(system, of=["crank.w"], to=["crank.J"], until=5.0)

@@ -11,8 +11,10 @@ import lumped as lp
 from lumped.components import (
     Backlash,
     Brake,
+    Filter,
     Fixed,
     Inertia,
+    Limiter,
     SpringDamper,
     Torque,
     translation,
@@ -197,3 +199,24 @@ def test_a_crank_at_its_dead_centre_ends_the_run_with_a_reason(tmp_path, capsys)
                 logger=lambda *message: told.append(message[-1].decode()),
             )
         assert "should lead instead of crank.phi" in told[-1]
+
+
+@pytest.mark.parametrize("highest", [1.0, 2.0, 5.0])
+def test_a_steady_start_holds_in_the_positions_of_the_parameters_set(tmp_path, highest):
+    # 3 before the limiter: the lag starts with what passes, and follows 3 exp(-t) below the limit
+    model = lp.compose(
+        first=Filter(T=1.0, u=0.0, x=3.0),
+        limiter=Limiter(y_min=-1.0, y_max=1.0),
+        lag=Filter(T=0.1),
+        connections=lambda m: [
+            lp.connect(m.first.y, m.limiter.u),
+            lp.connect(m.limiter.y, m.lag.u),
+        ],
+        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
+    )
+    system = lp.assemble(model)
+    changed = {"start_values": {"limiter.y_max": highest}}
+    for version, kind, found in runs(system, tmp_path, until=0.4, points=4, **changed):
+        assert found["lag.x"][0] == pytest.approx(min(3.0, highest), rel=1e-9), (version, kind)
+        if highest < 3.0 * np.exp(-0.4):
+            assert found["lag.x"] == pytest.approx(np.full(5, highest), rel=1e-6)

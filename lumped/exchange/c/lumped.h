@@ -41,6 +41,7 @@ typedef struct {
     double bias[N_MARGINS + 1]; /* rounding below zero of margins at the last settling */
     /* while modes settle */
     bool was_stuck[N_HOLDS + 1], halted[N_HOLDS + 1], moved;
+    bool calm;        /* nothing collides: only positions are asked for */
     double yielding;  /* compliance of redundant holds, negative if not known */
     int independent;  /* whether all holds are, negative if not known */
     double next_step; /* that the integrator would make, zero if not known */
@@ -62,6 +63,7 @@ double next_instant(const Run *run, double early);
 
 /* settle.c: false with a message if no modes fit */
 bool settle_start(Run *run);
+bool positions(Run *run);
 bool settle(Run *run, const double *before, const bool *fired);
 
 /* events.c */

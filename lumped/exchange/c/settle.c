@@ -174,8 +174,8 @@ static bool fit(Run *run, const double *before, bool *exempt)
         if (relations(run, &look, exempt, &relations_wrong) || jumps(run, &look, edge)
             || engage(run, &look))
             continue;
-        if (collide(run, &look) || rebalance(run, &look, &holds_wrong)) continue;
-        halt(run, &look);
+        if ((!run->calm && collide(run, &look)) || rebalance(run, &look, &holds_wrong)) continue;
+        if (!run->calm) halt(run, &look);
         return true;
     }
     return fail(run, "no set of modes fits at t = %.9g s; changes follow each other without end",
@@ -196,17 +196,39 @@ bool settle(Run *run, const double *before, const bool *fired)
     return fit(run, before, exempt);
 }
 
+/* Conditions at the start, as their sides say. */
+static void conditions(Run *run, Look *look)
+{
+    for (int round = 0; round < 3; round++) {
+        look_with(run, run->m, look);
+        for (int k = 0; k < N_RELATIONS; k++) /* not an instant after the start already */
+            look_up(run, k, look->greater[k], look->less[k], slack_of(look, k));
+    }
+}
+
+/* Modes at the start before anything collides; states stay as they are. */
+bool positions(Run *run)
+{
+    double before[N_MODES + N_GUESSES + 1], x[N_STATES + 1];
+    bool none[N_MARGINS + 1] = {false};
+    Look look;
+    memcpy(x, run->x, N_STATES * sizeof(double));
+    conditions(run, &look);
+    copy_modes(before, run->m);
+    run->calm = true;
+    bool well = settle(run, before, none);
+    run->calm = false;
+    memcpy(run->x, x, N_STATES * sizeof(double));
+    return well;
+}
+
 /* Modes at the start, and what collides there at once. */
 bool settle_start(Run *run)
 {
     double before[N_MODES + N_GUESSES + 1];
     bool none[N_MARGINS + 1] = {false};
     Look look;
-    for (int round = 0; round < 3; round++) {
-        look_with(run, run->m, &look);
-        for (int k = 0; k < N_RELATIONS; k++) /* not an instant after the start already */
-            look_up(run, k, look.greater[k], look.less[k], slack_of(&look, k));
-    }
+    conditions(run, &look);
     for (int h = 0; h < N_HOLDS; h++)
         if (hold_has_gap[h] && look.gap[h] < -INSIDE_BY)
             return fail(run, "%s starts %g inside the body that it must not enter; give start "

@@ -4,7 +4,7 @@
 #include <string.h>
 #include "lumped.h"
 
-enum { MOST_ITERATIONS = 50, MOST_CLOSING = 20 };
+enum { MOST_ITERATIONS = 50, MOST_CLOSING = 20, MOST_POSITIONS = 30 };
 
 bool fail(Run *run, const char *format, ...)
 {
@@ -85,7 +85,7 @@ static void used_states(const double *all, double *x)
 static bool meet_targets(Run *run, double *all)
 {
     double miss[N_TARGETS + 1], jacobian[N_SOLVED * N_SOLVED + 1], right[N_SOLVED + 1];
-    double x[N_STATES + 1], time = 0.0;
+    double x[N_STATES + 1], time = run->t;
     for (int round = 0; round < MOST_ITERATIONS; round++) {
         double worst = 0.0, moved = 0.0;
         used_states(all, x);
@@ -107,6 +107,47 @@ static bool meet_targets(Run *run, double *all)
     return fail(run, "the start values cannot be met with these parameters");
 }
 
+/* Modes of functions of time at the start; all others are zero. */
+static void timed_modes(Run *run)
+{
+    memset(run->m, 0, N_MODES * sizeof(double));
+    set_clocks(run, nextafter(run->t, INFINITY));
+}
+
+/* Whether conditions and holds are where they were. */
+static bool same_positions(const double *now, const double *before)
+{
+    for (int i = 0; i < N_MODES; i++)
+        if ((now[i] != 0) != (before[i] != 0)) return false;
+    for (int k = 0; k < N_RELATIONS; k++)
+        if (now[relation_mode[k]] != before[relation_mode[k]]) return false;
+    return true;
+}
+
+/* Meet them in the positions of conditions and holds that follow from it. */
+static bool meet_in_positions(Run *run, double *all)
+{
+    double first[N_ALL_STATES + 1], before[N_MODES + 1];
+    memcpy(first, all, N_ALL_STATES * sizeof(double));
+    used_states(all, run->x);
+    if (!close_guesses(run, run->x, run->t, run->m)) return false;
+    if (!HAS_SWITCHING) return meet_targets(run, all);
+    if (!positions(run)) timed_modes(run);
+    for (int round = 0; round < MOST_POSITIONS; round++) {
+        memcpy(before, run->m, N_MODES * sizeof(double));
+        if (!meet_targets(run, all)) {
+            memcpy(all, first, N_ALL_STATES * sizeof(double));
+            if (!meet_targets(run, all)) return false;
+        }
+        used_states(all, run->x);
+        timed_modes(run);
+        if (!positions(run)) return false;
+        if (same_positions(run->m, before)) return true;
+    }
+    return fail(run, "the start values cannot hold in the positions of conditions, friction and "
+                "contacts that follow from them");
+}
+
 /* Make states at the start follow from parameters and what was set, if they do not yet. */
 bool ensure_started(Run *run)
 {
@@ -116,13 +157,13 @@ bool ensure_started(Run *run)
     if (fault) return fail(run, "%s", fault);
     run->t = run->start;
     run->yielding = run->independent = -1;
-    memset(run->m, 0, N_MODES * sizeof(double));
-    set_clocks(run, run->t + early_by(run->t));
+    timed_modes(run);
     memcpy(run->m + N_MODES, guess_starts, N_GUESSES * sizeof(double));
     model_start(run->p, all);
     for (int i = 0; i < N_STATES; i++)
         if (run->is_given[i]) all[state_place[i]] = run->given[i];
-    if (N_TARGETS && !meet_targets(run, all)) return false;
+    if (N_TARGETS && !meet_in_positions(run, all)) return false;
+    timed_modes(run);
     used_states(all, run->x);
     if (!close_guesses(run, run->x, run->t, run->m)) return false;
     if (HAS_SWITCHING && !settle_start(run)) return false;

@@ -1,0 +1,525 @@
+"""What is demanded of a start holds in the positions that conditions and holds have there."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import (
+    Backlash,
+    BearingFriction,
+    Clutch,
+    ConverterDrive,
+    CrankSlider,
+    Damper,
+    ElastoBacklash,
+    Filter,
+    Fixed,
+    Inertia,
+    Limiter,
+    LossyGear,
+    OneWayClutch,
+    QuadraticTorque,
+    Spring,
+    Torque,
+    TorqueSensor,
+    Vehicle,
+)
+from lumped.errors import StartError
+from lumped.ops import where
+
+
+def filtered(limit=1.0, given=3.0):
+    """A signal that fades, a limiter and a lag that shall start steadily."""
+    return lp.compose(
+        first=Filter(T=1.0, u=0.0, x=given),
+        limiter=Limiter(y_min=-limit, y_max=limit),
+        lag=Filter(T=0.1),
+        connections=lambda m: [
+            lp.connect(m.first.y, m.limiter.u),
+            lp.connect(m.limiter.y, m.lag.u),
+        ],
+        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
+    )
+
+
+@pytest.mark.parametrize("given", [-3.0, -0.5, 0.0, 1.0, 3.0])
+def test_a_lag_behind_a_limiter_starts_with_what_the_limiter_lets_pass(given):
+    point = lp.start_point(lp.assemble(filtered(given=given)))
+    assert point["lag.x"] == pytest.approx(np.clip(given, -1.0, 1.0), abs=1e-12)
+    assert point.residual <= 1e-9
+    assert "what was demanded is met to" in repr(point)
+
+
+def test_a_run_stays_where_it_starts_steadily():
+    run = lp.simulate(lp.assemble(filtered()), until=0.5, grid=10)
+    assert run["lag.x"] == pytest.approx(np.ones(11), rel=1e-9)  # 3 exp(-0.5) > 1
+
+
+@pytest.mark.parametrize("w", [10.0, -10.0])
+def test_a_lag_of_friction_starts_with_what_slides(w):
+    class Warm(lp.Component):
+        """A bearing whose torque is felt with delay."""
+
+        felt: lp.Var = lp.var("N.m", "torque felt", state="prefer")
+        body: Inertia = Inertia(J=1.0, w=w)
+        bearing: BearingFriction = BearingFriction(characteristic=((0.0, 5.0), (20.0, 9.0)))
+
+        def equations(self):
+            yield 0.1 * lp.der(self.felt) == self.bearing.tau - self.felt
+
+        def initial_equations(self):
+            yield lp.der(self.felt) == 0
+
+        def connections(self):
+            yield from lp.chain(self.body, self.bearing)
+
+    point = lp.start_point(lp.assemble(Warm()))
+    assert point["felt"] == pytest.approx(np.sign(w) * 7.0, rel=1e-12)
+
+
+def test_a_damping_follows_from_a_steady_speed_beside_friction():
+    model = lp.compose(
+        push=Torque(tau=8.0),
+        body=Inertia(J=1.0, w=10.0),
+        bearing=BearingFriction(characteristic=((0.0, 5.0), (100.0, 15.0))),
+        oil=Damper(d=0.1),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
+        initial_equations=lambda m: [lp.der(m.body.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model), free=["oil.d"])
+    assert point.parameters["oil.d"] == pytest.approx((8.0 - 6.0) / 10.0, rel=1e-12)
+    assert point["body.a"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("torque", "speed"), [(3.0, 0.0), (-3.0, 0.0), (8.0, 1.5), (-8.0, -1.5)])
+def test_a_body_with_friction_starts_steadily_at_rest_or_sliding(torque, speed):
+    # 5 N.m of friction; what is left turns a damper of 2 N.m.s/rad
+    model = lp.compose(
+        push=Torque(tau=torque),
+        body=Inertia(J=1.0),
+        bearing=BearingFriction(characteristic=((0.0, 5.0),)),
+        oil=Damper(d=2.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.push, m.body, m.bearing, m.oil, m.ground),
+        initial_equations=lambda m: [lp.der(m.body.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert point["body.w"] == pytest.approx(speed, abs=1e-12)
+    assert point["body.a"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("w", [10.0, -10.0])
+def test_behind_a_slipping_clutch_a_body_starts_at_its_steady_speed(w):
+    model = lp.compose(
+        a=Inertia(J=1.0, w=w),
+        slip=Clutch(f_max=20.0, u=1.0, characteristic=((0.0, 0.5),)),
+        b=Inertia(J=1.0),
+        oil=Damper(d=2.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.a, m.slip, m.b, m.oil, m.ground),
+        initial_equations=lambda m: [lp.der(m.b.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    # it carries mu f_n = 0.5 * 20 N.m, which the damper takes
+    assert point["b.w"] == pytest.approx(np.sign(w) * 10.0 / 2.0, rel=1e-12)
+    assert point["b.a"] == pytest.approx(0.0, abs=1e-12)
+    assert point["slip.mode"] == -np.sign(w)
+
+
+def test_a_drive_at_its_limit_starts_with_its_limit():
+    model = lp.compose(
+        drive=ConverterDrive(J=1.0, tau_max=100.0, P_max=1e4, T=0.1, wanted=250.0, w=50.0),
+        load=Damper(d=1.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.drive.flange, m.load, m.ground),
+        initial_equations=lambda m: [lp.der(m.drive.tau) == 0],
+    )
+    assert lp.start_point(lp.assemble(model))["drive.tau"] == pytest.approx(100.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("w", "torque"), [(10.0, 16.0), (-10.0, 25.0)])
+def test_a_lossy_gear_starts_with_the_losses_of_its_direction(w, torque):
+    # forward the motor drives: tau_b = 2 * 10 * 0.8; backward the load does: 2 * 10 / 0.8
+    model = lp.compose(
+        push=Torque(tau=10.0),
+        a=Inertia(J=1.0, w=w),
+        gear=LossyGear(ratio=2.0, losses=((0.0, 0.8, 0.8, 0.0, 0.0),)),
+        b=Inertia(J=1.0),
+        load=Torque(tau=-1.0),
+        connections=lambda m: lp.chain(m.push, m.a, m.gear, m.b, m.load),
+        initial_equations=lambda m: [lp.der(m.b.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model), free=["load.tau"])
+    assert point.parameters["load.tau"] == pytest.approx(-torque, rel=1e-12)
+
+
+def test_a_drag_follows_from_steady_driving():
+    model = lp.compose(
+        wheel=Torque(tau=300.0),
+        car=Vehicle(m=1200.0, R=0.3, A=2.0, cd=0.3, cr=0.01, inclination=0.0, v_wind=0.0, v=30.0),
+        connections=lambda m: [lp.connect(m.wheel.flange, m.car.wheel)],
+        initial_equations=lambda m: [lp.der(m.car.v) == 0],
+    )
+    point = lp.start_point(lp.assemble(model), free=["car.cd"])
+    # 300 / 0.3 = 0.01 m g + 1.2 / 2 A cd v^2
+    expected = (1000.0 - 0.01 * 1200.0 * 9.80665) / (0.6 * 2.0 * 30.0**2)
+    assert point.parameters["car.cd"] == pytest.approx(expected, rel=1e-9)
+
+
+class Step(lp.Component):
+    """100 above 5 rad/s, else 0."""
+
+    u = lp.Input("rad", "angle")
+    y = lp.Output("1", "signal")
+    rate: lp.Var = lp.var("rad/s", "rate of its sine")
+
+    def equations(self):
+        yield self.rate == lp.der(lp.ops.sin(self.u))
+        yield self.y == where(self.rate > 5.0, 100.0, 0.0)
+
+
+@pytest.mark.parametrize("phi", [0.0, 1.0, 2.0, 4.0])
+def test_a_condition_on_what_follows_from_states_is_taken_as_it_is(phi):
+    from lumped.components import AngleSensor
+
+    model = lp.compose(
+        body=Inertia(J=1.0, w=10.0, phi=phi),
+        angle=AngleSensor(),
+        step=Step(),
+        lag=Filter(T=0.1),
+        connections=lambda m: [
+            lp.connect(m.body.flange_b, m.angle.flange),
+            lp.connect(m.angle.phi, m.step.u),
+            lp.connect(m.step.y, m.lag.u),
+        ],
+        initial_equations=lambda m: [lp.der(m.lag.x) == 0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert point["lag.x"] == (100.0 if 10.0 * np.cos(phi) > 5.0 else 0.0)
+
+
+# -- contact -----------------------------------------------------------------------------------
+
+
+def loaded_play(torque, **play):
+    """A body behind a play of 0.2 rad with 100 N.m/rad, with a load."""
+    return lp.compose(
+        wall=Fixed(),
+        play=ElastoBacklash(c=100.0, d=0.0, b=0.2, **play),
+        body=Inertia(J=1.0, w=0.0),
+        load=Torque(tau=torque),
+        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
+    )
+
+
+@pytest.mark.parametrize("torque", [5.0, -5.0])
+def test_a_given_torque_of_a_play_twists_it_beyond_its_gap(torque):
+    point = lp.start_point(lp.assemble(loaded_play(0.0, tau=torque)))
+    expected = np.sign(torque) * (0.1 + abs(torque) / 100.0)
+    assert point["play.phi_rel"] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("torque", [5.0, -5.0])
+def test_a_loaded_play_starts_in_contact_where_nothing_shall_accelerate(torque):
+    system = lp.assemble(loaded_play(torque))
+    point = lp.start_point(system, start={"body.a": 0.0})
+    expected = np.sign(torque) * (0.1 + abs(torque) / 100.0)
+    assert point["play.phi_rel"] == pytest.approx(expected, rel=1e-12)
+    run = lp.simulate(system, until=1.0, start={"body.a": 0.0}, grid=4)
+    assert run["play.phi_rel"] == pytest.approx(np.full(5, expected), rel=1e-9)
+    assert run.events == ()
+
+
+def test_a_rigid_play_starts_closed_where_nothing_shall_accelerate():
+    model = lp.compose(
+        wall=Fixed(),
+        play=Backlash(b=0.2),
+        body=Inertia(J=1.0, w=0.0),
+        load=Torque(tau=5.0),
+        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
+    )
+    point = lp.start_point(lp.assemble(model), start={"body.a": 0.0})
+    assert point["play.phi_rel"] == pytest.approx(0.1, abs=1e-12)
+    assert point["play.tau"] == pytest.approx(5.0, rel=1e-12)
+
+
+class Resting(Inertia):
+    """Inertia that starts without acceleration."""
+
+    def initial_equations(self):
+        yield lp.der(self.w) == 0
+
+
+@pytest.mark.parametrize("torque", [7.0, -7.0])
+def test_several_plays_start_in_contact_one_behind_the_other(torque):
+    count = 4
+    model = lp.compose(
+        wall=Fixed(),
+        play=[ElastoBacklash(c=100.0 * (i + 1), d=0.0, b=0.02 * (i + 1)) for i in range(count)],
+        body=[Resting(J=1.0, w=0.0) for _ in range(count)],
+        load=Torque(tau=torque),
+        connections=lambda m: lp.chain(
+            m.wall, *(p for pair in zip(m.play, m.body, strict=True) for p in pair), m.load
+        ),
+    )
+    point = lp.start_point(lp.assemble(model))
+    for i in range(count):
+        expected = np.sign(torque) * (0.01 * (i + 1) + abs(torque) / (100.0 * (i + 1)))
+        assert point[f"play[{i}].phi_rel"] == pytest.approx(expected, rel=1e-10)
+
+
+def test_a_closed_stop_and_a_locked_freewheel_carry_what_is_demanded():
+    # a spring presses a body against the flank of a rigid play, which takes what is left
+    model = lp.compose(
+        push=Torque(tau=6.0),
+        a=Inertia(J=1.0, w=0.0),
+        play=Backlash(b=0.2, phi_rel=-0.1),
+        b=Inertia(J=2.0),
+        shaft=Spring(c=50.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.shaft, m.wall),
+        initial_equations=lambda m: [lp.der(m.b.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert [point["a.a"], point["b.a"]] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert point["shaft.tau"] == pytest.approx(-6.0, rel=1e-10)
+    model = lp.compose(
+        push=Torque(tau=6.0),
+        a=Inertia(J=1.0, w=0.0),
+        free=OneWayClutch(f_max=1e3, u=1.0),
+        b=Inertia(J=2.0),
+        shaft=Spring(c=50.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.push, m.a, m.free, m.b, m.shaft, m.wall),
+        initial_equations=lambda m: [lp.der(m.b.w) == 0],
+    )
+    point = lp.start_point(lp.assemble(model))
+    assert abs(point["shaft.tau"]) == pytest.approx(6.0, rel=1e-10)
+
+
+# -- where positions do not settle at once -----------------------------------------------------
+
+
+class Kinked(lp.Component):
+    """State x with a continuous law of three straight pieces: y = f(x)."""
+
+    x: lp.Var = lp.var("1", "state")
+    y: lp.Var = lp.var("1", "value")
+
+    def equations(self):
+        x = self.x
+        yield lp.der(x) == -x
+        steep = where(x > 1.0, 0.1 * (x - 1.0) + 5.0, 5.0 * x)
+        yield self.y == where(x < -1.0, 0.1 * (x + 1.0) - 5.0, steep)
+
+
+@pytest.mark.parametrize("wanted", [-5.05, -5.0, -4.0, 0.0, 4.9, 5.0, 5.3])
+@pytest.mark.parametrize("begin", [-30.0, 0.0, 30.0])
+def test_a_law_of_straight_pieces_is_met_from_everywhere(wanted, begin):
+    class Begun(Kinked):
+        x: lp.Var = lp.var("1", "state", begin)
+
+    point = lp.start_point(lp.assemble(lp.compose(law=Begun())), start={"law.y": wanted})
+    inside = wanted / 5.0
+    outside = np.sign(wanted) * (1.0 + 10.0 * (abs(wanted) - 5.0))
+    expected = inside if abs(wanted) <= 5.0 else outside
+    assert point["law.x"] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+class Tooth(Kinked):
+    """A law whose pieces send the search to and fro: steep to the left, flat to the right."""
+
+    def equations(self):
+        x = self.x
+        yield lp.der(x) == -x
+        yield self.y == where(x < 0.0, x * 10.0, where(x < 1.0, 0.05 * x, 4.0 * x - 3.95))
+
+
+def test_a_search_whose_positions_come_again_is_shortened():
+    point = lp.start_point(lp.assemble(lp.compose(law=Tooth())), start={"law.y": 1.0})
+    assert point["law.x"] == pytest.approx(4.95 / 4.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_laws_of_straight_pieces_are_met(seed):
+    # rising, with a flat piece in some; the expected place by interpolation
+    rng = np.random.default_rng(seed)
+    places = np.sort(rng.uniform(-3.0, 3.0, 6))
+    slopes = rng.choice([0.02, 0.1, 1.0, 5.0, 50.0], 7)
+    flat = seed % 3 == 0
+    if flat:
+        slopes[3] = 0.0
+    far = np.concatenate([[places[0] - 10.0], places, [places[-1] + 10.0]])
+    heights = np.concatenate([[0.0], np.cumsum(slopes * np.diff(far))])
+    x, begin = rng.uniform(far[0], far[-1]), rng.uniform(far[0], far[-1])
+    if flat:
+        begin = 0.5 * (places[2] + places[3])
+        x = places[0] - 1.0 if seed % 2 else places[-1] + 1.0
+
+    class Law(lp.Component):
+        x: lp.Var = lp.var("1", "state", float(begin))
+        y: lp.Var = lp.var("1", "value")
+
+        def equations(self):
+            yield lp.der(self.x) == -self.x
+            law = heights[0] + slopes[0] * (self.x - far[0])
+            for place, height, slope in zip(places, heights[1:-1], slopes[1:], strict=True):
+                law = where(self.x >= place, height + slope * (self.x - place), law)
+            yield self.y == law
+
+    wanted = float(np.interp(x, far, heights))
+    point = lp.start_point(lp.assemble(lp.compose(law=Law())), start={"law.y": wanted})
+    assert point["law.x"] == pytest.approx(x, rel=1e-6, abs=1e-6)
+
+
+def test_what_holds_in_no_positions_is_refused_by_name():
+    class Never(lp.Component):
+        """x = 1 where x < 0, x = -1 elsewhere."""
+
+        x: lp.Var = lp.var("1", "state")
+        y: lp.Var = lp.var("1", "value")
+
+        def equations(self):
+            yield lp.der(self.x) == -self.x
+            yield self.y == self.x - where(self.x < 0.0, 1.0, -1.0)
+
+    with pytest.raises(StartError, match=r"law\.y = 0 1 cannot hold at the start: the positions"):
+        lp.start_point(lp.assemble(lp.compose(law=Never())), start={"law.y": 0.0})
+
+
+# -- derivatives -------------------------------------------------------------------------------
+
+
+def test_derivatives_of_a_start_are_those_of_the_positions_that_hold():
+    # the lag starts at the limit, not at what is before the limiter
+    system = lp.assemble(filtered())
+    by = {}
+    for name in ("limiter.y_max", "first.x"):
+        found = lp.sensitivity(system, of=["lag.x"], to=[name], until=0.5, grid=1)
+        by[name] = found.values[:, 0, 0]
+    assert by["limiter.y_max"] == pytest.approx([1.0, 1.0], rel=1e-6)
+    assert by["first.x"] == pytest.approx([0.0, 0.0], abs=1e-9)
+    of = [lp.functionals.final("lag.x")]
+    found = lp.gradient(system, of=of, to=["limiter.y_max", "first.x"], until=0.5)
+    assert found.derivatives[0] == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+# -- an engine ---------------------------------------------------------------------------------
+
+RADIUS, ROD, BORE = 0.1, 0.2, 0.1
+"""Crank, rod and bore of the cylinder of the reference case engine_fired, m."""
+
+BANKS = np.deg2rad([-30.0, 30.0, -30.0, 30.0, -30.0, 30.0])
+PINS = np.deg2rad([-30.0, 90.0, -150.0, -90.0, 30.0, -210.0])
+
+
+def pressure(x, rising):
+    """Gas pressure in bar of the reference case; `rising`: the piston moves to the head."""
+    if rising:
+        row = (177.4132, -287.2189, 151.8252, -24.9973, 2.4)
+        peak = (2836360.0, -10569296.0, 14761814.0, -9158505.0, 2129670.0)
+        return np.polyval(row if x < 0.986061 else peak, x)
+    row = (145.930, -131.707, 17.3438, 17.9272, 2.4)
+    peak = (-3929704.0, 14748765.0, -20747000.0, 12964477.0, -3036495.0)
+    return np.polyval(row if x <= 0.933 else peak, x)
+
+
+class Gas(lp.Component):
+    """Gas force of one cylinder, from place and direction of its piston."""
+
+    flange = lp.LinearFlange()
+    v: lp.Var = lp.var("m/s", "speed away from the head")
+
+    def equations(self):
+        x = 1.0 - (0.45 - (self.flange.s + 0.1)) / 0.35
+        yield self.v == -lp.der(self.flange.s)
+        closing = where(
+            x < 0.986061,
+            177.4132 * x**4 - 287.2189 * x**3 + 151.8252 * x**2 - 24.9973 * x + 2.4,
+            2836360 * x**4 - 10569296 * x**3 + 14761814 * x**2 - 9158505 * x + 2129670,
+        )
+        opening = where(
+            x <= 0.933,
+            145.930 * x**4 - 131.707 * x**3 + 17.3438 * x**2 + 17.9272 * x + 2.4,
+            -3929704 * x**4 + 14748765 * x**3 - 20747000 * x**2 + 12964477 * x - 3036495,
+        )
+        bar = where(self.v < 0, closing, opening)
+        yield self.flange.f == 1e5 * bar * np.pi * BORE**2 / 4
+
+
+class Lag2(lp.Component):
+    """Critically damped filter of the second order that starts steadily."""
+
+    u = lp.Input("N.m", "torque")
+    x: lp.Var = lp.var("N.m", "first lag", state="prefer")
+    y: lp.Var = lp.var("N.m", "filtered torque", state="prefer")
+
+    def equations(self):
+        yield lp.der(self.x) == 2 * np.pi * 5.0 * (self.u - self.x)
+        yield lp.der(self.y) == 2 * np.pi * 5.0 * (self.x - self.y)
+
+    def initial_equations(self):
+        yield lp.der(self.x) == 0
+        yield lp.der(self.y) == 0
+
+
+def engine():
+    """Six cylinders in a V that drive a flywheel against a fan; the torque is filtered."""
+    heavy = {"m": 6.04756586, "m_rod": 1.848, "J_rod": 0.0067144}
+    return lp.compose(
+        cylinder=[
+            CrankSlider(r=RADIUS, L=ROD, **heavy, axis=bank, phase=pin)
+            for bank, pin in zip(BANKS, PINS, strict=True)
+        ],
+        gas=[Gas() for _ in range(6)],
+        shaft=Inertia(J=6 * 0.0114306736),
+        sensor=TorqueSensor(),
+        load=Inertia(J=1.0, phi=0.0, w=10.0),
+        fan=QuadraticTorque(tau_nominal=-100.0, w_nominal=200.0),
+        lag=Lag2(),
+        connections=lambda m: [
+            *(lp.connect(c.flange, m.shaft.flange_a) for c in m.cylinder),
+            *(lp.connect(c.slider, g.flange) for c, g in zip(m.cylinder, m.gas, strict=True)),
+            *lp.chain(m.shaft, m.sensor, m.load, m.fan),
+            lp.connect(m.sensor.tau, m.lag.u),
+        ],
+    )
+
+
+def engine_torque():
+    """Torque between engine and flywheel at the start, by virtual work and differences."""
+    w, h = 10.0, 1e-4
+
+    def places(phi):
+        q = phi + PINS - BANKS
+        psi = np.arcsin(-RADIUS * np.sin(q) / ROD)
+        s = RADIUS * np.cos(q) + ROD * np.cos(psi)
+        pin, rod = (np.array([np.cos(v), np.sin(v)]) for v in (q, psi))
+        return s, psi, RADIUS * pin + 0.5 * ROD * rod
+
+    def slopes(phi):
+        (a, b, c), (d, e, f) = places(phi - h), places(phi + h)
+        return (d - a) / (2 * h), (e - b) / (2 * h), (f - c) / (2 * h)
+
+    def inertia(phi):
+        s, psi, middle = slopes(phi)
+        moving = 6.04756586 * s**2 + 1.848 * (middle**2).sum(axis=0) + 0.0067144 * psi**2
+        return 6 * 0.0114306736 + moving.sum()
+
+    s, by = places(0.0)[0], slopes(0.0)[0]
+    x = 1.0 - (0.45 - (s + 0.1)) / 0.35
+    force = [1e5 * pressure(a, b * w > 0) * np.pi * BORE**2 / 4 for a, b in zip(x, by, strict=True)]
+    gas = -np.dot(force, by)
+    bend = (inertia(h) - inertia(-h)) / (2 * h)
+    fan = -100.0 * (w / 200.0) ** 2
+    a = (gas - 0.5 * bend * w**2 + fan) / (inertia(0.0) + 1.0)
+    return 1.0 * a - fan
+
+
+def test_the_filtered_torque_of_an_engine_starts_at_its_torque():
+    expected = engine_torque()
+    point = lp.start_point(lp.assemble(engine(), keep=["load.phi"]))
+    print(f"torque {expected:.6g} N.m, filtered {point['lag.y']:.6g} N.m, {point.residual:.1e}")
+    assert abs(point["sensor.tau"]) == pytest.approx(abs(expected), rel=1e-5)
+    assert point["lag.y"] == pytest.approx(point["sensor.tau"], rel=1e-9)
