@@ -174,9 +174,13 @@ def test_a_border_that_is_touched_matters_only_where_rates_jump():
             "One only touches",
         )
     bends = touched(lambda self: where(self.x > self.b, self.x - self.b, 0))
-    found = both(bends, [fun.final("y"), fun.final("x")], ["a", "b"], 2.0)
-    assert found.derivatives[0] == pytest.approx([0.0, 0.0], abs=1e-6)
-    assert found.derivatives[1] == pytest.approx([np.sin(4.0), 0.0], rel=1e-9)
+    # what is beyond the border for a moment, by rounding, is the root of that
+    for call in (lp.gradient, lp.sensitivity):
+        found = call(bends, of=[fun.final("y")], to=["a", "b"], until=2.0)
+        assert abs(found["final(y)", "a"]) < 1e-4
+        assert abs(found["final(y)", "b"]) < 1e-4
+    found = both(bends, [fun.final("x")], ["a", "b"], 2.0)
+    assert found.derivatives[0] == pytest.approx([np.sin(4.0), 0.0], rel=1e-8)
     clear = touched(lambda self: where(self.x > 1.01 * self.b, 1, 0))
     found = both(clear, [fun.final("y")], ["a", "b"], 2.0)
     assert (found.derivatives == 0.0).all()
