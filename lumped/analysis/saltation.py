@@ -197,11 +197,7 @@ class Saltation:
         """Why the run stops here: one cause for each instant that can move by itself."""
         point = (old[0], run.theta, t, old[1])
         changed = old[1][: self._count] != new[1][: self._count]
-        owners = _happening(run, t, timed=True)
-        causes = [
-            _Cause((), np.append(np.zeros(len(old[0])), row), owners, modes)
-            for modes, row in self._timed(run, point, changed)
-        ]
+        causes = self._timed(run, point, changed)
         left, tolerance = (np.asarray(v).ravel() for v in self.system.margins(*point))
         rates = np.asarray(self.system.margin_rates(*point)).ravel()
         smooth = self._smooth(point, new)
@@ -231,18 +227,19 @@ class Saltation:
         sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(run.theta)])
         return _merged(causes, sizes)
 
-    def _timed(
-        self, run: Trajectory, point: _Place, changed: np.ndarray
-    ) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
-        """Functions of time that change at an instant: modes, derivatives of it by parameters."""
+    def _timed(self, run: Trajectory, point: _Place, changed: np.ndarray) -> list[_Cause]:
+        """Functions of time that change their piece."""
         place, slope, by_parameters = (np.asarray(v) for v in self.clocked(*point))
+        causes = []
         for k, clock in enumerate(self.clocks):
-            if not changed[clock.condition.mode]:
+            modes = tuple(clock.condition.modes)
+            if not changed[list(modes)].any():
                 continue
             here, fast = float(place[k, 0]), float(slope[k, 0])
             number = clock.number(np.array([here]))
             borders = clock.border(np.concatenate([number, number + 1]))
-            if np.abs(borders - here).min() > 1e-9 * (1.0 + abs(here) + abs(fast)):
+            off = np.abs(borders - here).min()
+            if off > 1e-9 * (1.0 + abs(here) + abs(fast)):
                 continue  # it jumped there, because something else changed
             if fast == 0.0:
                 raise SolverError(
@@ -251,7 +248,9 @@ class Saltation:
                     "no derivative there.",
                     run,
                 )
-            yield tuple(clock.condition.modes), -by_parameters[k] / fast
+            row = np.append(np.zeros(len(point[0])), -by_parameters[k] / fast)
+            causes.append(_Cause((), row, (clock.condition.name,), modes))
+        return causes
 
     def _smooth(self, point: _Place, new: Side) -> bool:
         """Whether states and rates are the same on both sides, so that no change matters."""
@@ -291,7 +290,8 @@ class Saltation:
             kind, k = s.rows[i]
             if kind == "relation":
                 mode = int(s.relation_modes[k])
-                acts = changed[mode] or (mode in jumping and not old[1][mode])
+                own = changed[list(s.conditions[k].modes)].any()
+                acts = own or (mode in jumping and not old[1][mode])
             else:
                 first = int(s.first_modes[k])
                 acts = changed[first : first + 5].any() or (kind == "slide" and s.has_gap[k])
@@ -385,12 +385,9 @@ def _merged(causes: list[_Cause], sizes: np.ndarray) -> list[_Cause]:
     return found
 
 
-def _happening(run: Trajectory, t: float, timed: bool = False) -> tuple[str, ...]:
-    """Components with an event at an instant; those of functions of time alone if `timed`."""
-    names = []
-    for event in run.events:
-        if event.time == t and not (timed and (event.before or event.after)):
-            names += event.component.split(", ")
+def _happening(run: Trajectory, t: float) -> tuple[str, ...]:
+    """Components with an event at an instant."""
+    names = [n for e in run.events if e.time == t for n in e.component.split(", ")]
     return tuple(dict.fromkeys(names))
 
 

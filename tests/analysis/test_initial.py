@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Damper, Fixed, IdealGear, Inertia, Spring, Torque, translation
-from lumped.errors import EquationError, OptionError, StartError
+from lumped.errors import OptionError, StartError
 
 
 class SteadyInertia(Inertia):
@@ -163,12 +163,10 @@ def test_of_many_initial_equations_only_those_in_conflict_are_named():
     assert named == [1, 3]
 
 
-def test_an_initial_condition_on_a_mode_is_refused():
-    model = hanging(
-        initial_equations=lambda m: [m.body.s == lp.ops.where(lp.time >= 1, 1.0, 0.0)],
-    )
-    with pytest.raises(EquationError, match="initial equation cannot hold a condition"):
-        lp.assemble(model)
+def test_an_initial_equation_takes_the_side_that_holds_at_the_start():
+    held = lp.ops.where(lp.time >= 1, 1.0, 0.25) + abs(lp.time - 0.5)
+    system = lp.assemble(hanging(initial_equations=lambda m: [m.body.s == held]))
+    assert lp.start_point(system)["body.s"] == pytest.approx(0.75, abs=1e-14)
 
 
 def test_start_values_and_initial_equations_pass_through_gears():
