@@ -103,68 +103,76 @@ class Drive:
 
     # -- kinematics and forces -----------------------------------------------------------------
 
-    def relative(self, e: Element, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Relative position, its derivative by q, and the second one (diagonal)."""
-        x, row, bend = 0.0, np.zeros(self.n), np.zeros(self.n)
+    def relative(self, e: Element, q: Sequence[float]) -> tuple[float, list[tuple]]:
+        """Relative position, and for each of its shafts: index, derivative by q, the second one."""
+        x, ends = 0.0, []
         for point, sign in ((e.b, 1.0), (e.a, -1.0)):
             if point is not None:
                 i, second = point
                 p, dp, ddp = self.shafts[i].follow(q[i]) if second else (q[i], 1.0, 0.0)
                 x += sign * p
-                row[i] += sign * dp
-                bend[i] += sign * ddp
-        return x, row, bend
+                ends.append((i, sign * dp, sign * ddp))
+        return x, ends
 
-    def forces(
-        self, t: float, middle: float, y: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def forces(self, t: float, middle: float, y: list[float]) -> tuple[list, list, list]:
         """Inertia, generalised torques of all but hard elements, rates of controllers."""
-        q, v, z = np.split(y, [self.n, 2 * self.n])
-        mass, load = np.empty(self.n), np.zeros(self.n)
-        for i, s in enumerate(self.shafts):
-            _, dp, ddp = s.follow(q[i])
-            mass[i] = s.J + s.J_b * dp**2
-            load[i] = -s.J_b * dp * ddp * v[i] ** 2
+        q, v, z = y[: self.n], y[self.n : 2 * self.n], y[2 * self.n :]
+        mass, load, rates = [], [], []
+        for s, angle, speed in zip(self.shafts, q, v, strict=True):
+            _, dp, ddp = s.follow(angle)
+            mass.append(s.J + s.J_b * dp**2)
+            load.append(-s.J_b * dp * ddp * speed**2)
         for e in self.elements:
             if e.law is not None:
-                x, row, _ = self.relative(e, q)
-                load += row * e.law(t, middle, x, row @ v)
-        rates = np.empty(len(self.controls))
-        for k, c in enumerate(self.controls):
-            tau, rates[k] = c.output(t, middle, v[c.shaft], z[k])
+                x, ends = self.relative(e, q)
+                tau = e.law(t, middle, x, along(ends, v))
+                for i, slope, _ in ends:
+                    load[i] += slope * tau
+        for c, x in zip(self.controls, z, strict=True):
+            tau, rate = c.output(t, middle, v[c.shaft], x)
             load[c.shaft] += tau
+            rates.append(rate)
         return mass, load, rates
 
     def accelerations(
-        self, t: float, middle: float, y: np.ndarray, modes: tuple[int, ...]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self, t: float, middle: float, y: list[float], modes: tuple[int, ...]
+    ) -> tuple[list, list, list]:
         """Accelerations, reactions of hard elements, rates of controllers in given modes."""
         mass, load, rates = self.forces(t, middle, y)
         q, v = y[: self.n], y[self.n : 2 * self.n]
         rows, biases, held = [], [], []
-        r = np.zeros(len(self.hard))
+        r = [0.0] * len(self.hard)
         for k, (e, mode) in enumerate(zip(self.hard, modes, strict=True)):
             if mode == OFF:
                 continue
-            _, row, bend = self.relative(e, q)
+            _, ends = self.relative(e, q)
             if mode == STICK:
-                rows.append(row)
-                biases.append(bend @ v**2)
+                rows.append(self.row(ends))
+                biases.append(bend(ends, v))
                 held.append(k)
             else:
-                r[k] = -mode * e.limit(t, middle, abs(row @ v))
-                load = load + row * r[k]
+                r[k] = -mode * e.limit(t, middle, abs(along(ends, v)))
+                for i, slope, _ in ends:
+                    load[i] += slope * r[k]
         if held:
-            G = np.array(rows)
-            r[held] = solved(G / mass @ G.T, -(G @ (load / mass) + biases))
-            load = load + r[held] @ G
-        return load / mass, r, rates
+            G, M = np.array(rows), np.array(mass)
+            found = solved(G / M @ G.T, -(G @ (np.array(load) / M) + biases))
+            load = (load + found @ G).tolist()
+            for k, value in zip(held, found.tolist(), strict=True):
+                r[k] = value
+        return [f / m for f, m in zip(load, mass, strict=True)], r, rates
+
+    def row(self, ends: list[tuple]) -> np.ndarray:
+        row = np.zeros(self.n)
+        for i, slope, _ in ends:
+            row[i] += slope
+        return row
 
     # -- modes ---------------------------------------------------------------------------------
 
     def choices(self, e: Element, t: float, middle: float, y: np.ndarray) -> tuple[int, ...]:
-        x, row, _ = self.relative(e, y[: self.n])
-        s = row @ y[self.n : 2 * self.n]
+        x, ends = self.relative(e, y[: self.n])
+        s = along(ends, y[self.n : 2 * self.n])
         if e.gap is not None:
             touching = abs(x) > e.gap[0] - 1e-9
             return (STICK, OFF) if touching and abs(s) < STILL else (OFF,)
@@ -185,8 +193,8 @@ class Drive:
             for k, (e, mode) in enumerate(zip(self.hard, modes, strict=True)):
                 if len(options[k]) == 1:
                     continue
-                x, row, bend = self.relative(e, q)
-                away = row @ a + bend @ v**2
+                x, ends = self.relative(e, q)
+                away = along(ends, a) + bend(ends, v)
                 side = -np.sign(x) if e.gap is not None else 1.0
                 if e.limit is not None and mode == STICK:
                     wrong = max(wrong, abs(r[k]) - e.limit(t, middle, 0.0))
@@ -202,14 +210,14 @@ class Drive:
             raise LostError(f"no modes at {t}: {least}")
         return best
 
-    def collide(self, y: np.ndarray) -> np.ndarray:
+    def collide(self, y: list[float]) -> list[float]:
         """Speeds after the impact of a play's flank, if one is hit."""
-        q, v = y[: self.n], y[self.n : 2 * self.n].copy()
-        mass = self.forces(0.0, 0.0, y)[0]
+        q, v = y[: self.n], np.array(y[self.n : 2 * self.n])
+        mass = np.array(self.forces(0.0, 0.0, y)[0])
         rows, jumps = [], []
         for e in self.hard:
-            x, row, _ = self.relative(e, q)
-            s = row @ v
+            x, ends = self.relative(e, q)
+            row, s = self.row(ends), along(ends, v)
             if e.gap is not None and abs(x) > e.gap[0] - 1e-9 and s * x > 0:
                 back = e.gap[1] * abs(s)
                 rows.append(row)
@@ -220,7 +228,7 @@ class Drive:
         if rows:
             G = np.array(rows)
             v += solved(G / mass @ G.T, np.array(jumps)) @ G / mass
-        return np.concatenate([q, v, y[2 * self.n :]])
+        return [*q, *v.tolist(), *y[2 * self.n :]]
 
     # -- motion --------------------------------------------------------------------------------
 
@@ -230,6 +238,7 @@ class Drive:
         forced = any(mode == STICK for mode in modes)
 
         def values(t, y):
+            y = y.tolist()
             q, v, found = y[: self.n], y[self.n : 2 * self.n], []
             r = self.accelerations(t, middle, y, modes)[1] if forced else None
             for k, (e, mode) in enumerate(pairs):
@@ -239,13 +248,13 @@ class Drive:
                     continue
                 if mode == OFF and e.limit is not None:
                     continue
-                x, row, _ = self.relative(e, q)
+                x, ends = self.relative(e, q)
                 if mode == STICK:
                     found.append((r[k] if e.freewheel else -np.sign(x) * r[k]) + SLACK)
                 elif e.gap is not None:
                     found += [e.gap[0] - x, e.gap[0] + x]
                 else:
-                    found.append(row @ v if e.freewheel else mode * (row @ v))
+                    found.append(along(ends, v) if e.freewheel else mode * along(ends, v))
             return np.array(found)
 
         return values
@@ -253,7 +262,7 @@ class Drive:
     def run(self, grid: np.ndarray, rtol: float = 1e-10) -> np.ndarray:
         """Angles and speeds at the instants of `grid`, shape (len(grid), 2 n)."""
         q, w = ([getattr(s, name) for s in self.shafts] for name in ("q", "w"))
-        y = np.array([*q, *w, *np.zeros(len(self.controls))])
+        y = [*q, *w, *[0.0] * len(self.controls)]
         t, out, self.events = 0.0, [], []
 
         def take(begin, end, curve):
@@ -266,8 +275,9 @@ class Drive:
                 modes = self.find_modes(t, middle, y)
 
                 def rate(t, y, middle=middle, modes=modes):
+                    y = y.tolist()
                     a, _, rates = self.accelerations(t, middle, y, modes)
-                    return np.concatenate([y[self.n : 2 * self.n], a, rates])
+                    return np.array(y[self.n : 2 * self.n] + a + rates)
 
                 t, y, hit = self.segment(rate, t, y, end, self.margins(middle, modes), rtol, take)
                 if hit:
@@ -281,7 +291,7 @@ class Drive:
         """Integrate to the end or to the first margin that falls through zero."""
         first = min(1e-6, (end - t) / 2)
         solver = DOP853(rate, t, y, end, 0.02, rtol, rtol * 1e-2, first_step=first)
-        before = margins(t, y)
+        before = margins(t, np.array(y))
         while solver.status == "running":
             solver.step()
             if solver.status == "failed":
@@ -296,23 +306,23 @@ class Drive:
                 ]
                 if falls:
                     take(solver.t_old, min(falls), curve)
-                    return min(falls), curve(min(falls)), True
+                    return min(falls), curve(min(falls)).tolist(), True
                 begin, before = now, values
             take(solver.t_old, solver.t, curve)
-        return end, solver.y, False
+        return end, solver.y.tolist(), False
 
-    def settled(self, y: np.ndarray) -> np.ndarray:
+    def settled(self, y: list[float]) -> list[float]:
         """The state after impacts, with what stands still exactly still."""
-        y = self.collide(y)
-        mass = self.forces(0.0, 0.0, y)[0]
+        y = np.array(self.collide(y))
+        mass = np.array(self.forces(0.0, 0.0, y.tolist())[0])
         for _ in range(3):
             for e in self.hard:
-                x, row, _ = self.relative(e, y[: self.n])
-                s = row @ y[self.n : 2 * self.n]
+                x, ends = self.relative(e, y[: self.n])
+                row, s = self.row(ends), along(ends, y[self.n : 2 * self.n])
                 near = abs(x) > e.gap[0] - 1e-9 if e.gap is not None else True
                 if near and 0 < abs(s) < STILL:
                     y[self.n : 2 * self.n] -= row / mass * s / (row @ (row / mass))
-        return y
+        return y.tolist()
 
 
 def fall(margins: Callable, curve: Callable, k: int, begin: float, end: float) -> float:
@@ -325,3 +335,13 @@ def solved(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     if len(b) == 1 and A[0, 0] > 1e-12:
         return b / A[0]
     return np.linalg.lstsq(A, b, rcond=None)[0]
+
+
+def along(ends: list[tuple], v: Sequence[float]) -> float:
+    """Relative speed."""
+    return sum(slope * v[i] for i, slope, _ in ends)
+
+
+def bend(ends: list[tuple], v: Sequence[float]) -> float:
+    """Relative acceleration at constant speeds of the shafts."""
+    return sum(curve * v[i] ** 2 for i, _, curve in ends)

@@ -4,6 +4,7 @@
 shares no code with `lumped`, and counts: agree, refused by name, deviates.
 """
 
+import math
 import sys
 import traceback
 from collections import Counter
@@ -61,9 +62,11 @@ class RowSpring(lp.Component):
 
 def rows_at(x, rows):
     """Straight lines through points, the first and last extended."""
-    xs, ys = np.array(rows).T
-    i = int(np.clip(np.searchsorted(xs, x) - 1, 0, len(xs) - 2))
-    return ys[i] + (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]) * (x - xs[i])
+    i = 1
+    while i < len(rows) - 1 and x > rows[i][0]:
+        i += 1
+    (x_a, y_a), (x_b, y_b) = rows[i - 1], rows[i]
+    return y_a + (y_b - y_a) / (x_b - x_a) * (x - x_a)
 
 
 # -- signals: an expression for lumped, and the same in pieces -----------------------------------
@@ -83,7 +86,7 @@ def signal(rng, size, kinds=None):
     kind = rng.choice(kinds or ["constant", "sine", "table", "where", "limited", "abs", "sign"])
     t, a, b = lp.time, size * rng.normal(), size * rng.normal()
     w, p = rng.uniform(3, 30), rng.uniform(0, 6)
-    wave = Signal(lambda t, _: a * np.sin(w * t + p))
+    wave = Signal(lambda t, _: a * math.sin(w * t + p))
     if kind == "constant":
         return a, Signal(lambda t, _: a)
     if kind == "sine":
@@ -109,13 +112,13 @@ def signal(rng, size, kinds=None):
         top, low = abs(level), -abs(level) * rng.uniform(0.3, 1)
         made = a * minimum(maximum(sin(w * t + p), low), top)
         breaks = crossings(w, p, top, END) + crossings(w, p, low, END)
-        return made, Signal(lambda t, m: a * min(max(np.sin(w * t + p), low), top), breaks)
+        return made, Signal(lambda t, m: a * min(max(math.sin(w * t + p), low), top), breaks)
     breaks = crossings(w, p, level, END)
     if kind == "abs":
         made = a * abs(sin(w * t + p) - level) + b
-        return made, Signal(lambda t, m: a * abs(np.sin(w * t + p) - level) + b, breaks)
+        return made, Signal(lambda t, m: a * abs(math.sin(w * t + p) - level) + b, breaks)
     made = a * sign(sin(w * t + p) - level)
-    return made, Signal(lambda t, m: a * np.sign(np.sin(w * m + p) - level), breaks)
+    return made, Signal(lambda t, m: math.copysign(a, a * (math.sin(w * m + p) - level)), breaks)
 
 
 def command(rng):
@@ -152,9 +155,9 @@ def transmission(rng):
         L = (r + abs(e)) * float(rng.uniform(1.5, 4))
 
         def crank(q):
-            s, c = np.sin(q), np.cos(q)
+            s, c = math.sin(q), math.cos(q)
             rise, drise, ddrise = e - r * s, -r * c, r * s
-            run = np.sqrt(L**2 - rise**2)
+            run = math.sqrt(L**2 - rise**2)
             drun = -rise * drise / run
             ddrun = -(drise**2 + rise * ddrise + drun**2) / run
             return r * c + run, -r * s + drun, -r * c + ddrun
@@ -166,11 +169,11 @@ def transmission(rng):
 
         def ellipse(q):
             x = q - phase
-            below = 1 + e**2 - 2 * e * np.cos(x)
+            below = 1 + e**2 - 2 * e * math.cos(x)
             slope = (1 - e**2) / below
-            lead = 2 * np.arctan2(e * np.sin(x), 1 - e * np.cos(x))
-            lead += 2 * np.arctan2(e * np.sin(phase), 1 - e * np.cos(phase))
-            return -(q + lead), -slope, slope * 2 * e * np.sin(x) / below
+            lead = 2 * math.atan2(e * math.sin(x), 1 - e * math.cos(x))
+            lead += 2 * math.atan2(e * math.sin(phase), 1 - e * math.cos(phase))
+            return -(q + lead), -slope, slope * 2 * e * math.sin(x) / below
 
         return EllipticalGear(e=e, phase=phase), Inertia(J=J), J, ellipse
     if kind == "table":
@@ -181,9 +184,9 @@ def transmission(rng):
             Inertia(J=J),
             J,
             lambda q: (
-                -(q + h * (1 - np.cos(k * q))),
-                -(1 + h * k * np.sin(k * q)),
-                -h * k**2 * np.cos(k * q),
+                -(q + h * (1 - math.cos(k * q))),
+                -(1 + h * k * math.sin(k * q)),
+                -h * k**2 * math.cos(k * q),
             ),
         )
     return None, None, 0.0, lambda q: (q, 1.0, 0.0)
@@ -308,7 +311,7 @@ class RandomDrive:
             def law(t, m, x, v):
                 if abs(x) <= gap / 2:
                     return 0.0
-                side = np.sign(x)
+                side = math.copysign(1.0, x)
                 elastic = c * (abs(x) - gap / 2)
                 return -side * max(0.0, elastic + min(elastic, d * side * v))
 
