@@ -418,10 +418,10 @@ def compare(seed, method=None, rtol=1e-9):
     quiet = np.all(np.abs(grid[:, None] - np.array([*exact.events, -1.0])) > 1e-5, axis=1)
     error = (np.abs(received - expected) / scale)[quiet].max(axis=1)
     worth = np.zeros(1)
-    if error.max() > 2e-6:  # how far apart two references go that differ by 1e-9
+    if error.max() > 1e-5:  # how far apart two references go that differ by 1e-9
         beside = drive.reference(1e-9).run(grid)
         worth = (np.abs(beside - expected) / scale)[quiet].max(axis=1)
-    bad = error > 2e-6 + 100 * worth
+    bad = error > 1e-5 + 100 * worth
     first = grid[quiet][bad.argmax()] if bad.any() else None
     return error.max(), worth.max(), first, method, drive, len(exact.events)
 
