@@ -447,6 +447,8 @@ def main(first, last):
         kinds.update(drive.kinds.keys())
         verdict = "agrees" if when is None else "DEVIATES"
         count[verdict] += 1
+        if seed % 50 == 49:
+            print(f"{seed}: {dict(count)}")
         if when is not None:
             what = ", ".join(f"{k}" for k in drive.kinds)
             print(
