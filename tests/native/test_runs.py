@@ -51,7 +51,7 @@ def assert_same(a, b, digits=1e-9, steps=True):
 def test_the_five_machines_run_alike(name, monkeypatch):
     """To the accuracy asked for: rate limiters have kinks, where rounding decides on steps.
 
-    Between the ends of a step over a kink the run is a hundred times less accurate than there.
+    Inside a step over a kink the run is less accurate than at its ends.
     """
     a, b = by_both(monkeypatch, lambda: SCENES[name](rtol=1e-8, grid=100, method="steps"))
     assert_same(a, b, 1e-6, steps=False)
