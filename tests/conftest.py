@@ -1,9 +1,25 @@
 """Small drive trains that several tests use."""
 
 import pytest
+from hypothesis import HealthCheck, Phase, settings
 
 import lumped as lp
 from lumped.components import Inertia, Spring, Torque
+
+# The same examples at every run. --hypothesis-profile=long takes more, and shrinks what fails.
+settings.register_profile(
+    "default",
+    max_examples=25,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    phases=(Phase.generate,),
+    suppress_health_check=list(HealthCheck),
+)
+settings.register_profile(
+    "long", settings.get_profile("default"), max_examples=1000, phases=tuple(Phase)
+)
+settings.load_profile("default")
 
 
 class TwoMass(lp.Component):

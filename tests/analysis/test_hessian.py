@@ -179,7 +179,7 @@ def test_an_equilibrium_moves_as_its_closed_form():
     sign = np.sign(found.values[1] / closed(*point)[1].real)  # as the spring counts its twist
     assert found.values == pytest.approx(closed(*point).real * [1, sign], rel=1e-9)
     rows = np.array(expected).T * np.array([[1], [sign]])
-    assert found.derivatives == pytest.approx(rows, rel=1e-9, abs=1e-14)
+    assert found.derivatives == pytest.approx(rows, rel=1e-9, abs=1e-12)
     assert found["load.w", "motor.tau"] == found.derivatives[0, 0]
     assert found.ranked("load.w")[0] == ("motor.tau", pytest.approx(1.0))
     assert len(found.plot("load.w").axes[0].patches) == 5

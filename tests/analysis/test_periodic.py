@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
+from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.errors import OptionError, SolverError, UnknownNameError
@@ -258,8 +258,7 @@ def rotor_over_angle(J):
         start = (0, 2 * np.pi), [w, 0.0]
         return solve_ivp(rate, *start, method="DOP853", rtol=1e-12, atol=1e-13, dense_output=dense)
 
-    w = float(fsolve(lambda w: end(w.item()).y[0, -1] - w, 6.0, xtol=1e-13)[0])
-    return end(w, True)
+    return end(brentq(lambda w: end(w).y[0, -1] - w, 5.0, 7.0, xtol=1e-12), True)
 
 
 @pytest.mark.parametrize("method", METHODS)
