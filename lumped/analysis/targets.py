@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.analysis.calls import Call
-from lumped.analysis.initial import initial_residuals
 from lumped.analysis.settings import closed_with
+from lumped.analysis.target_values import Matrix, target_values
 from lumped.errors import StartError
 from lumped.select import RANK, select_dependent
 from lumped.system import System
@@ -25,11 +22,6 @@ _TOLERANCE = 1e-9
 _ROUNDING = 1e-12
 """Largest miss that counts as rounding, relative to the terms that cancel."""
 _SHORTEST = 1e-4
-_DENSE = 10_000
-"""Entries of a matrix up to which it is kept as an array."""
-
-_Matrix = Any
-"""An array, or a sparse one if it is large."""
 
 
 class Targets:
@@ -73,9 +65,9 @@ class Targets:
         self.modes = np.zeros(0)
         self.unknowns = [unknown for unknown, _ in given.values()]
         self.count = len(system._reduced.states)
-        self._evaluate = _made(system, tuple(given), tuple(free))
+        self._evaluate = target_values(system, tuple(given), tuple(free))
         self.places = self._evaluate.places
-        self._last: tuple[np.ndarray, np.ndarray, tuple[np.ndarray, _Matrix]] | None = None
+        self._last: tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Matrix]] | None = None
         wanted = [value for _, value in given.values()]
         self.wanted = np.array(wanted + [0.0] * len(self.places))
 
@@ -169,7 +161,7 @@ class Targets:
         theta[self.free] = z[self.count :]
         return theta
 
-    def _at(self, z: np.ndarray) -> tuple[np.ndarray, _Matrix]:
+    def _at(self, z: np.ndarray) -> tuple[np.ndarray, Matrix]:
         """What the targets are, and their derivatives."""
         if self._last is None or self._last[0] is not z or self._last[1] is not self.modes:
             x, theta = z[: self.count], self._parameters(z)
@@ -182,7 +174,7 @@ class Targets:
         return closed_with(self.system, used, theta, self.time, self.modes, self.guesses)
 
     @staticmethod
-    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: _Matrix, z: np.ndarray) -> np.ndarray:
+    def _missed(miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray) -> np.ndarray:
         allowed = _TOLERANCE * np.maximum(1.0, np.abs(goal))
         missed: np.ndarray = ~(
             np.abs(miss) <= np.maximum(allowed, _ROUNDING * abs(matrix) @ abs(z))
@@ -258,7 +250,7 @@ class Targets:
                 length /= 4
         return z
 
-    def _columns(self, matrix: _Matrix, complain: bool = True) -> tuple[list[int], np.ndarray]:
+    def _columns(self, matrix: Matrix, complain: bool = True) -> tuple[list[int], np.ndarray]:
         """Unknowns that the targets determine, the least wanted first, and targets that do so."""
         key = (matrix[self._evaluate.entries].tobytes(), tuple(self.fixed))
         known = self._evaluate.known
@@ -351,58 +343,6 @@ class Targets:
         return found
 
 
-class _Function:
-    """Values of targets and their derivatives by states and free parameters.
-
-    Attributes
-    ----------
-    places : list
-        Where each initial equation stands.
-    entries : tuple of ndarray
-        Rows and columns of the derivatives that are not always zero.
-    expression : SX
-        Values as an expression.
-    """
-
-    def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
-        values, inputs = system._values, system._inputs[1:]
-        residuals, self.places = initial_residuals(system)
-        expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
-        self._inputs, self.expression = [values.states, *inputs], expression
-        parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
-        jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
-        results = [expression, jacobian]
-        self._call = Call(ca.Function("targets", self._inputs, results))
-        rows, columns = jacobian.sparsity().get_triplet()
-        self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
-        self._shape = jacobian.shape
-        self.known: tuple[object, tuple[list[int], np.ndarray]] | None = None
-
-    @cached_property
-    def by_parameters(self) -> ca.Function:
-        """Derivatives by all parameters: (all states, p, t, m)."""
-        found = ca.jacobian(self.expression, self._inputs[1])
-        return ca.Function("by_parameters", self._inputs, [found])
-
-    def __call__(
-        self, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
-    ) -> tuple[np.ndarray, _Matrix]:
-        value, nonzeros = self._call(x, theta, time, settings)
-        if self._shape[0] * self._shape[1] > _DENSE:
-            return value, scipy.sparse.csc_array((nonzeros, self.entries), shape=self._shape)
-        matrix = np.zeros(self._shape)
-        matrix[self.entries] = nonzeros
-        return value, matrix
-
-
-def _made(system: System, given: tuple[int, ...], free: tuple[int, ...]) -> _Function:
-    key = ("targets", given, free)
-    if key not in system.made:
-        system.made[key] = _Function(system, given, free)
-    made: _Function = system.made[key]
-    return made
-
-
 def _slips(system: System) -> set[int]:
     """Speeds that holds stop and that are not those of a flange."""
     if "slips" not in system.made:
@@ -419,7 +359,7 @@ def _slips(system: System) -> set[int]:
     return slips
 
 
-def _solved(matrix: _Matrix, right: np.ndarray) -> np.ndarray:
+def _solved(matrix: Matrix, right: np.ndarray) -> np.ndarray:
     """Solution of linear equations; not finite where there is none."""
     if isinstance(matrix, np.ndarray):
         try:
