@@ -2209,12 +2209,6 @@ def initial_equations_returned_nothing():
     build(lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=6.0), rotor=Steady(J=2.0))
 
 
-@wrong(START, EquationError, "Model", "condition", "time zero")
-def initial_equation_with_condition():
-    """An initial equation holds a condition."""
-    turning(lambda m: [m.load.w == lp.ops.where(lp.time >= 1.0, 5.0, 0.0)])
-
-
 @wrong(START, EquationError, "w of a component Inertia", "not one of its parts")
 def initial_equation_of_a_stranger():
     """An initial equation names a part of no model."""
