@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from lumped.errors import DeclarationError, UnknownNameError, nearest
 from lumped.expression import Equation, Expr
 from lumped.port import Port
-from lumped.quantity import Output, Quantity
+from lumped.quantity import Input, Output, Quantity
 from lumped.switch import Item
-from lumped.units import converted, has_unit
+from lumped.units import plain
 
 if TYPE_CHECKING:
     from lumped.connection import Connection
@@ -20,6 +20,13 @@ __all__ = ["Component", "Outline", "is_part", "path_of"]
 
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
+
+
+_SIGNAL = (
+    ", or an expression of lumped.time such as 5 * lumped.ops.sin(lumped.time) or "
+    "lumped.ops.table(times, values), or a connection to a signal"
+)
+"""What an input may be beside a number."""
 
 
 class _PartSlot:
@@ -213,15 +220,8 @@ class Component:
                 )
             if isinstance(value, Expr):
                 return value
-            if has_unit(value):
-                return converted(value, quantity.unit, f"{kind}({name}=...):")
-            try:
-                return float(value)
-            except (TypeError, ValueError):
-                raise DeclarationError(
-                    f"{kind}({name}={value!r}): a number in {quantity.unit} "
-                    f"({quantity.text}) is needed."
-                ) from None
+            more = f" ({quantity.text})" + (_SIGNAL if isinstance(quantity, Input) else "")
+            return plain(value, quantity.unit, f"{kind}({name}=...):", DeclarationError, more)
         if name in self._parts:
             if not is_part(value):
                 raise DeclarationError(

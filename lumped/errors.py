@@ -25,6 +25,7 @@ __all__ = [
     "UnitError",
     "UnknownNameError",
     "nearest",
+    "shown",
 ]
 
 
@@ -136,3 +137,9 @@ def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
     if not names:
         return "There are none."
     return "Known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") + "."
+
+
+def shown(value: object) -> str:
+    """A value in one short line."""
+    line = " ".join(repr(value).split())
+    return line if len(line) <= 60 else f"{line[:57]}..."

@@ -16,7 +16,7 @@ from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
-from lumped.units import converted, has_unit
+from lumped.units import plain
 
 __all__ = ["StartForm", "start_form", "start_point", "start_slopes"]
 
@@ -164,15 +164,7 @@ class _Start:
         for name, value in start.items():
             unknown = system._tree.unknown(name)
             unit = system._tree.quantity(unknown).unit
-            if has_unit(value):
-                given[unknown] = converted(value, unit, f"{system.key(name)} =")
-                continue
-            try:
-                given[unknown] = float(value)
-            except (TypeError, ValueError):
-                raise StartError(
-                    f"{system.key(name)} = {value!r}: a number in {unit} is needed."
-                ) from None
+            given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
         self.given, self.changed = given, {system._tree.unknown(name) for name in start}
         for unknown, number in given.items():
             if not np.isfinite(number):
