@@ -7,8 +7,8 @@ import time as clock
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from lumped.arguments import checked
 from lumped.component import Component
-from lumped.errors import DeclarationError
 from lumped.flatten import flatten
 from lumped.system import Name, System
 
@@ -27,6 +27,7 @@ def _paused_collector() -> Iterator[None]:
             gc.enable()
 
 
+@checked
 def assemble(
     model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
 ) -> System:
@@ -48,18 +49,16 @@ def assemble(
 
     Raises
     ------
+    OptionError
+        If `model` is no component.
     ParameterError, ConnectError, EquationError, SingularModelError
         If the model is not sound; the text names the components.
     UnknownNameError
         If `outputs` or `keep` names something the model does not have.
     """
-    given: object = model
-    if not isinstance(given, Component):
-        hint = " Write it with parentheses." if isinstance(given, type) else ""
-        raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
     with _paused_collector():
         begin = clock.perf_counter()
-        flat = flatten(given)
+        flat = flatten(model)
         flattened = clock.perf_counter()
         system = System(flat, outputs, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}

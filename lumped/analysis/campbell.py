@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import OperatingPoint
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import System
 from lumped.table import number, table
@@ -103,6 +104,7 @@ def _table(critical: Iterable[CriticalSpeed]) -> str:
     return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
 
 
+@checked
 def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpeed, ...]:
     """Speeds at which orders of excitation meet natural frequencies: ``2 pi hertz / order``.
 
@@ -132,6 +134,7 @@ def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpee
     return tuple(sorted(found, key=lambda c: c.speed))
 
 
+@checked
 def campbell(
     system: System,
     *,

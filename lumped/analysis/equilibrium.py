@@ -17,6 +17,7 @@ from lumped.analysis.settings import settings_at
 from lumped.analysis.settle import settled
 from lumped.analysis.start import start_point
 from lumped.analysis.steady import unsteady_part
+from lumped.arguments import checked
 from lumped.errors import SolverError, StartError
 from lumped.prune import uses
 from lumped.system import Changes, Name, System
@@ -36,6 +37,7 @@ _REST = (
 )
 
 
+@checked
 def equilibrium(
     system: System,
     *,

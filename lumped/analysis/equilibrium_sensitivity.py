@@ -16,6 +16,7 @@ from lumped.analysis.moving import moving
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.steady import unsteady_part
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -57,6 +58,7 @@ class EquilibriumSensitivity:
         row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.to)
         return float(self.derivatives[row, column])
 
+    @checked
     def ranked(self, of: Name) -> list[tuple[str, float]]:
         """Parameters and relative sensitivities of a quantity, the largest first.
 
@@ -71,6 +73,7 @@ class EquilibriumSensitivity:
             relative = self.derivatives[row] * varied / self.values[row]
         return ranked(self.of[row], self.values[row], self.to, relative)
 
+    @checked
     def plot(self, of: Name | None = None) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
@@ -96,6 +99,7 @@ class EquilibriumSensitivity:
         return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
 
 
+@checked
 def equilibrium_sensitivity(
     point: OperatingPoint, *, of: Iterable[Name], to: Iterable[Name] | None = None
 ) -> EquilibriumSensitivity:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from lumped.arguments import checked
 from lumped.connection import label
 from lumped.errors import OptionError
 from lumped.expression import Ref
@@ -193,46 +194,55 @@ Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
 
 
+@checked
 def final(name: Name) -> Final:
     """Value of a quantity at the end."""
     return Final(_plain(name))
 
 
+@checked
 def peak(name: Name) -> Peak:
     """Largest size of a quantity, ``max |y|``."""
     return Peak(_plain(name), "peak")
 
 
+@checked
 def highest(name: Name) -> Peak:
     """Largest value of a quantity."""
     return Peak(_plain(name), "highest")
 
 
+@checked
 def lowest(name: Name) -> Peak:
     """Least value of a quantity."""
     return Peak(_plain(name), "lowest")
 
 
+@checked
 def swing(name: Name) -> Swing:
     """From trough to crest of a quantity."""
     return Swing(_plain(name))
 
 
+@checked
 def integral(*names: Name) -> Integral:
     """Integral over time of a quantity, or of a product: work is that of torque and speed."""
     return Integral(_some(names, "integral"), "integral")
 
 
+@checked
 def mean(*names: Name) -> Integral:
     """Mean over time of a quantity, or of a product: power is that of torque and speed."""
     return Integral(_some(names, "mean"), "mean")
 
 
+@checked
 def rms(*names: Name) -> Integral:
     """Root of the mean over time of the square of a quantity, or of a product."""
     return Integral(_some(names, "rms"), "rms")
 
 
+@checked
 def instant(component: str, after: str = "", number: int = 0) -> Instant:
     """Instant at which something happens in a component (see `Trajectory.events`).
 
@@ -246,16 +256,19 @@ def instant(component: str, after: str = "", number: int = 0) -> Instant:
     return Instant(component, after, number)
 
 
+@checked
 def frequency(mode: int) -> Frequency:
     """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
     return Frequency(mode)
 
 
+@checked
 def damping(mode: int) -> Damping:
     """Damping ratio of a mode; modes count from 0, the lowest first."""
     return Damping(mode)
 
 
+@checked
 def clearance(excitations: Iterable[float]) -> Clearance:
     """Least relative distance ``|f / excitation - 1|`` of all modes from excitations.
 

@@ -15,6 +15,7 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.sensitivity import Sensitivity, Varied
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptimisationError, OptionError
 from lumped.system import Changes, System
 from lumped.table import number, table
@@ -123,6 +124,7 @@ class Identification:
         return "\n".join(lines)
 
 
+@checked
 def identify(
     system: System,
     *,

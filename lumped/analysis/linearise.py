@@ -12,6 +12,7 @@ import scipy
 from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -62,6 +63,7 @@ class Linearisation:
         return text + table(head, rows)
 
 
+@checked
 def linearise(
     system: System,
     *,

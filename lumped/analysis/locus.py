@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -105,6 +106,7 @@ class RootLocus:
         )
 
 
+@checked
 def root_locus(
     system: System,
     parameter: Name,

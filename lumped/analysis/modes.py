@@ -19,6 +19,7 @@ from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -108,6 +109,7 @@ class Modes:
         """Names of all angles and positions that move by themselves, in order of declaration."""
         return self._positions[0]
 
+    @checked
     def shape(self, name: Name) -> Real | Complex:
         """Amplitudes of a quantity in all oscillating modes, shape (k,).
 
@@ -123,6 +125,7 @@ class Modes:
         real = np.abs(values.imag) <= 1e-9 * np.maximum(np.abs(values), 1e-12)
         return values.real if (self.damping == 0).all() and real.all() else values
 
+    @checked
     def rigid_shape(self, name: Name) -> Real:
         """Relative speeds (or angles) of a quantity in all rigid-body modes."""
         raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid)).real
@@ -260,6 +263,7 @@ class Modes:
         scale = raw[largest, np.arange(self.rigid)]
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
+    @checked
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
         """Mode shapes along the drive (see `lumped.plot.mode_shapes`)."""
         from lumped.plot import mode_shapes
@@ -298,6 +302,7 @@ def _signed(value: complex) -> str:
     return f"{abs(value):.3f} at {np.degrees(np.angle(value)):.0f} deg"
 
 
+@checked
 def modes(
     system: System,
     *,

@@ -28,6 +28,7 @@ from lumped.analysis.nlp import Programme, Rows, Solution
 from lumped.analysis.optimise_modes import best_modes
 from lumped.analysis.optimise_runs import best_runs
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
@@ -37,6 +38,7 @@ Objective = Key | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
 
+@checked
 def optimise(
     run: Trajectory | Modes | System,
     *,

@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.analysis.modes import Modes
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Name
 
@@ -33,6 +34,7 @@ class Order:
     phase: float
 
 
+@checked
 def orders(
     run: Trajectory, of: Name, over: Name, *, least: float = 0.01, most: int = 40
 ) -> tuple[Order, ...]:
@@ -96,6 +98,7 @@ def orders(
     return tuple(Order(i + 1, float(size[i]), float(np.angle(harmonics[i]))) for i in kept)
 
 
+@checked
 def turns(modes: Modes, of: Name, over: Name) -> float:
     """Turns of a shaft for each turn of another, by the gears between them.
 

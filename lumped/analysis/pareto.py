@@ -11,6 +11,7 @@ from lumped.analysis.design import Bounds, Optimum
 from lumped.analysis.functionals import Designed
 from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.progress import Progress
 from lumped.system import Name
@@ -57,6 +58,7 @@ class Front:
         return table(head, rows)
 
 
+@checked
 def pareto(
     run: Trajectory,
     *,

@@ -15,12 +15,14 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
 __all__ = ["again", "periodic"]
 
 
+@checked
 def periodic(
     system: System,
     *,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lumped.analysis.equilibrium_sensitivity import moved_states
 from lumped.analysis.response import FrequencyResponse
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table
@@ -52,6 +53,7 @@ class ResponseSensitivity:
         found: Complex = self.values[:, row, column, self.parameters.index(key)]
         return found
 
+    @checked
     def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:
         """Derivative of the magnitude, shape (k,)."""
         amplitude = self.response[output, input]
@@ -85,6 +87,7 @@ class ResponseSensitivity:
         return f"{head}\n" + table(("output / input", "largest at, Hz", "magnitude there"), rows)
 
 
+@checked
 def response_sensitivity(
     response: FrequencyResponse, *, to: Iterable[Name] | None = None
 ) -> ResponseSensitivity:

@@ -13,6 +13,7 @@ from lumped.analysis.ranking import ranked
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.varied import slopes_at_zero, sources, varied_values
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -60,6 +61,7 @@ class Sensitivity:
         found: np.ndarray = self.values[:, self.of.index(of), self.to.index(to)]
         return found
 
+    @checked
     def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
         """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
 
@@ -83,6 +85,7 @@ class Sensitivity:
             relative = slopes * varied_values(self.run, self.to) / value
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
 
+    @checked
     def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
         """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
@@ -114,6 +117,7 @@ class Sensitivity:
         return f"{head}\n" + table(columns, rows)
 
 
+@checked
 def sensitivity(
     system: System,
     *,

@@ -16,6 +16,7 @@ from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.progress import Progress
 from lumped.system import Changes, Name, System
@@ -26,6 +27,7 @@ Grid = int | Sequence[float] | np.ndarray | None
 Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
+@checked
 def simulate(
     system: System,
     *,

@@ -14,6 +14,7 @@ from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 from lumped.units import plain
@@ -21,6 +22,7 @@ from lumped.units import plain
 __all__ = ["StartForm", "start_form", "start_point", "start_slopes"]
 
 
+@checked
 def start_point(
     system: System,
     parameters: Changes | None = None,

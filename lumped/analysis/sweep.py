@@ -19,6 +19,7 @@ from lumped.analysis.pool import outcomes
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.store import fingerprint
+from lumped.arguments import checked
 from lumped.assemble import assemble
 from lumped.errors import LumpedError, OptionError
 from lumped.progress import Progress
@@ -100,6 +101,7 @@ class Sweep:
         return "\n".join([head, table(("result", "least", "greatest"), rows), *reasons])
 
 
+@checked
 def sweep(
     system: System,
     *,

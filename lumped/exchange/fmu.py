@@ -18,6 +18,7 @@ from importlib import resources
 from pathlib import Path
 
 from lumped.analysis.watch import may_be_unfit
+from lumped.arguments import checked
 from lumped.errors import ExportError, OptionError
 from lumped.exchange.description import build_description, model_description
 from lumped.exchange.interface import Interface
@@ -74,6 +75,7 @@ class ExportedFMU:
         return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.remarks])
 
 
+@checked
 def export_fmu(
     system: System,
     path: str | Path,

@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from lumped.arguments import checked
 from lumped.pictures.inline import inline
 from lumped.pictures.schematic import schematic
 from lumped.system import System
@@ -60,6 +61,7 @@ _MARKS = {
 }
 
 
+@checked
 def report_html(
     system: System,
     path: str | Path,
