@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import gc
 import time as clock
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from lumped.arguments import checked
 from lumped.component import Component
+from lumped.errors import ModelWarning
 from lumped.flatten import flatten
+from lumped.idle import idle
 from lumped.system import Name, System
 
 __all__ = ["assemble"]
@@ -47,6 +50,11 @@ def assemble(
     -------
     System
 
+    Warns
+    -----
+    ModelWarning
+        If a part is connected to nothing, or all its ends are joined to one another.
+
     Raises
     ------
     OptionError
@@ -59,6 +67,8 @@ def assemble(
     with _paused_collector():
         begin = clock.perf_counter()
         flat = flatten(model)
+        for text in idle(flat):
+            warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
         flattened = clock.perf_counter()
         system = System(flat, outputs, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from lumped.errors import DeclarationError, UnknownNameError, nearest
 from lumped.expression import Equation, Expr
 from lumped.port import Port
-from lumped.quantity import Input, Output, Quantity
+from lumped.quantity import Input, Output, Quantity, Var
 from lumped.switch import Item
 from lumped.units import plain
 
@@ -231,7 +231,9 @@ class Component:
             return value
         if name in self._fields:
             return _frozen(value)
-        known = [*self._quantities, *self._parts, *self._fields]
+        given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
+        start = [n for n in given if isinstance(self._quantities[n], Var)]
+        known = [*self._fields, *(n for n in given if n not in start), *self._parts, *start]
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
     def _copy_at(self, parent: Component, name: str) -> Self:

@@ -16,6 +16,7 @@ __all__ = [
     "ExportError",
     "Interrupted",
     "LumpedError",
+    "ModelWarning",
     "OptimisationError",
     "OptionError",
     "ParameterError",
@@ -72,6 +73,10 @@ class UnknownNameError(LumpedError, KeyError, AttributeError):
         return str(self.args[0])
 
 
+class ModelWarning(UserWarning):
+    """A model can be computed, but a part of it does nothing and is likely not meant so."""
+
+
 class SolverError(LumpedError):
     """A numerical run failed.
 
@@ -118,14 +123,18 @@ class Interrupted(KeyboardInterrupt):
         self.partial = partial
 
 
+_ALIKE = 0.55
+"""Likeness of two names, of 1, from which one may be meant for the other."""
+
+
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
     """Text that offers the known names nearest to `name`."""
     names = list(known)
     lowered = {n.lower(): n for n in names}
-    close = get_close_matches(name, names, most, 0.5)
+    close = get_close_matches(name, names, most, _ALIKE)
     close += [
         lowered[n]
-        for n in get_close_matches(name.lower(), lowered, most, 0.5)
+        for n in get_close_matches(name.lower(), lowered, most, _ALIKE)
         if lowered[n] not in close
     ]
     path, _, tail = name.rpartition(".")

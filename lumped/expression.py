@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn, Union
 
-from lumped.errors import EquationError
+from lumped.errors import EquationError, shown
 
 if TYPE_CHECKING:
     from lumped.quantity import Quantity
@@ -119,7 +119,8 @@ class Expr:
     def __float__(self) -> NoReturn:
         raise EquationError(
             f"'{self}' is a symbol, not a number. Use the functions of lumped.ops "
-            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy."
+            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy; where a plain number "
+            "is needed, as in the fields of a component, no symbol can stand."
         )
 
     __int__ = __float__
@@ -336,14 +337,21 @@ def as_expr(value: object) -> Expr:
         return value
     if isinstance(value, bool) or not isinstance(value, int | float):
         try:
+            if isinstance(value, str):
+                raise TypeError
             number = float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             raise EquationError(
-                f"{value!r} of type {type(value).__name__} cannot stand in an equation; "
+                f"{shown(value)} of type {type(value).__name__} cannot stand in an equation; "
                 "only quantities of the model and numbers can."
             ) from None
-        return Constant(number)
-    return Constant(float(value))
+    else:
+        number = float(value)
+    if number != number:
+        raise EquationError(
+            "nan stands in an expression; only finite numbers have a meaning there."
+        )
+    return Constant(number)
 
 
 def walk(root: Expr) -> Iterator[Expr]:

@@ -8,11 +8,26 @@ from typing import Any, Literal, Self, overload
 from lumped.errors import DeclarationError
 from lumped.expression import Expr, Number, Ref
 
-__all__ = ["Input", "Output", "Param", "Quantity", "Var", "param", "var"]
+__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""
+
+
+_LARGEST = 1e100
+"""No quantity is larger in SI units; squares of it do not overflow."""
+
+
+def beyond(value: float) -> str | None:
+    """Why a number cannot be the value of any quantity, or None if it can."""
+    if value != value or value in (float("inf"), float("-inf")):
+        return "must be a finite number"
+    if abs(value) > _LARGEST:
+        return f"must be smaller than {_LARGEST:g}, so that its powers are finite"
+    if 0 < abs(value) < 1 / _LARGEST:
+        return f"must be zero or larger than {1 / _LARGEST:g}, so that one over it is finite"
+    return None
 
 
 class Quantity:
@@ -77,8 +92,9 @@ class Param(Quantity, Expr):
 
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
-        if value != value or value in (float("inf"), float("-inf")):
-            return "must be a finite number"
+        why = beyond(value)
+        if why is not None:
+            return why
         if self.nonzero and value == 0:
             return "must not be zero"
         if self.min is not None and value < self.min:

@@ -237,6 +237,8 @@ class Tree:
         found = self._look_up(key)
         if found is not None and found[1] in found[0].layout.parameters:
             return found[0].first_parameter + found[0].layout.parameters[found[1]]
+        if found is not None and found[1] in found[0].layout.unknowns:
+            raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no parameter '{key}'. "
             + nearest(key, self.parameter_names())
@@ -293,6 +295,18 @@ class Tree:
     def port(self, node: Node, port: int) -> Port:
         """Declaration of a port of a node."""
         return node.component._ports[node.layout.ports[port]]
+
+
+def _why_none(node: Node, local: str) -> str:
+    """Why an unknown is no parameter, and what could be named instead."""
+    if node.layout.quantities[node.layout.unknowns[local]].kind != "input":
+        return ": the model computes it. Name a parameter."
+    if local in node.component._values:
+        return (
+            f", as it is given as the expression {node.component._values[local]!r}. Name a "
+            "parameter of the expression, or give a number instead of it."
+        )
+    return ", as it is connected to a signal. Name a parameter of what gives the signal."
 
 
 def _origins(scope: Component) -> dict[int, str]:

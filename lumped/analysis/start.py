@@ -16,6 +16,7 @@ from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
 from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, StartError
+from lumped.quantity import beyond
 from lumped.system import Changes, Name, System
 from lumped.units import plain
 
@@ -169,8 +170,9 @@ class _Start:
             given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
         self.given, self.changed = given, {system._tree.unknown(name) for name in start}
         for unknown, number in given.items():
-            if not np.isfinite(number):
-                raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
+            why = beyond(number)
+            if why is not None:
+                raise StartError(f"{self._text(unknown)}: a start value {why}.")
         self.guesses = self._first_guesses()
         self.settings = np.concatenate([modes_at(system, theta, 1e-300), self.guesses])
         self.x = np.zeros(len(self.reduced.states))
