@@ -8,7 +8,7 @@ import math
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import wraps
-from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+from typing import Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,17 +21,32 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _FROM = {
+    "Compare": "a relation such as lumped.time >= 0.5",
     "Component": "a component or model",
+    "Connection": "a connection, from lumped.connect or lumped.chain",
+    "Equation": "an equation a == b",
+    "Expr": "an expression",
     "FrequencyResponse": "a response from lumped.frequency_response",
-    "Functional": "a functional such as lumped.functionals.peak('shaft.tau')",
     "Modes": "modes from lumped.modes",
     "OperatingPoint": "an operating point from lumped.equilibrium or lumped.start_point",
     "Path": "a path",
+    "Port": "a port",
     "PeriodicOrbit": "an orbit from lumped.periodic",
     "System": "a system from lumped.assemble",
     "Trajectory": "a run from lumped.simulate",
 }
 """Where what is needed comes from."""
+_FUNCTIONALS = [
+    "Clearance",
+    "Damping",
+    "Final",
+    "Frequency",
+    "Instant",
+    "Integral",
+    "Peak",
+    "Swing",
+]
+_FROM |= {name: f"lumped.functionals.{name.lower()}(...)" for name in _FUNCTIONALS}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
@@ -47,7 +62,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         When called with an unknown, missing or wrong argument, which the text names.
     """
     signature = inspect.signature(function)
-    name = function.__qualname__
+    name = function.__qualname__.removesuffix(".__init__").replace(".__getitem__", "[]")
+    several = [k for k, p in signature.parameters.items() if p.kind is p.VAR_POSITIONAL]
     known = [p for p in signature.parameters if p != "self"]
     hints: dict[str, Any] = {}
 
@@ -63,7 +79,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             raise OptionError(f"{name}: {fault}.{more}") from None
         given = bound.arguments
         for key, value in given.items():
-            if key in hints:
+            if key in several:
+                members = enumerate(value)
+                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
+            elif key in hints:
                 given[key] = _fitting(name, key, value, hints[key])
         _same_system(name, given)
         return function(*bound.args, **bound.kwargs)
@@ -74,11 +93,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[str, Any]:
     """Types of the arguments that can be checked."""
     names = _Names(vars(builtins) | function.__globals__)
-    several = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
     return {
         key: eval(p.annotation, {}, names)
         for key, p in signature.parameters.items()
-        if p.kind not in several and isinstance(p.annotation, str)
+        if p.kind is not p.VAR_KEYWORD and isinstance(p.annotation, str)
     }
 
 
@@ -155,10 +173,10 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, int | np.integer) and not isinstance(value, bool)
     if hint is bool:
         return isinstance(value, bool | np.bool_)
+    if isinstance(hint, ForwardRef) or (isinstance(hint, type) and issubclass(hint, _Absent)):
+        return _called(hint) in [cls.__name__ for cls in type(value).__mro__]
     if not isinstance(hint, type):
         return True
-    if issubclass(hint, _Absent):
-        return hint.__name__ in [cls.__name__ for cls in type(value).__mro__]
     return isinstance(value, hint)
 
 
@@ -176,8 +194,8 @@ def _fit_all(value: Any, kinds: tuple[Any, ...]) -> bool:
         members = list(value)
     except Exception:  # whatever a foreign type says to this
         return False
-    if len(kinds) == 2 and kinds[1] is not Ellipsis:
-        return len(members) == 2 and all(map(_fits, members, kinds))
+    if len(kinds) > 1 and kinds[1] is not Ellipsis:
+        return len(members) == len(kinds) and all(map(_fits, members, kinds))
     return all(_fits(member, kinds[0]) for member in members)
 
 
@@ -203,23 +221,29 @@ def _words(hint: Any) -> str:
     if origin is Literal:
         return f"one of {', '.join(map(repr, kinds))}"
     if origin in (Iterable, Sequence, tuple, list):
+        if len(kinds) > 1 and kinds[1] is not Ellipsis:
+            return f"a row of {len(kinds)}, each {_words(kinds[0])},"
         if kinds[0] is float:
             return "a list of finite numbers"
         return "a list of names" if _names(kinds[0]) else f"a list, each {_words(kinds[0])},"
     if origin is Mapping:
-        return "a dictionary with names as keys"
+        return "a dictionary with names as keys, such as {'rotor.w': 100.0},"
     if origin is Callable:
         return "a function"
     simple = {float: "a finite number", int: "a whole number", bool: "True or False", str: "a text"}
     if hint in simple:
         return simple[hint]
-    called = getattr(hint, "__name__", str(hint))
-    return _FROM.get(called, f"a {called}")
+    return _FROM.get(_called(hint), f"a {_called(hint)}")
+
+
+def _called(hint: Any) -> str:
+    """Name of a class, or of what an annotation names before it exists."""
+    return str(getattr(hint, "__forward_arg__", getattr(hint, "__name__", hint)))
 
 
 def _names(hint: Any) -> bool:
     """Whether names of quantities are meant."""
-    return hint is str or {getattr(kind, "__name__", "") for kind in get_args(hint)} == {
+    return hint is str or {_called(kind) for kind in get_args(hint)} == {
         "str",
         "Expr",
     }
@@ -235,6 +259,7 @@ def _hint(value: Any, hint: Any) -> str:
             return " Its system is its attribute `system`."
     if inspect.isclass(value):
         return " Write it with parentheses."
-    if isinstance(value, str) and any(get_origin(kind) in (Iterable, Sequence) for kind in kinds):
+    lists = [kind for kind in kinds if get_origin(kind) in (Iterable, Sequence)]
+    if any(_fits(value, get_args(kind)[0]) for kind in lists):
         return f" Write [{shown(value)}]."
     return ""

@@ -67,9 +67,9 @@ def assemble(
     with _paused_collector():
         begin = clock.perf_counter()
         flat = flatten(model)
-        for text in idle(flat):
-            warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
         flattened = clock.perf_counter()
         system = System(flat, outputs, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}
-        return system
+    for text in idle(flat):
+        warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
+    return system

@@ -6,7 +6,8 @@ import inspect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from lumped.errors import DeclarationError, UnknownNameError, nearest
+from lumped.arguments import checked
+from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.expression import Equation, Expr
 from lumped.port import Port
 from lumped.quantity import Input, Output, Quantity, Var
@@ -111,7 +112,14 @@ class Component:
                 setattr(cls, name, _FieldSlot(name, value))
         _refuse_shared(cls.__name__, cls._parts)
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, *positional: Any, **values: Any) -> None:
+        if positional:
+            kind = type(self).__name__
+            first = next(iter([*self._quantities, *self._parts, *self._fields]), "name")
+            raise DeclarationError(
+                f"{kind}({shown(positional[0])}): give values by their names, such as "
+                f"{kind}({first}=...)."
+            )
         given: dict[str, Any] = {}
         for name, value in values.items():
             given[name] = self._checked(name, value)
@@ -145,6 +153,7 @@ class Component:
         """
         return ()
 
+    @checked
     def with_(self, changes: Mapping[str, Any]) -> Self:
         """A copy with other values.
 
@@ -295,6 +304,11 @@ def _refuse_slips(cls: type[Component]) -> None:
                 f"{cls.__name__}.{name} is the class {value.__name__} itself; "
                 f"write {value.__name__}(...), with parentheses."
             )
+        if isinstance(value, Component | Port | Quantity) and name.startswith("_"):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
+                "of a component; choose another."
+            )
         if isinstance(value, Component | Port | Quantity) and hasattr(Component, name):
             raise DeclarationError(
                 f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
@@ -330,6 +344,7 @@ def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
         if isinstance(held, Component):
             members: Iterable[tuple[str, Component]] = [(name, held)]
         elif isinstance(held, Mapping):
+            _refuse_keys(kind, name, held)
             members = [(f'{name}["{k}"]', c) for k, c in held.items()]
         else:
             members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
@@ -341,6 +356,17 @@ def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
                     f"parent; write {type(part).__name__}(...) once for each."
                 )
             seen[id(part)] = place
+
+
+def _refuse_keys(kind: str, name: str, held: Iterable[str]) -> None:
+    """Refuse keys that cannot stand in the name of a quantity, in a file or in a program."""
+    for key in held:
+        if not key or not key.isprintable() or set(key) & set("\"'[]\\"):
+            raise DeclarationError(
+                f"{kind}: a part of '{name}' is called {key!r}. A key needs at least one letter, "
+                "and no quotation mark, square bracket, backslash, line break or other control "
+                "character."
+            )
 
 
 def _split(head: str) -> tuple[str, str | None]:

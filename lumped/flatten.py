@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.component import Component
-from lumped.errors import EquationError, SingularModelError
+from lumped.errors import EquationError, SingularModelError, shown
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
 from lumped.kept import template_of
@@ -270,9 +270,10 @@ def _group(
     method: str = "equations()",
 ) -> Group:
     """Group of all instances with equations like those found, made if there is none."""
-    if found is None:
+    if not isinstance(found, Iterable):
+        what = "nothing" if found is None else shown(found)
         raise EquationError(
-            f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
+            f"{scope.label}: {method} gave {what} back. Yield each equation: yield a == b."
         )
     try:
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]

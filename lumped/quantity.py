@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, Self, overload
 
+from lumped.arguments import checked
 from lumped.errors import DeclarationError
 from lumped.expression import Expr, Number, Ref
 
@@ -48,6 +49,7 @@ class Quantity:
     start: Number = 0.0
     nominal: float = 1.0
 
+    @checked
     def __init__(self, unit: str, text: str) -> None:
         self.unit = unit
         self.text = text
@@ -164,6 +166,7 @@ class Output(Signal):
     kind = "output"
 
 
+@checked
 def param(
     unit: str,
     text: str,
@@ -195,6 +198,7 @@ def param(
     return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
 
 
+@checked
 def var(
     unit: str,
     text: str,

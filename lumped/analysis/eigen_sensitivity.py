@@ -140,8 +140,8 @@ class EigenSensitivity:
         from lumped.plot import tornado
 
         modes = self.modes
-        title = f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz"
-        return tornado(self.ranked(mode), title, "the frequency")
+        found = self.ranked(mode)
+        return tornado(found, f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz", "the frequency")
 
     def __repr__(self) -> str:
         rows = []

@@ -54,6 +54,7 @@ class EquilibriumSensitivity:
     values: Real
     derivatives: Real
 
+    @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> float:
         row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.to)
         return float(self.derivatives[row, column])

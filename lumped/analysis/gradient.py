@@ -70,6 +70,7 @@ class Gradient:
     seconds: float
     rtol: float
 
+    @checked
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, to = pair
         key = self.run.system.key(to)

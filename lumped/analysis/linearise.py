@@ -111,6 +111,8 @@ def linear_matrices(
     given = tuple(system.key(name) for name in inputs)
     observed = tuple(system.key(name) for name in outputs)
     for name in given:
+        if given.count(name) > 1:
+            raise OptionError(f"{system.name}: the input {name} is named twice.")
         if name not in place:
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"

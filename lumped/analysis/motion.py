@@ -61,6 +61,7 @@ class Motion:
     limits: tuple[str, ...]
     solution: Solution
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         inputs = (self.x.T, self.theta.T, self.t[None, :], self.settings.T)
         return np.asarray(self.system.function([name])(*inputs)).ravel()

@@ -80,6 +80,7 @@ class PeriodicOrbit:
     problem: Problem = field(repr=False)
     found: Orbit = field(repr=False)
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         return self.run[name]
 

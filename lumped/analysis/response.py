@@ -75,6 +75,7 @@ class FrequencyResponse:
     point: OperatingPoint
     _matrices: list[scipy.sparse.csc_array]
 
+    @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
         row, column = self._places(*names)
         found: Complex = self.values[:, row, column]

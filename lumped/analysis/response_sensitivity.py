@@ -44,6 +44,7 @@ class ResponseSensitivity:
     values: Complex
     moving: bool
 
+    @checked
     def __getitem__(self, names: tuple[Name, Name, Name]) -> Complex:
         output, given, parameter = names
         row, column = self.response._places(output, given)

@@ -159,6 +159,7 @@ class OperatingPoint:
         p = self.system._flat.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
+    @checked
     def __getitem__(self, name: Name) -> float:
         function = self.system.function([name])
         return float(function(self.x, self.theta, self.time, self.modes))
@@ -243,6 +244,7 @@ class Trajectory:
         """Accepted steps."""
         return self.statistics.steps
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         key = self.system.key(name)
         if key == "time":
@@ -294,7 +296,10 @@ class Trajectory:
     @checked
     def table(self, names: Iterable[Name]) -> np.ndarray:
         """Several quantities as columns, shape (k, len(names))."""
-        return np.column_stack([self[name] for name in names])
+        columns = [self[name] for name in names]
+        if not columns:
+            raise OptionError(f"{self.system.name}: name at least one quantity.")
+        return np.column_stack(columns)
 
     @checked
     def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:

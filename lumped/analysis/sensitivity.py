@@ -14,7 +14,7 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.arguments import checked
-from lumped.errors import OptionError
+from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
@@ -56,9 +56,15 @@ class Sensitivity:
     evaluations: int
     rtol: float
 
+    @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
-        of, to = (self.run.system.key(name) for name in pair)
-        found: np.ndarray = self.values[:, self.of.index(of), self.to.index(to)]
+        places = []
+        for name, known in zip(pair, (self.of, self.to), strict=True):
+            key = self.run.system.key(name)
+            if key not in known:
+                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
+            places.append(known.index(key))
+        found: np.ndarray = self.values[:, places[0], places[1]]
         return found
 
     @checked

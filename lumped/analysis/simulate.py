@@ -106,7 +106,7 @@ def simulate(
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
-    _check(until, rtol, atol, method)
+    _check(until, rtol, atol, method, max_steps)
     times = output_times(grid, until)
     if isinstance(start, OperatingPoint):
         if start.system is not system or parameters or tuple(free):
@@ -170,13 +170,15 @@ def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
     return "implicit" if stiff(point, until, rtol) else "steps"
 
 
-def _check(until: float, rtol: float, atol: float | None, method: str) -> None:
+def _check(until: float, rtol: float, atol: float | None, method: str, max_steps: int) -> None:
     if not (isinstance(until, int | float | np.number) and np.isfinite(until) and until > 0):
         raise OptionError(f"until = {until!r} s: the end must be a positive, finite time.")
     if not 1e-14 <= rtol < 1:
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
+    if max_steps < 1:
+        raise OptionError(f"max_steps = {max_steps}: at least one step is needed.")
     methods = ("auto", "explicit", "implicit", "exact", "steps")
     if method not in methods:
         raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

@@ -15,7 +15,7 @@ from lumped.analysis.result import OperatingPoint
 from lumped.analysis.settings import modes_at, settings_at
 from lumped.analysis.targets import Targets
 from lumped.arguments import checked
-from lumped.errors import OptionError, SolverError, StartError
+from lumped.errors import SolverError, StartError
 from lumped.quantity import beyond
 from lumped.system import Changes, Name, System
 from lumped.units import plain
@@ -60,11 +60,6 @@ def start_point(
     OptionError
         If `start` is no mapping.
     """
-    if not isinstance(start, Mapping | None):
-        raise OptionError(
-            f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
-            "for a run from an equilibrium the point that lp.equilibrium(system) returns."
-        )
     theta = system.theta(parameters)
     begin = _Start(system, theta, start or {}, system.places(free))
     x, settings = begin.solve()[system._in_use], begin.settings
