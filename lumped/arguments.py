@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lumped.errors import OptionError, nearest, shown
+from lumped.units import has_unit
 
 __all__ = ["checked"]
 
@@ -122,10 +123,29 @@ def _fitting(function: str, key: str, value: Any, hint: Any) -> Any:
     if isinstance(value, Iterator):
         value = list(value)
     if _fits(value, hint):
+        if isinstance(value, Mapping):
+            _check_members(function, key, value, hint)
         return value
     raise OptionError(
         f"{function}: {key} = {shown(value)}: {_words(hint)} is needed.{_hint(value, hint)}"
     )
+
+
+def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any) -> None:
+    """Refuse what is no list or no function in a mapping of such; numbers may have units.
+
+    Raises
+    ------
+    OptionError
+        With the key of the member.
+    """
+    for kind in (hint, *get_args(hint)):
+        if get_origin(kind) is not Mapping:
+            continue
+        wanted = get_args(kind)[1]
+        if {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}:
+            for name, value in given.items():
+                _fitting(function, f"{key}[{shown(name)}]", value, wanted)
 
 
 def _same_system(function: str, given: dict[str, Any]) -> None:
@@ -155,7 +175,10 @@ def _fits(value: Any, hint: Any) -> bool:
     if hint is np.ndarray:
         return isinstance(value, np.ndarray) and _numbers(value)
     if origin in (Union, types.UnionType):
-        return any(_fits(value, one) for one in get_args(hint))
+        kinds = get_args(hint)
+        if float in kinds and str in kinds and has_unit(value):
+            return True
+        return any(_fits(value, one) for one in kinds)
     if origin is Literal:
         return isinstance(value, str) and value in get_args(hint)
     if origin in (Iterable, Sequence, tuple, list):
@@ -223,6 +246,8 @@ def _words(hint: Any) -> str:
     if origin in (Iterable, Sequence, tuple, list):
         if len(kinds) > 1 and kinds[1] is not Ellipsis:
             return f"a row of {len(kinds)}, each {_words(kinds[0])},"
+        if get_origin(kinds[0]) is tuple and set(get_args(kinds[0])) == {float}:
+            return f"rows of {len(get_args(kinds[0]))} numbers"
         if kinds[0] is float:
             return "a list of finite numbers"
         return "a list of names" if _names(kinds[0]) else f"a list, each {_words(kinds[0])},"

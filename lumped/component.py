@@ -17,7 +17,7 @@ from lumped.units import plain
 if TYPE_CHECKING:
     from lumped.connection import Connection
 
-__all__ = ["Component", "Outline", "is_part", "path_of"]
+__all__ = ["Component", "Outline", "is_part", "path_of", "steps"]
 
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
@@ -170,7 +170,8 @@ class Component:
         values = dict(self._values)
         below: dict[str, dict[str, Any]] = {}
         for path, value in changes.items():
-            head, _, rest = path.partition(".")
+            head, *others = steps(path) or [""]
+            rest = ".".join(others)
             if rest:
                 below.setdefault(head, {})[rest] = value
             elif "[" in head:
@@ -406,3 +407,16 @@ def path_of(component: Component) -> str:
         component, name = component._place
         names.append(name)
     return ".".join(reversed(names))
+
+
+def steps(path: str) -> list[str]:
+    """Parts of a dotted path; dots inside ["..."] do not count."""
+    found, current, depth = [], "", 0
+    for letter in path:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "." and depth == 0:
+            found.append(current)
+            current = ""
+        else:
+            current += letter
+    return [*found, current] if path else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from lumped.component import Component, path_of
+from lumped.component import Component, path_of, steps
 from lumped.errors import UnknownNameError, nearest
 from lumped.expression import Expr, Ref
 from lumped.port import Port
@@ -191,7 +191,7 @@ class Tree:
     def at(self, path: str, scope: Node) -> Node:
         """Node at a path relative to `scope`."""
         node = scope
-        for name in _steps(path):
+        for name in steps(path):
             node = self.nodes[node.children[name]]
         return node
 
@@ -246,12 +246,12 @@ class Tree:
 
     def _look_up(self, key: str) -> tuple[Node, str] | None:
         node = self.nodes[0]
-        steps = _steps(key)
-        for i, step in enumerate(steps):
+        found = steps(key)
+        for i, step in enumerate(found):
             if step in node.children:
                 node = self.nodes[node.children[step]]
             else:
-                return node, ".".join(steps[i:])
+                return node, ".".join(found[i:])
         return None
 
     def unknown_names(self) -> Iterator[str]:
@@ -321,16 +321,3 @@ def _origins(scope: Component) -> dict[int, str]:
             else:
                 places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
     return places
-
-
-def _steps(path: str) -> list[str]:
-    """Parts of a dotted path; dots inside ["..."] do not count."""
-    steps, current, depth = [], "", 0
-    for letter in path:
-        depth += (letter == "[") - (letter == "]")
-        if letter == "." and depth == 0:
-            steps.append(current)
-            current = ""
-        else:
-            current += letter
-    return [*steps, current] if path else []

@@ -144,7 +144,7 @@ def _weights(minimise: Objective) -> dict[Key | str, float]:
     weights: dict[Key | str, float] = {}
     weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
     for key, weight in weights.items():
-        if not np.isfinite(weight):
+        if not (isinstance(weight, int | float | np.number) and np.isfinite(weight)):
             raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
     if not any(weights.values()):
         raise OptionError("optimise: nothing to minimise; give one functional or weight.")
@@ -174,6 +174,8 @@ class Problem:
         self.run, self.system = run, run.system
         smooth(run, "optimise")
         self.programme = Programme(self.system.name)
+        if intervals < 1:
+            raise OptionError(f"intervals = {intervals}: at least one is needed.")
         self.intervals, self.periodic = intervals, periodic
         self.names, box, scale = varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]

@@ -157,6 +157,8 @@ def sweep(
     job = Job(system, until, dict(of), options, len(points) >= _MANY)
     done = _Store(store, job).opened()
     begin, busy = clock.perf_counter(), 0.0
+    if workers is not None and workers < 1:
+        raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     count = workers or os.cpu_count() or 1
     waiting = [(i, point) for i, point in enumerate(points) if _key(point) not in done.known]
     found: dict[int, list[float] | str] = {
