@@ -75,9 +75,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as fault:
-            unknown = next((k for k in kwargs if k not in known), None)
-            more = "" if unknown is None else f" {nearest(unknown, known)}"
-            raise OptionError(f"{name}: {fault}.{more}") from None
+            unknown = [key for key in kwargs if key not in known]
+            text = (
+                f"no option '{unknown[0]}'. {nearest(unknown[0], known)}"
+                if unknown
+                else f"{fault}."
+            )
+            raise OptionError(f"{name}: {text}") from None
         given = bound.arguments
         for key, value in given.items():
             if key in several:
