@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import gc
 import time as clock
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from lumped.arguments import checked
 from lumped.component import Component
-from lumped.errors import DeclarationError
+from lumped.errors import ModelWarning
 from lumped.flatten import flatten
+from lumped.idle import idle
 from lumped.system import Name, System
 
 __all__ = ["assemble"]
@@ -27,6 +30,7 @@ def _paused_collector() -> Iterator[None]:
             gc.enable()
 
 
+@checked
 def assemble(
     model: Component, *, outputs: Iterable[Name] | None = None, keep: Iterable[Name] = ()
 ) -> System:
@@ -46,21 +50,26 @@ def assemble(
     -------
     System
 
+    Warns
+    -----
+    ModelWarning
+        If a part is connected to nothing, or all its ends are joined to one another.
+
     Raises
     ------
+    OptionError
+        If `model` is no component.
     ParameterError, ConnectError, EquationError, SingularModelError
         If the model is not sound; the text names the components.
     UnknownNameError
         If `outputs` or `keep` names something the model does not have.
     """
-    given: object = model
-    if not isinstance(given, Component):
-        hint = " Write it with parentheses." if isinstance(given, type) else ""
-        raise DeclarationError(f"assemble needs a component, not {given!r}.{hint}")
     with _paused_collector():
         begin = clock.perf_counter()
-        flat = flatten(given)
+        flat = flatten(model)
         flattened = clock.perf_counter()
         system = System(flat, outputs, keep)
         system.seconds = {"flatten": flattened - begin, **system.seconds}
-        return system
+    for text in idle(flat):
+        warnings.warn(f"{flat.name}: {text}", ModelWarning, stacklevel=3)
+    return system

@@ -6,20 +6,28 @@ import inspect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from lumped.errors import DeclarationError, UnknownNameError, nearest
+from lumped.arguments import checked
+from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.expression import Equation, Expr
 from lumped.port import Port
-from lumped.quantity import Output, Quantity
+from lumped.quantity import Input, Output, Quantity, Var
 from lumped.switch import Item
-from lumped.units import converted, has_unit
+from lumped.units import plain
 
 if TYPE_CHECKING:
     from lumped.connection import Connection
 
-__all__ = ["Component", "Outline", "is_part", "path_of"]
+__all__ = ["Component", "Outline", "is_part", "path_of", "steps"]
 
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
+
+
+_SIGNAL = (
+    ", or an expression of lumped.time such as 5 * lumped.ops.sin(lumped.time) or "
+    "lumped.ops.table(times, values), or a connection to a signal"
+)
+"""What an input may be beside a number."""
 
 
 class _PartSlot:
@@ -104,7 +112,14 @@ class Component:
                 setattr(cls, name, _FieldSlot(name, value))
         _refuse_shared(cls.__name__, cls._parts)
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, *positional: Any, **values: Any) -> None:
+        if positional:
+            kind = type(self).__name__
+            first = next(iter([*self._quantities, *self._parts, *self._fields]), "name")
+            raise DeclarationError(
+                f"{kind}({shown(positional[0])}): give values by their names, such as "
+                f"{kind}({first}=...)."
+            )
         given: dict[str, Any] = {}
         for name, value in values.items():
             given[name] = self._checked(name, value)
@@ -138,6 +153,7 @@ class Component:
         """
         return ()
 
+    @checked
     def with_(self, changes: Mapping[str, Any]) -> Self:
         """A copy with other values.
 
@@ -154,7 +170,8 @@ class Component:
         values = dict(self._values)
         below: dict[str, dict[str, Any]] = {}
         for path, value in changes.items():
-            head, _, rest = path.partition(".")
+            head, *others = steps(path) or [""]
+            rest = ".".join(others)
             if rest:
                 below.setdefault(head, {})[rest] = value
             elif "[" in head:
@@ -213,15 +230,8 @@ class Component:
                 )
             if isinstance(value, Expr):
                 return value
-            if has_unit(value):
-                return converted(value, quantity.unit, f"{kind}({name}=...):")
-            try:
-                return float(value)
-            except (TypeError, ValueError):
-                raise DeclarationError(
-                    f"{kind}({name}={value!r}): a number in {quantity.unit} "
-                    f"({quantity.text}) is needed."
-                ) from None
+            more = f" ({quantity.text})" + (_SIGNAL if isinstance(quantity, Input) else "")
+            return plain(value, quantity.unit, f"{kind}({name}=...):", DeclarationError, more)
         if name in self._parts:
             if not is_part(value):
                 raise DeclarationError(
@@ -231,7 +241,9 @@ class Component:
             return value
         if name in self._fields:
             return _frozen(value)
-        known = [*self._quantities, *self._parts, *self._fields]
+        given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
+        start = [n for n in given if isinstance(self._quantities[n], Var)]
+        known = [*self._fields, *(n for n in given if n not in start), *self._parts, *start]
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
     def _copy_at(self, parent: Component, name: str) -> Self:
@@ -293,6 +305,11 @@ def _refuse_slips(cls: type[Component]) -> None:
                 f"{cls.__name__}.{name} is the class {value.__name__} itself; "
                 f"write {value.__name__}(...), with parentheses."
             )
+        if isinstance(value, Component | Port | Quantity) and name.startswith("_"):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
+                "of a component; choose another."
+            )
         if isinstance(value, Component | Port | Quantity) and hasattr(Component, name):
             raise DeclarationError(
                 f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
@@ -328,6 +345,7 @@ def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
         if isinstance(held, Component):
             members: Iterable[tuple[str, Component]] = [(name, held)]
         elif isinstance(held, Mapping):
+            _refuse_keys(kind, name, held)
             members = [(f'{name}["{k}"]', c) for k, c in held.items()]
         else:
             members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
@@ -339,6 +357,17 @@ def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
                     f"parent; write {type(part).__name__}(...) once for each."
                 )
             seen[id(part)] = place
+
+
+def _refuse_keys(kind: str, name: str, held: Iterable[str]) -> None:
+    """Refuse keys that cannot stand in the name of a quantity, in a file or in a program."""
+    for key in held:
+        if not key or not key.isprintable() or set(key) & set("\"'[]\\"):
+            raise DeclarationError(
+                f"{kind}: a part of '{name}' is called {key!r}. A key needs at least one letter, "
+                "and no quotation mark, square bracket, backslash, line break or other control "
+                "character."
+            )
 
 
 def _split(head: str) -> tuple[str, str | None]:
@@ -378,3 +407,16 @@ def path_of(component: Component) -> str:
         component, name = component._place
         names.append(name)
     return ".".join(reversed(names))
+
+
+def steps(path: str) -> list[str]:
+    """Parts of a dotted path; dots inside ["..."] do not count."""
+    found, current, depth = [], "", 0
+    for letter in path:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "." and depth == 0:
+            found.append(current)
+            current = ""
+        else:
+            current += letter
+    return [*found, current] if path else []

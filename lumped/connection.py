@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from lumped.arguments import checked
 from lumped.component import Component, is_part, path_of
 from lumped.errors import ConnectError, DeclarationError
 from lumped.expression import Equation, Expr, Ref
@@ -37,7 +38,7 @@ def connect(*ends: Port | Expr) -> Connection:
     ConnectError
         If the ends are of different kinds, fewer than two, or not ports.
     """
-    checked: list[Port | Ref] = []
+    found: list[Port | Ref] = []
     for end in ends:
         signal = isinstance(end, Ref) and isinstance(end.quantity, Input | Output)
         if not (isinstance(end, Port) or signal):
@@ -50,19 +51,22 @@ def connect(*ends: Port | Expr) -> Connection:
                 what = f"the quantity '{label(end)}'"
                 hint = " Only ports and signals connect; a sensor makes a signal of it."
             raise ConnectError(f"connect: {what} is not a port.{hint}")
-        checked.append(end)  # type: ignore[arg-type]
-    if len(checked) < 2:
+        found.append(end)  # type: ignore[arg-type]
+    if len(found) < 2:
         raise ConnectError(
-            f"connect({', '.join(label(end) for end in checked)}): at least two ports are needed."
+            f"connect({', '.join(label(end) for end in found)}): at least two ports are needed."
         )
-    kinds = {_kind(end) for end in checked}
+    ends_named = [label(end) for end in found]
+    if len({(id(end.owner), end.name) for end in found}) < len(found):
+        raise ConnectError(f"connect({', '.join(ends_named)}): one end is named twice.")
+    kinds = {_kind(end) for end in found}
     if len(kinds) > 1:
-        listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in checked)
+        listed = ", ".join(f"{label(end)} ({_kind(end)})" for end in found)
         raise ConnectError(
             f"connect: ports of different kinds meet: {listed}. Put a component between them "
             "that has both kinds (for rotation and translation a rack and pinion)."
         )
-    return Connection(tuple(checked))
+    return Connection(tuple(found))
 
 
 def _kind(end: Port | Ref) -> str:
@@ -75,6 +79,7 @@ def label(end: Port | Ref) -> str:
     return f"{prefix}.{end.name}" if prefix else end.name
 
 
+@checked
 def chain(*parts: Component | Port) -> Iterator[Connection]:
     """Connect parts one after the other: ``flange_b`` of each to ``flange_a`` of the next.
 
@@ -105,6 +110,7 @@ def _end(part: Component | Port, side: str) -> Port:
     return port
 
 
+@checked
 def compose(
     *,
     connections: Iterable[Connection] | Callable[[Any], Iterable[Connection]] = (),
@@ -130,12 +136,19 @@ def compose(
     DeclarationError
         If a member is none of these.
     """
+    if not name or not name.isprintable():
+        raise DeclarationError(f"compose: name = {name!r}: letters are needed.")
     joints = connections if callable(connections) else tuple(connections)
 
     def joined(self: Component) -> Iterable[Connection]:
         return joints(self) if callable(joints) else joints
 
     for key, value in members.items():
+        if not key.isidentifier() or key.startswith("_"):
+            raise DeclarationError(
+                f"compose: {key!r} is no name: letters, digits and underscores, beginning with a "
+                "letter."
+            )
         if not (is_part(value) or isinstance(value, Port | Quantity)):
             raise DeclarationError(
                 f"compose({key}={value!r}): a component, a list or dictionary of components, "

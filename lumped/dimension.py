@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
+from lumped.arguments import checked
 from lumped.component import Component
 from lumped.connection import label
 from lumped.errors import UnitError
@@ -39,6 +40,7 @@ class _ClashError(Exception):
     """Two sides of different kinds, or an argument that must be a number and is not."""
 
 
+@checked
 def check_units(model: Component) -> int:
     """Check the dimensions of all equations of a model and its parts.
 

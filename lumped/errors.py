@@ -16,6 +16,7 @@ __all__ = [
     "ExportError",
     "Interrupted",
     "LumpedError",
+    "ModelWarning",
     "OptimisationError",
     "OptionError",
     "ParameterError",
@@ -25,6 +26,7 @@ __all__ = [
     "UnitError",
     "UnknownNameError",
     "nearest",
+    "shown",
 ]
 
 
@@ -69,6 +71,10 @@ class UnknownNameError(LumpedError, KeyError, AttributeError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class ModelWarning(UserWarning):
+    """A model can be computed, but a part of it does nothing and is likely not meant so."""
 
 
 class SolverError(LumpedError):
@@ -117,14 +123,18 @@ class Interrupted(KeyboardInterrupt):
         self.partial = partial
 
 
+_ALIKE = 0.55
+"""Likeness of two names, of 1, from which one may be meant for the other."""
+
+
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
     """Text that offers the known names nearest to `name`."""
     names = list(known)
     lowered = {n.lower(): n for n in names}
-    close = get_close_matches(name, names, most, 0.5)
+    close = get_close_matches(name, names, most, _ALIKE)
     close += [
         lowered[n]
-        for n in get_close_matches(name.lower(), lowered, most, 0.5)
+        for n in get_close_matches(name.lower(), lowered, most, _ALIKE)
         if lowered[n] not in close
     ]
     path, _, tail = name.rpartition(".")
@@ -136,3 +146,9 @@ def nearest(name: str, known: Iterable[str], most: int = 4) -> str:
     if not names:
         return "There are none."
     return "Known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") + "."
+
+
+def shown(value: object) -> str:
+    """A value in one short line."""
+    line = " ".join(repr(value).split())
+    return line if len(line) <= 60 else f"{line[:57]}..."

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn, Union
 
-from lumped.errors import EquationError
+from lumped.errors import EquationError, shown
 from lumped.pieces import Pieces
 
 if TYPE_CHECKING:
@@ -121,8 +121,20 @@ class Expr:
     def __float__(self) -> NoReturn:
         raise EquationError(
             f"'{self}' is a symbol, not a number. Use the functions of lumped.ops "
-            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy."
+            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy; where a plain number "
+            "is needed, as in the fields of a component, no symbol can stand."
         )
+
+    def __mod__(self, other: object) -> NoReturn:
+        raise EquationError(
+            f"'{self}' is a symbol, not a number: it has no remainder and is not rounded. Where a "
+            "function repeats, lumped.ops.periodic_spline and sin do."
+        )
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __mod__
+
+    def __round__(self, digits: int = 0) -> NoReturn:
+        self.__mod__(digits)
 
     __int__ = __float__
     __complex__ = __float__
@@ -247,6 +259,19 @@ class Compare:
             "Use lumped.ops.where(condition, a, b) instead of 'if', 'min', 'max' or 'and'."
         )
 
+    def __and__(self, other: object) -> NoReturn:
+        raise EquationError(
+            f"'{self!r}' is a relation, not a number: it is not added, multiplied or joined by & "
+            "and |. Write lumped.ops.where(condition, 1, 0), and one where inside the other for "
+            "two conditions."
+        )
+
+    __or__ = __xor__ = __add__ = __sub__ = __mul__ = __truediv__ = __and__
+    __rand__ = __ror__ = __rxor__ = __radd__ = __rsub__ = __rmul__ = __rtruediv__ = __and__
+
+    def __invert__(self) -> NoReturn:
+        self.__and__(self)
+
     def __repr__(self) -> str:
         return f"{text(self.greater)} {'>' if self.strict else '>='} {text(self.less)}"
 
@@ -346,16 +371,20 @@ def as_expr(value: object) -> Expr:
     """An expression from an expression or a number."""
     if isinstance(value, Expr):
         return value
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        try:
-            number = float(value)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
-            raise EquationError(
-                f"{value!r} of type {type(value).__name__} cannot stand in an equation; "
-                "only quantities of the model and numbers can."
-            ) from None
-        return Constant(number)
-    return Constant(float(value))
+    try:
+        if isinstance(value, str):
+            raise TypeError
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise EquationError(
+            f"{shown(value)} of type {type(value).__name__} cannot stand in an equation; "
+            "only quantities of the model and numbers can."
+        ) from None
+    if number != number:
+        raise EquationError(
+            "nan stands in an expression; only finite numbers have a meaning there."
+        )
+    return Constant(number)
 
 
 def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.component import Component
-from lumped.errors import EquationError, SingularModelError
+from lumped.errors import EquationError, SingularModelError, shown
 from lumped.expression import Equation, Expr, Ref, text
 from lumped.graph import Joints, join
 from lumped.kept import template_of
@@ -248,9 +248,10 @@ def _group(
     They are the component's `own`, or bind its parts; `initial` ones hold at the start only.
     """
     method = "initial_equations()" if initial else "equations()"
-    if found is None:
+    if not isinstance(found, Iterable):
+        what = "nothing" if found is None else shown(found)
         raise EquationError(
-            f"{scope.label}: {method} gave nothing back. Yield each equation: yield a == b."
+            f"{scope.label}: {method} gave {what} back. Yield each equation: yield a == b."
         )
     try:
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]

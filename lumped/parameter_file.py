@@ -6,12 +6,14 @@ import json
 import tomllib
 from pathlib import Path
 
+from lumped.arguments import checked
 from lumped.errors import OptionError, ParameterError
 from lumped.system import Changes, System
 
 __all__ = ["read_parameters", "write_parameters"]
 
 
+@checked
 def write_parameters(system: System, path: str | Path, parameters: Changes | None = None) -> Path:
     """Write all parameters of a system with their units, as TOML or JSON.
 
@@ -45,6 +47,7 @@ def write_parameters(system: System, path: str | Path, parameters: Changes | Non
     return path
 
 
+@checked
 def read_parameters(system: System, path: str | Path) -> dict[str, float]:
     """Read parameters, to give to an analysis as ``parameters=``.
 

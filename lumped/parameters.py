@@ -14,7 +14,7 @@ from lumped.expression import Expr, Ref, as_expr, walk
 from lumped.lower import lower
 from lumped.quantity import Input, Param, Var, param
 from lumped.tree import Node, Tree
-from lumped.units import converted, has_unit
+from lumped.units import plain
 
 __all__ = ["Parameters", "collect", "start_values"]
 
@@ -99,17 +99,8 @@ class Parameters:
         theta = self.defaults.copy()
         for place, value in changes.items():
             number = self.free[place]
-            if has_unit(value):
-                unit = self.declared[number].unit
-                theta[place] = converted(value, unit, f"{self.names[number]} =")
-                continue
-            try:
-                theta[place] = float(value)
-            except (TypeError, ValueError):
-                raise ParameterError(
-                    f"{self.names[number]} = {value!r}: a number in "
-                    f"{self.declared[number].unit} is needed."
-                ) from None
+            unit, name = self.declared[number].unit, self.names[number]
+            theta[place] = plain(value, unit, f"{name} =", ParameterError)
         self.check(theta, model)
         return theta
 

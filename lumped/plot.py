@@ -101,7 +101,7 @@ def mode_shapes(
     Raises
     ------
     OptionError
-        If there is no oscillating mode, or none of a number.
+        If there is no oscillating mode, none of a number, or no quantity is named.
     """
     system, every = found.system, len(found.hertz)
     if not every:
@@ -117,6 +117,8 @@ def mode_shapes(
         raise OptionError(f"{system.name}: modes = []: give the number of at least one mode.")
     count = len(drawn)
     chosen = found.angles if names is None else [system.key(n) for n in names]
+    if not chosen:
+        raise OptionError(f"{system.name}: name at least one quantity to draw.")
     shapes = np.array([found.shape(name)[drawn] for name in chosen])
     columns = 1 if count <= 4 else 2
     lines = -(-count // columns)
@@ -167,9 +169,16 @@ def frequency_response(
         From `lumped.frequency_response`.
     outputs : iterable of names or references, optional
         Outputs to draw; default is all.
+
+    Raises
+    ------
+    OptionError
+        If no output is named.
     """
     system = response.system
     chosen = response.outputs if outputs is None else [system.key(name) for name in outputs]
+    if not chosen:
+        raise OptionError(f"{system.name}: name at least one output to draw.")
     figure = Figure((_WIDTH, 0.6 + 3.6 * len(chosen)), layout="constrained")
     axes = figure.subplots(2 * len(chosen), sharex=True, height_ratios=[2, 1] * len(chosen))
     for size, angle, output in zip(axes[::2], axes[1::2], chosen, strict=True):

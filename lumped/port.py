@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from lumped.arguments import checked
 from lumped.errors import EquationError, UnknownNameError
 from lumped.expression import Equation, Expr, Partial, Ref, walk
 from lumped.quantity import Quantity
@@ -36,6 +37,7 @@ class Port:
     flow: ClassVar[Quantity]
     flow_name: ClassVar[str]
 
+    @checked
     def __init__(self, *, free: bool = False, grounded: bool = False) -> None:
         self.free = free
         self.grounded = grounded
@@ -155,6 +157,7 @@ class HeatPort(Port):
         return self.through()
 
 
+@checked
 def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
     """Equations of a part without stiffness, inertia and loss, from its kinematics alone.
 

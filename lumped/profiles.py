@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import cbrt, isfinite, pi, sqrt
 
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.expression import Expr, Where, as_expr, time
 from lumped.ops import sin
@@ -104,12 +105,14 @@ def path(*moves: Move, begin: float = 0.0, start: float = 0.0) -> Expr:
     return choose(-1, len(pieces))
 
 
+@checked
 def dwell(duration: float) -> Move:
     """Rest for a while."""
     _positive(duration=duration)
     return Move(0.0, duration, 0.0, 0.0, 0.0, ((0.0, lambda t: as_expr(0.0)),))
 
 
+@checked
 def trapezoidal(distance: float, v_max: float, a_max: float) -> Move:
     """Quickest move within a speed and an acceleration: constant acceleration, speed, deceleration.
 
@@ -123,6 +126,7 @@ def trapezoidal(distance: float, v_max: float, a_max: float) -> Move:
     return _phased(distance, phases, (v, a_max, float("inf")))
 
 
+@checked
 def s_curve(distance: float, v_max: float, a_max: float, j_max: float) -> Move:
     """Quickest move within a speed, an acceleration and a jerk, in up to seven pieces.
 
@@ -155,6 +159,7 @@ def s_curve(distance: float, v_max: float, a_max: float, j_max: float) -> Move:
     return _phased(distance, phases, (v, a, j_max))
 
 
+@checked
 def polynomial5(distance: float, duration: float) -> Move:
     """The 3-4-5 polynomial, ``s = h (10 x^3 - 15 x^4 + 6 x^5)``, ``x = t / T``.
 
@@ -168,6 +173,7 @@ def polynomial5(distance: float, duration: float) -> Move:
     return _scaled(distance, duration, (15 / 8, 10 / sqrt(3), 60.0), ((0.0, law),))
 
 
+@checked
 def polynomial7(distance: float, duration: float) -> Move:
     """The 4-5-6-7 polynomial, ``s = h (35 x^4 - 84 x^5 + 70 x^6 - 20 x^7)``, ``x = t / T``.
 
@@ -181,6 +187,7 @@ def polynomial7(distance: float, duration: float) -> Move:
     return _scaled(distance, duration, (35 / 16, 84 * sqrt(5) / 25, 52.5), ((0.0, law),))
 
 
+@checked
 def cycloidal(distance: float, duration: float) -> Move:
     """Sinusoidal acceleration, ``s = h (x - sin(2 pi x) / (2 pi))``, ``x = t / T``.
 
@@ -194,6 +201,7 @@ def cycloidal(distance: float, duration: float) -> Move:
     return _scaled(distance, duration, (2.0, 2 * pi, 4 * pi**2), ((0.0, law),))
 
 
+@checked
 def modified_sine(distance: float, duration: float) -> Move:
     """Modified sine: a quick sine of acceleration at the ends, a slow one in between.
 

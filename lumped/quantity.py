@@ -5,14 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, Self, overload
 
+from lumped.arguments import checked
 from lumped.errors import DeclarationError
 from lumped.expression import Expr, Number, Ref
 
-__all__ = ["Input", "Output", "Param", "Quantity", "Var", "param", "var"]
+__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""
+
+
+_LARGEST = 1e100
+"""No quantity is larger in SI units; squares of it do not overflow."""
+
+
+def beyond(value: float) -> str | None:
+    """Why a number cannot be the value of any quantity, or None if it can."""
+    if value != value or value in (float("inf"), float("-inf")):
+        return "must be a finite number"
+    if abs(value) > _LARGEST:
+        return f"must be smaller than {_LARGEST:g}, so that its powers are finite"
+    if 0 < abs(value) < 1 / _LARGEST:
+        return f"must be zero or larger than {1 / _LARGEST:g}, so that one over it is finite"
+    return None
 
 
 class Quantity:
@@ -33,6 +49,7 @@ class Quantity:
     start: Number = 0.0
     nominal: float = 1.0
 
+    @checked
     def __init__(self, unit: str, text: str) -> None:
         self.unit = unit
         self.text = text
@@ -77,8 +94,9 @@ class Param(Quantity, Expr):
 
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
-        if value != value or value in (float("inf"), float("-inf")):
-            return "must be a finite number"
+        why = beyond(value)
+        if why is not None:
+            return why
         if self.nonzero and value == 0:
             return "must not be zero"
         if self.min is not None and value < self.min:
@@ -148,6 +166,7 @@ class Output(Signal):
     kind = "output"
 
 
+@checked
 def param(
     unit: str,
     text: str,
@@ -179,6 +198,7 @@ def param(
     return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
 
 
+@checked
 def var(
     unit: str,
     text: str,

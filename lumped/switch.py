@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lumped.errors import EquationError
+from lumped.errors import EquationError, shown
 from lumped.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
 
 __all__ = ["Hold", "Item", "Single", "When", "hold", "when"]
@@ -151,6 +151,11 @@ def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
     """
     if not isinstance(condition, Compare):
         raise EquationError(f"when({condition!r}, ...): a relation such as s <= 0 is needed.")
+    if not isinstance(changes, Mapping):
+        raise EquationError(
+            f"when({condition!r}, {shown(changes)}): the changes are a dictionary of states and "
+            "their new values."
+        )
     pairs = []
     for target, value in changes.items():
         if not isinstance(target, Ref):

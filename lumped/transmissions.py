@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.expression import Expr, Number, as_expr, time
 from lumped.lower import lower
@@ -78,6 +79,7 @@ def through(points: Sequence[Sequence[float]]) -> Transmission:
     return _transmission("through(points)", a, b, 3)
 
 
+@checked
 def from_ratio(ratio: Transmission, turns: float = 1.0, pieces: int = 120) -> Transmission:
     """Transmission function with a wanted ratio: the integral of ``w_b / w_a``.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from lumped.component import Component, path_of
+from lumped.component import Component, path_of, steps
 from lumped.errors import UnknownNameError, nearest
 from lumped.expression import Expr, Ref
 from lumped.port import Port
@@ -191,7 +191,7 @@ class Tree:
     def at(self, path: str, scope: Node) -> Node:
         """Node at a path relative to `scope`."""
         node = scope
-        for name in _steps(path):
+        for name in steps(path):
             node = self.nodes[node.children[name]]
         return node
 
@@ -237,6 +237,8 @@ class Tree:
         found = self._look_up(key)
         if found is not None and found[1] in found[0].layout.parameters:
             return found[0].first_parameter + found[0].layout.parameters[found[1]]
+        if found is not None and found[1] in found[0].layout.unknowns:
+            raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
         raise UnknownNameError(
             f"{type(self.model).__name__} has no parameter '{key}'. "
             + nearest(key, self.parameter_names())
@@ -244,12 +246,12 @@ class Tree:
 
     def _look_up(self, key: str) -> tuple[Node, str] | None:
         node = self.nodes[0]
-        steps = _steps(key)
-        for i, step in enumerate(steps):
+        found = steps(key)
+        for i, step in enumerate(found):
             if step in node.children:
                 node = self.nodes[node.children[step]]
             else:
-                return node, ".".join(steps[i:])
+                return node, ".".join(found[i:])
         return None
 
     def unknown_names(self) -> Iterator[str]:
@@ -295,6 +297,18 @@ class Tree:
         return node.component._ports[node.layout.ports[port]]
 
 
+def _why_none(node: Node, local: str) -> str:
+    """Why an unknown is no parameter, and what could be named instead."""
+    if node.layout.quantities[node.layout.unknowns[local]].kind != "input":
+        return ": the model computes it. Name a parameter."
+    if local in node.component._values:
+        return (
+            f", as it is given as the expression {node.component._values[local]!r}. Name a "
+            "parameter of the expression, or give a number instead of it."
+        )
+    return ", as it is connected to a signal. Name a parameter of what gives the signal."
+
+
 def _origins(scope: Component) -> dict[int, str]:
     """Objects that the parts of a component were made from, and their place.
 
@@ -313,16 +327,3 @@ def _origins(scope: Component) -> dict[int, str]:
         else:
             places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
     return places
-
-
-def _steps(path: str) -> list[str]:
-    """Parts of a dotted path; dots inside ["..."] do not count."""
-    steps, current, depth = [], "", 0
-    for letter in path:
-        depth += (letter == "[") - (letter == "]")
-        if letter == "." and depth == 0:
-            steps.append(current)
-            current = ""
-        else:
-            current += letter
-    return [*steps, current] if path else []

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
-from lumped.errors import UnitError
+import numpy as np
 
-__all__ = ["Dimension", "converted", "dimension", "has_unit", "written"]
+from lumped.errors import LumpedError, UnitError, shown
+
+__all__ = ["Dimension", "converted", "dimension", "has_unit", "plain", "written"]
 
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
@@ -21,11 +25,42 @@ def has_unit(value: object) -> bool:
     return isinstance(value, str) or (hasattr(value, "magnitude") and hasattr(value, "units"))
 
 
+def plain(
+    value: Any, unit: str, what: str, fault: Callable[[str], LumpedError], more: str = ""
+) -> float:
+    """A number, or a value with a unit, as a number in the unit of a quantity.
+
+    Parameters
+    ----------
+    value, unit, what
+        See `converted`.
+    fault : callable
+        Makes the error of its text, if the value is neither.
+    more : str
+        What else its text says behind the unit.
+
+    Raises
+    ------
+    UnitError
+        See `converted`.
+    """
+    if has_unit(value):
+        return converted(value, unit, what)
+    if not isinstance(value, bool | np.bool_ | np.complexfloating) and not getattr(
+        value, "ndim", 0
+    ):
+        with suppress(Exception):  # whatever a foreign type says to this
+            return float(value)
+    kind = "" if unit == "1" else f" in {unit}"
+    raise fault(f"{what} {shown(value)}: a number{kind}{more} is needed.")
+
+
 def converted(value: Any, unit: str, what: str) -> float:
     """A value with a unit as a number in the unit of a quantity.
 
-    Angles are a dimension of their own here: a stiffness in N.m/rad is not a torque, and a speed
-    in Hz or 1/min is not one in rad/s (say ``rpm``).
+    Angles are a dimension of their own here: a stiffness in N.m/rad is not a torque, a ratio or
+    slope is not an angle, and a speed in Hz or 1/min is not one in rad/s (say ``rpm``). Units are
+    of one kind if they agree in SI units with the radian as one of them.
 
     Parameters
     ----------
@@ -42,9 +77,11 @@ def converted(value: Any, unit: str, what: str) -> float:
         If the text cannot be read, the dimension is another, or pint is not installed.
     """
     if isinstance(value, str):
-        number, _, given_unit = value.strip().partition(" ")
+        number, _, rest = value.strip().partition(" ")
+        given_unit, spelling = rest.strip(), _spelt(rest.strip())
     else:
         number, given_unit = value.magnitude, str(value.units)
+        spelling = given_unit
     wanted_text = "a number" if unit == "1" else f"a number in {unit}"
     needed = f"{what} {value!r}: {wanted_text}, or a number, a space and a unit, is needed"
     try:
@@ -53,26 +90,42 @@ def converted(value: Any, unit: str, what: str) -> float:
         raise UnitError(f"{needed}, such as '3.5 {'%' if unit == '1' else unit}'.") from None
     if given_unit == unit:
         return size
-    registry = _registry()
-    wanted = registry.Unit(_spelt(unit))
+    if not given_unit and unit != "1":
+        raise UnitError(f"{needed}, such as '{number} {unit}'.")
+    registry, wanted = _registry(), _declared(unit)
     try:
-        given = registry.Quantity(size, _spelt(given_unit))
-    except (AttributeError, TypeError, ValueError, SyntaxError) as fault:
-        raise UnitError(f"{needed} ({fault}).") from None
-    if not given.is_compatible_with(wanted):
+        if re.search(r"\d\s*\*\*", spelling):
+            raise ValueError("a number has no power")
+        given = registry.Quantity(size, spelling)
+        kind = given.to_root_units().units
+    except Exception as fault:  # pint raises what Python's parser does
+        raise UnitError(f"{needed} ({str(fault) or 'it cannot be read'}).") from None
+    if kind != wanted.to_root_units().units:
         hint = ""
-        angles = (wanted / registry.radian, wanted * registry.radian)
-        if "rad" in unit and any(given.is_compatible_with(other) for other in angles):
-            hint = " An angle is missing: rad, deg or turn; a speed may be in rpm."
+        if given.dimensionality == wanted.dimensionality:  # as if angles were numbers
+            hint = _angle_hint(unit, "radian" in str(kind))
         raise UnitError(f"{what} {value!r}: the unit must be of the kind {unit}.{hint}")
-    return float(given.m_as(wanted))
+    if unit == "K" and "delta" in str(given.units):
+        raise UnitError(
+            f"{what} {value!r}: a difference of temperatures is no temperature; write degC or K."
+        )
+    return float(given.m_as(wanted.units))
+
+
+def _angle_hint(unit: str, given: bool) -> str:
+    if not given:
+        needed = " An angle is missing: rad, deg or turn; a speed may be in rpm."
+        return needed if "rad" in unit else ""
+    if unit == "1":
+        return " An angle is not a plain number: a slope is a tangent, a ratio has no unit or %."
+    return " There is an angle too many or too few."
 
 
 @cache
 def dimension(unit: str) -> Dimension:
     """Dimension of a unit; angles are numbers."""
-    found = _registry().Unit(_spelt(unit)).dimensionality
-    return {name: float(power) for name, power in found.items() if name != "[angle]"}
+    found = _declared(unit).dimensionality
+    return {name: float(power) for name, power in found.items()}
 
 
 def written(found: Dimension) -> str:
@@ -88,6 +141,19 @@ def written(found: Dimension) -> str:
     return " ".join(parts) or "number"
 
 
+def _declared(unit: str) -> Any:
+    """One of the unit that a component declares."""
+    try:
+        return _registry().Quantity(1.0, _spelt(unit))
+    except UnitError:
+        raise
+    except Exception as fault:
+        raise UnitError(
+            f"A component declares a quantity in {unit!r}, which is no unit ({fault}). Write it "
+            "such as 'N.m.s/rad', '1/s2', or '1' where there is none."
+        ) from None
+
+
 @cache
 def _registry() -> Any:
     try:
@@ -96,15 +162,11 @@ def _registry() -> Any:
         raise UnitError(
             "Values with units need pint: pip install lumped[units], or give a number in SI units."
         ) from None
-    registry: Any = pint.UnitRegistry()
-    registry.define("radian = [angle] = rad")
-    registry.define("turn = 2 * pi * radian = _ = revolution = cycle")
-    registry.define("revolution_per_minute = revolution / minute = rpm")
-    registry.define("degree = pi / 180 * radian = deg")
-    return registry
+    return pint.UnitRegistry()
 
 
 def _spelt(unit: str) -> str:
     """A unit as pint reads it: ``N.m.s/rad2`` becomes ``N*m*s/rad**2``."""
     powers = re.sub(r"([A-Za-z])(-?\d+)", r"\1**\2", unit)
-    return powers.replace(".", "*").replace("Ohm", "ohm") or "dimensionless"
+    products = re.sub(r"\.(?!\d)", "*", powers)  # a dot before a digit is a decimal point
+    return products.replace("Ohm", "ohm") or "dimensionless"

@@ -340,7 +340,8 @@ class Values:
                 found += solve(rows[own], right[own], tape, self._last(block))
             except SingularBlockError as error:
                 lost = [block.equations[i][0] for i in error.args[0]]
-                raise singular_block(self.reduced, lost, block.nodes) from None
+                holds = [row for row, _ in block.equations if row in self._reactions]
+                raise singular_block(self.reduced, lost, block.nodes, holds) from None
         return (
             tape.expressions([term for term, _ in found]),
             self._finite(np.array([number for _, number in found])),

@@ -2,7 +2,13 @@ import pytest
 
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
-from lumped.errors import ConnectError, DeclarationError, UnitError, UnknownNameError
+from lumped.errors import (
+    ConnectError,
+    DeclarationError,
+    OptionError,
+    UnitError,
+    UnknownNameError,
+)
 
 
 class Stage(lp.Component):
@@ -149,7 +155,7 @@ def test_a_subclass_overrides_parts_and_fields():
         (lambda: lp.connect(Inertia(J=1.0).w, Inertia(J=1.0).w), ConnectError, "quantity 'w'"),
         (lambda: lp.connect(Inertia(J=1.0).flange_a), ConnectError, "two ports"),
         (lambda: lp.compose(a=3), DeclarationError, "compose"),
-        (lambda: lp.assemble(Train), DeclarationError, "parentheses"),
+        (lambda: lp.assemble(Train), OptionError, "parentheses"),
     ],
 )
 def test_wrong_use_is_refused_with_a_hint(make, kind, hint):

@@ -7,7 +7,7 @@ import pint
 import pytest
 
 import lumped as lp
-from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring
+from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
 from lumped.errors import UnitError
 from lumped.models import MACHINES
 from lumped.units import _registry, converted
@@ -32,10 +32,51 @@ DEGREE = np.pi / 180
         ("90 1/min", "1/s", 1.5),
         ("2 kg.cm2", "kg.m2", 2e-4),
         ("-1e-3 N.m.s/deg", "N.m.s/rad", -1e-3 / DEGREE),
+        ("1 mrad", "rad", 1e-3),
+        ("2.5 urad", "rad", 2.5e-6),
+        ("30 arcmin", "rad", 0.5 * DEGREE),
+        ("3 kN.m/mrad", "N.m/rad", 3e6),
+        ("2 N.m.s2/deg2", "N.m.s2/rad2", 2 / DEGREE**2),
+        ("4 W/delta_degC", "W/K", 4.0),
+        (pint.UnitRegistry().Quantity(60, "rpm"), "rad/s", 2 * np.pi),
+        (pint.UnitRegistry().Quantity(4, "cm**2.0"), "m2", 4e-4),
     ],
 )
 def test_values_are_converted(value, unit, expected):
     assert converted(value, unit, "x =") == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("written", ["1 %", "0.5 dimensionless", "2 bit", "2 sr", "50 1/m", "3"])
+def test_a_number_is_no_angle(written):
+    with pytest.raises(UnitError, match="rad"):
+        converted(written, "rad", "x =")
+
+
+@pytest.mark.parametrize("written", ["45 deg", "5 turn", "1 mrad", "2 rad", "2 bit", "3 Hz"])
+def test_an_angle_is_no_number(written):
+    with pytest.raises(UnitError, match="of the kind 1"):
+        converted(written, "1", "x =")
+
+
+def test_a_slope_in_degrees_is_refused_and_says_that_it_is_a_tangent():
+    with pytest.raises(UnitError, match=r"Vehicle\(inclination=.*a slope is a tangent"):
+        Vehicle(m=1000.0, R=0.3, inclination="45 deg")
+
+
+def test_a_difference_of_temperatures_is_no_temperature():
+    with pytest.raises(UnitError, match="difference of temperatures"):
+        converted("20 delta_degC", "K", "x =")
+
+
+@pytest.mark.parametrize("written", ["3 m)", "3 N.m/", "3 9**9**9", "3 import os", "3 m+s", "3 ["])
+def test_units_that_cannot_be_read_are_refused(written):
+    with pytest.raises(UnitError, match="a number, a space and a unit, is needed"):
+        converted(written, "N.m", "x =")
+
+
+def test_a_unit_that_is_none_is_told_of_the_declaration():
+    with pytest.raises(UnitError, match=r"declares a quantity in 'Nmm/foo', which is no unit"):
+        converted("3 kN.m", "Nmm/foo", "x =")
 
 
 def test_units_enter_at_every_boundary():

@@ -65,6 +65,7 @@ from lumped.components import (
     SynchronousMotor,
     Torque,
     TorqueSensor,
+    Vehicle,
     VoltageSource,
     friction,
     translation,
@@ -702,19 +703,37 @@ def speed_in_hertz():
     lp.simulate(lp.assemble(Hoist()), until=1.0, start={"motor.w": "50 Hz"})
 
 
+@wrong(PARAMETERS, UnitError, "Vehicle(inclination=...)", "'3 deg'", "a slope is a tangent")
+def an_angle_as_a_slope():
+    """A slope is given as an angle."""
+    Vehicle(m=1000.0, R=0.3, inclination="3 deg")
+
+
+@wrong(PARAMETERS, DeclarationError, "Torque(tau=...)", "lumped.time", "lumped.ops.table")
+def a_function_as_an_input():
+    """A torque is given as a Python function of time."""
+    Torque(tau=lambda t: 5.0 * t)
+
+
+@wrong(PARAMETERS, ParameterError, "rotor.J = 1e+120 kg.m2", "must be smaller than 1e+100")
+def a_number_beyond_all_quantities():
+    """An inertia is larger than anything, and its square could not be computed."""
+    build(rotor=Inertia(J=1e120))
+
+
 @wrong(PARAMETERS, UnitError, "Inertia(J=...)", "'0.3 kgm2'", "kg.m2")
 def misspelt_unit():
     """A unit lacks the dot between its parts."""
     Inertia(J="0.3 kgm2")
 
 
-@wrong(PARAMETERS, DeclarationError, "Inertia(J=[1.0, 2.0])", "number in kg.m2")
+@wrong(PARAMETERS, DeclarationError, "Inertia(J=...): [1.0, 2.0]", "number in kg.m2")
 def parameter_as_list():
     """An inertia is given as a list."""
     Inertia(J=[1.0, 2.0])
 
 
-@wrong(PARAMETERS, DeclarationError, "Inertia(J=None)", "number in kg.m2")
+@wrong(PARAMETERS, DeclarationError, "Inertia(J=...): None", "number in kg.m2")
 def parameter_as_none():
     """An inertia is given as None."""
     Inertia(J=None)
@@ -1634,6 +1653,18 @@ def brake_that_nobody_presses():
 DRIVES = "Electric drives"
 
 
+@wrong(FRICTION, SingularModelError, "first, second hold and slide without inertia", "Inertia")
+def two_clutches_in_a_row():
+    """Two clutches stand in a row with nothing between them."""
+    build(
+        lambda m: lp.chain(m.motor, m.first, m.second, m.load),
+        motor=Inertia(J=1.0),
+        first=Clutch(f_max=10.0, u=1.0),
+        second=Clutch(f_max=10.0, u=1.0),
+        load=Inertia(J=1.0),
+    )
+
+
 def fed(motor):
     """Assemble a motor on a battery."""
     return build(
@@ -2260,6 +2291,17 @@ def derivatives_from_a_point():
 STEADY = "Equilibria"
 
 
+@wrong(START, UnknownNameError, "'drive.tau' is no parameter", "3 * sin(time)", "give a number")
+def a_free_expression():
+    """A torque that is given as an expression shall be found by the start values."""
+    system = build(
+        lambda m: lp.chain(m.drive, m.rotor),
+        drive=Torque(tau=3 * lp.ops.sin(lp.time)),
+        rotor=Inertia(J=1.0, a=2.0),
+    )
+    lp.simulate(system, until=1.0, free=["drive.tau"])
+
+
 def braked_drive():
     """A motor against a damper."""
     return build(
@@ -2319,7 +2361,35 @@ def until_negative():
     lp.simulate(lp.assemble(Hoist()), until=-1.0)
 
 
-@wrong(RUNS, DeclarationError, "Inertia", "parentheses")
+@wrong(RUNS, OptionError, "simulate: system = Model()", "assemble it first")
+def simulate_a_model():
+    """A model is simulated before it is assembled."""
+    lp.simulate(lp.compose(rotor=Inertia(J=1.0)), until=1.0)
+
+
+@wrong(RUNS, OptionError, "linearise: inputs = 'drive.tau'", "Write ['drive.tau']")
+def a_text_for_a_list():
+    """One input is named without the brackets of a list."""
+    system = build(
+        lambda m: lp.chain(m.drive, m.rotor), drive=Torque(tau=1.0), rotor=Inertia(J=1.0)
+    )
+    lp.linearise(system, inputs="drive.tau")
+
+
+@wrong(RUNS, OptionError, "simulate: no option 'untill'", "Nearest: until")
+def an_option_that_does_not_exist():
+    """An option is misspelt."""
+    lp.simulate(build(rotor=Inertia(J=1.0)), untill=1.0)
+
+
+@wrong(RUNS, OptionError, "modes: at belongs to another system")
+def a_point_of_another_system():
+    """An operating point of one system is given to another."""
+    first, second = build(rotor=Inertia(J=1.0)), build(rotor=Inertia(J=1.0))
+    lp.modes(first, at=lp.start_point(second))
+
+
+@wrong(RUNS, OptionError, "Inertia", "parentheses")
 def assemble_a_class():
     """The class is assembled, not an instance."""
     lp.assemble(Inertia)
@@ -2552,6 +2622,10 @@ How to read a text:
   too often, and something that nothing determines. "Left after joining what is equal" counts the
   equations that remain when quantities that are simply equal have become one.
 * The last line says what is likely meant, and what to do. Only it is a guess.
+
+A part that is connected to nothing, or has all its ends in one place, is no error: the model is
+computed, and a `lumped.errors.ModelWarning` names the part. Python's `warnings` turns it off, or
+into an error.
 
 Long numbers are rounded here.
 """

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import situation
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import System
 from lumped.table import number, table
@@ -108,6 +109,7 @@ def _table(critical: Iterable[CriticalSpeed]) -> str:
     return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
 
 
+@checked
 def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpeed, ...]:
     """Speeds at which orders of excitation meet natural frequencies: ``2 pi hertz / order``.
 
@@ -137,6 +139,7 @@ def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpee
     return tuple(sorted(found, key=lambda c: c.speed))
 
 
+@checked
 def campbell(
     system: System,
     *,

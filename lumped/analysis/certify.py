@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from lumped.analysis.audit import EnergyAudit
 from lumped.analysis.compare import Comparison, Deviation, compared, observed
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.system import Name
 from lumped.table import number, table
 
@@ -39,6 +40,7 @@ class Certificate:
     states: Comparison
     energy: EnergyAudit | None
 
+    @checked
     def __getitem__(self, name: Name) -> Deviation:
         found = compared(self.run, self.tighter, [self.run.system.key(name)])
         return found.deviations[0]

@@ -17,6 +17,7 @@ from lumped.analysis.modes import Modes
 from lumped.analysis.moved import moved_point, places_to, point_matters, still_point
 from lumped.analysis.ranking import ranked
 from lumped.analysis.situation import situation
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
 from lumped.table import number, table
@@ -92,6 +93,7 @@ class EigenSensitivity:
         found: Real = np.array([known[name] for name in self.parameters])
         return found
 
+    @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
         """Parameters and relative sensitivities of a mode's frequency, the largest first.
 
@@ -112,6 +114,7 @@ class EigenSensitivity:
         what = f"frequency of mode {mode}"
         return ranked(what, self.modes.hertz[mode], self.parameters, self.relative[mode])
 
+    @checked
     def split(self, mode: int, parameter: Name) -> Complex:
         """Derivatives of the eigenvalues into which one that repeats parts, 1/s, shape (m,).
 
@@ -133,13 +136,14 @@ class EigenSensitivity:
         (place,) = self.modes.system.places([self.modes.system.key(parameter)])
         return split_slopes(self.modes, together, place)
 
+    @checked
     def plot(self, mode: int = 0) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
 
         modes = self.modes
-        title = f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz"
-        return tornado(self.ranked(mode), title, "the frequency")
+        found = self.ranked(mode)
+        return tornado(found, f"{modes.system.name}: {modes.hertz[mode]:.4g} Hz", "the frequency")
 
     def __repr__(self) -> str:
         rows = []
@@ -164,6 +168,7 @@ class EigenSensitivity:
         return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
 
 
+@checked
 def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> EigenSensitivity:
     """Exact derivatives of eigenvalues by parameters.
 

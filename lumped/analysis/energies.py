@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.analysis.modes import Modes
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.table import number, table
 
@@ -64,6 +65,7 @@ class ModalEnergies:
     kinetic: Real
     damping: Real
 
+    @checked
     def nodes(self, mode: int) -> tuple[Node, ...]:
         """Nodes of a mode, in order of the components' declaration.
 
@@ -91,6 +93,7 @@ class ModalEnergies:
         if not 0 <= mode < len(self.elastic):
             raise OptionError(f"energies: mode {mode} of {len(self.elastic)}; modes count from 0.")
 
+    @checked
     def ranked(self, mode: int) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
         """Components and shares in the elastic, then the kinetic energy, the largest first.
 
@@ -141,6 +144,7 @@ def _ends(modes: Modes, path: str) -> list[str]:
     ]
 
 
+@checked
 def modal_energies(modes: Modes) -> ModalEnergies:
     """Shares of components in the elastic and kinetic energy of each oscillating mode.
 

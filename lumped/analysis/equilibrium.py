@@ -19,6 +19,7 @@ from lumped.analysis.result import Kept, OperatingPoint
 from lumped.analysis.settings import just_after, settings_at
 from lumped.analysis.start import start_point
 from lumped.analysis.steady import unsteady_part
+from lumped.arguments import checked
 from lumped.errors import SolverError, StartError
 from lumped.prune import uses
 from lumped.system import Changes, Name, System
@@ -31,6 +32,7 @@ _SAME = 1e-9
 """Relative difference below which a value counts as kept."""
 
 
+@checked
 def equilibrium(
     system: System,
     *,

@@ -14,6 +14,7 @@ from lumped.analysis.kinks import refuse_kinks
 from lumped.analysis.moved import moved_point, places_to
 from lumped.analysis.ranking import ranked
 from lumped.analysis.result import OperatingPoint
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -48,10 +49,12 @@ class EquilibriumSensitivity:
     values: Real
     derivatives: Real
 
+    @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> float:
         row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.to)
         return float(self.derivatives[row, column])
 
+    @checked
     def ranked(self, of: Name) -> list[tuple[str, float]]:
         """Parameters and relative sensitivities of a quantity, the largest first.
 
@@ -66,6 +69,7 @@ class EquilibriumSensitivity:
             relative = self.derivatives[row] * varied / self.values[row]
         return ranked(self.of[row], self.values[row], self.to, relative)
 
+    @checked
     def plot(self, of: Name | None = None) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
@@ -91,6 +95,7 @@ class EquilibriumSensitivity:
         return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
 
 
+@checked
 def equilibrium_sensitivity(
     point: OperatingPoint, *, of: Iterable[Name], to: Iterable[Name] | None = None
 ) -> EquilibriumSensitivity:

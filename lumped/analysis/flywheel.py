@@ -12,6 +12,7 @@ from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.periodic import again
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.shooting import Guess
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name
 from lumped.table import number, table
@@ -70,6 +71,7 @@ class Flywheel:
         return head + "\n" + table(("flywheel", "value", "unit"), rows)
 
 
+@checked
 def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: float) -> Flywheel:
     """Find the inertia at a shaft with which its speed has a wanted cyclic irregularity.
 

@@ -23,6 +23,7 @@ from lumped.analysis.kinds import (
     Peak,
     Swing,
 )
+from lumped.arguments import checked
 from lumped.connection import label
 from lumped.errors import OptionError
 from lumped.expression import Ref
@@ -62,31 +63,37 @@ __all__ = [
 ]
 
 
+@checked
 def final(name: Name) -> Final:
     """Value of a quantity at the end."""
     return Final(_plain(name))
 
 
+@checked
 def peak(name: Name, between: Between | None = None) -> Peak:
     """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
     return Peak(_plain(name), "peak", _window(between))
 
 
+@checked
 def highest(name: Name, between: Between | None = None) -> Peak:
     """Largest value of a quantity, in the whole run or between two instants."""
     return Peak(_plain(name), "highest", _window(between))
 
 
+@checked
 def lowest(name: Name, between: Between | None = None) -> Peak:
     """Least value of a quantity, in the whole run or between two instants."""
     return Peak(_plain(name), "lowest", _window(between))
 
 
+@checked
 def swing(name: Name) -> Swing:
     """From trough to crest of a quantity."""
     return Swing(_plain(name))
 
 
+@checked
 def integral(*names: Name, between: Between | None = None) -> Integral:
     """Integral over time of a quantity, or of a product: work is that of torque and speed.
 
@@ -95,6 +102,7 @@ def integral(*names: Name, between: Between | None = None) -> Integral:
     return Integral(_some(names, "integral"), "integral", _window(between))
 
 
+@checked
 def mean(*names: Name, between: Between | None = None) -> Integral:
     """Mean over time of a quantity, or of a product: power is that of torque and speed.
 
@@ -103,6 +111,7 @@ def mean(*names: Name, between: Between | None = None) -> Integral:
     return Integral(_some(names, "mean"), "mean", _window(between))
 
 
+@checked
 def rms(*names: Name, between: Between | None = None) -> Integral:
     """Root of the mean over time of the square of a quantity, or of a product.
 
@@ -111,6 +120,7 @@ def rms(*names: Name, between: Between | None = None) -> Integral:
     return Integral(_some(names, "rms"), "rms", _window(between))
 
 
+@checked
 def instant(component: str, after: str = "", number: int = 0) -> Instant:
     """Instant at which something happens in a component (see `Trajectory.events`).
 
@@ -181,16 +191,19 @@ def impulse(component: str, number: int | None = 0) -> Impact:
     return Impact(component, number, "impulse")
 
 
+@checked
 def frequency(mode: int) -> Frequency:
     """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
     return Frequency(mode)
 
 
+@checked
 def damping(mode: int) -> Damping:
     """Damping ratio of a mode; modes count from 0, the lowest first."""
     return Damping(mode)
 
 
+@checked
 def clearance(excitations: Iterable[float]) -> Clearance:
     """Least relative distance ``|f / excitation - 1|`` of all modes from excitations.
 

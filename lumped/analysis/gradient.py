@@ -15,6 +15,7 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import END, Summed, check, differ, refuse
 from lumped.analysis.varied import slopes_at_zero, sources, tightened, varied_name, varied_values
+from lumped.arguments import checked
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -68,6 +69,7 @@ class Gradient:
     seconds: float
     rtol: float
 
+    @checked
     def __getitem__(self, pair: tuple[str, Name]) -> float:
         of, to = pair
         key = varied_name(self.run.system, to)
@@ -83,6 +85,7 @@ class Gradient:
             found: np.ndarray = self.derivatives * varied / self.values[:, None]
         return found
 
+    @checked
     def ranked(self, of: str) -> list[tuple[str, float]]:
         """Names and relative sensitivities of a functional, the largest first.
 
@@ -96,6 +99,7 @@ class Gradient:
         row = self._row(of)
         return ranked(of, self.values[row], self.to, self.relative[row])
 
+    @checked
     def plot(self, of: str | None = None) -> Figure:
         """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
@@ -131,6 +135,7 @@ class Gradient:
         return f"{head}\n" + table(("functional", "value", "unit", "largest"), rows)
 
 
+@checked
 def gradient(
     system: System,
     *,

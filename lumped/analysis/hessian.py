@@ -18,6 +18,7 @@ from lumped.analysis.second import Second
 from lumped.analysis.simulate import simulate
 from lumped.analysis.summed import check
 from lumped.analysis.varied import slopes_at_zero, sources, tightened, varied_values
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -76,6 +77,7 @@ class Hessian:
         return f"{head}\n" + table(("by", "first", *self.to[:8]), rows)
 
 
+@checked
 def hessian(
     system: System,
     *,

@@ -14,9 +14,11 @@ from lumped.analysis.result import Trajectory
 from lumped.analysis.sampled import places_of, sampled
 from lumped.analysis.sensitivity import Sensitivity, Varied
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptimisationError, OptionError
 from lumped.system import Changes, System
 from lumped.table import number, table
+from lumped.units import plain
 
 __all__ = ["Identification", "identify"]
 
@@ -136,6 +138,7 @@ class Identification:
         return "\n".join(lines)
 
 
+@checked
 def identify(
     system: System,
     *,
@@ -191,6 +194,8 @@ def identify(
     -----
     Covariance ``s^2 (J^T J)^-1`` (Bard, Nonlinear Parameter Estimation, 1974, ch. 7).
     """
+    if not 0 < level < 1:
+        raise OptionError(f"identify: level = {level:g} must lie between 0 and 1.")
     search = _Search(system, vary, t, measured, sigma, parameters or {}, start or {})
     return search.found(level, rtol)
 
@@ -223,8 +228,8 @@ class _Search:
                     f"values that are no numbers; {len(self.t)} finite values are needed."
                 )
         self.weights = self._weights(sigma)
-        self.parameters = {system.key(k): float(v) for k, v in parameters.items()}
-        self.begin = {system.key(k): float(v) for k, v in start.items()}
+        self.parameters = {system.key(k): v for k, v in parameters.items()}
+        self.begin = {system.key(k): v for k, v in start.items()}
         point = start_point(system, parameters, start)
         known = point.parameters
         self.u = np.array([known[n] if n in known else point[n] for n in self.names])
@@ -244,7 +249,10 @@ class _Search:
         if sigma is None:
             sizes = {name: float(np.sqrt(np.mean(y**2))) for name, y in self.curves.items()}
             return {name: 1 / size if size else 1.0 for name, size in sizes.items()}
-        given = {self.system.key(name): float(value) for name, value in sigma.items()}
+        given = {}
+        for name, value in sigma.items():
+            key, unit = self.system.key(name), self.system.quantity(name).unit
+            given[key] = plain(value, unit, f"identify: sigma of {key} =", OptionError)
         if set(given) != set(self.curves) or not all(0 < v < np.inf for v in given.values()):
             raise OptionError(
                 f"identify: sigma = {dict(sigma)!r}; give a positive standard deviation for each "

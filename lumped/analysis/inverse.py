@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import simulate
+from lumped.arguments import checked
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.expression import Expr, as_expr
 from lumped.flatten import flatten
@@ -18,6 +19,7 @@ from lumped.tree import Tree
 __all__ = ["inverse"]
 
 
+@checked
 def inverse(
     system: System,
     *,

@@ -13,6 +13,7 @@ from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -68,6 +69,7 @@ class Linearisation:
         return text + table(head, rows)
 
 
+@checked
 def linearise(
     system: System,
     *,
@@ -115,6 +117,8 @@ def linear_matrices(
     given = tuple(system.key(name) for name in inputs)
     observed = tuple(system.key(name) for name in outputs)
     for name in given:
+        if given.count(name) > 1:
+            raise OptionError(f"{system.name}: the input {name} is named twice.")
         if name not in place:
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"

@@ -14,7 +14,8 @@ from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import situation
 from lumped.analysis.start import start_point
-from lumped.errors import OptionError, SolverError
+from lumped.arguments import checked
+from lumped.errors import OptionError, SolverError, shown
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -110,6 +111,7 @@ class RootLocus:
         )
 
 
+@checked
 def root_locus(
     system: System,
     parameter: Name,
@@ -164,6 +166,11 @@ def root_locus(
         nonlocal count
         count += 1
         point = at(value) if at else start_point(system, {name: value})
+        if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
+            raise OptionError(
+                f"root_locus: at({value:g}) gave {shown(point)}; an operating point of this system "
+                "is needed."
+            )
         situations[situation(point)] = None
         matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
         if not np.isfinite(matrix).all():

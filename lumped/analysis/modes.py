@@ -21,6 +21,7 @@ from lumped.analysis.moving import finite, moving
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -119,6 +120,7 @@ class Modes:
         """Names of all angles and positions that move by themselves, in order of declaration."""
         return self._positions[0]
 
+    @checked
     def shape(self, name: Name) -> Real | Complex:
         """Amplitudes of a quantity in all oscillating modes, shape (k,).
 
@@ -134,6 +136,7 @@ class Modes:
         real = np.abs(values.imag) <= 1e-9 * np.maximum(np.abs(values), 1e-12)
         return values.real if (self.damping == 0).all() and real.all() else values
 
+    @checked
     def rigid_shape(self, name: Name) -> Real:
         """Relative speeds (or angles) of a quantity in all rigid-body modes."""
         raw = self._amplitudes(name, self.rigid_vectors, np.zeros(self.rigid)).real
@@ -271,6 +274,7 @@ class Modes:
         scale = raw[largest, np.arange(self.rigid)]
         return np.where(np.abs(scale) > 0, scale, 1.0)
 
+    @checked
     def plot(
         self, names: Iterable[Name] | None = None, modes: Iterable[int] | None = None
     ) -> Figure:
@@ -318,6 +322,7 @@ def _signed(value: complex) -> str:
     return f"{abs(value):.3f} at {np.degrees(np.angle(value)):.0f} deg"
 
 
+@checked
 def modes(
     system: System,
     *,

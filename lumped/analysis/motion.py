@@ -15,6 +15,7 @@ from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.functionals import Designed
 from lumped.analysis.nlp import Programme, Solution
 from lumped.analysis.result import OperatingPoint
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.expression import Expr
 from lumped.system import Name, System
@@ -60,10 +61,12 @@ class Motion:
     limits: tuple[str, ...]
     solution: Solution
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         inputs = (self.x.T, self.theta.T, self.t[None, :], self.settings.T)
         return np.asarray(self.system.function([name])(*inputs)).ravel()
 
+    @checked
     def profile(self, name: Name) -> Expr:
         """A continuous quantity, such as a position or speed, as an expression of `lumped.time`.
 
@@ -97,6 +100,7 @@ class Motion:
         return "\n".join(lines)
 
 
+@checked
 def motion(
     points: OperatingPoint | Sequence[OperatingPoint],
     *,

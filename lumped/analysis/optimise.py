@@ -35,6 +35,7 @@ from lumped.analysis.optimise_modes import best_modes
 from lumped.analysis.optimise_runs import best_runs
 from lumped.analysis.orbit import PeriodicOrbit
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 
@@ -47,6 +48,7 @@ Objective = Key | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
 
+@checked
 def optimise(
     run: Trajectory | PeriodicOrbit | Modes | System,
     *,
@@ -184,7 +186,7 @@ def _weights(minimise: Objective) -> dict[Key | str, float]:
     weights: dict[Key | str, float] = {}
     weights.update(minimise if isinstance(minimise, Mapping) else {minimise: 1.0})
     for key, weight in weights.items():
-        if not np.isfinite(weight):
+        if not (isinstance(weight, int | float | np.number) and np.isfinite(weight)):
             raise OptionError(f"optimise: {key} has the weight {weight}; give a finite number.")
     if not any(weights.values()):
         raise OptionError("optimise: nothing to minimise; give one functional or weight.")
@@ -214,6 +216,8 @@ class Problem:
         self.run, self.system = run, run.system
         smooth(run, "optimise")
         self.programme = Programme(self.system.name)
+        if intervals < 1:
+            raise OptionError(f"intervals = {intervals}: at least one is needed.")
         self.intervals, self.repeats = intervals, repeats
         self.names, box, scale = varied(self.system, vary, run.theta)
         parts = [self.programme.unknown(r[0], k, *r[1:]) for r, k in zip(box, scale, strict=True)]

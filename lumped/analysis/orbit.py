@@ -16,6 +16,7 @@ from lumped.analysis.orbit_sensitivity import (
 from lumped.analysis.result import Trajectory
 from lumped.analysis.shooting import Orbit, Problem
 from lumped.analysis.smooth import Course, Extreme, course, extreme, integral
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -86,6 +87,7 @@ class PeriodicOrbit:
     found: Orbit = field(repr=False)
     free: dict[str, float] = field(default_factory=dict)
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         return self.run[name]
 
@@ -104,18 +106,22 @@ class PeriodicOrbit:
         """Whether small disturbances do not grow."""
         return self.largest <= 1 + _ON_CIRCLE
 
+    @checked
     def greatest(self, name: Name) -> Extreme:
         """The greatest value of a quantity and its time, also between the output times."""
         return extreme(self._course(name), 1)
 
+    @checked
     def least(self, name: Name) -> Extreme:
         """The least value of a quantity and its time, also between the output times."""
         return extreme(self._course(name), -1)
 
+    @checked
     def mean(self, name: Name) -> float:
         """Mean over the period."""
         return integral(self._course(name)).real / self.period
 
+    @checked
     def fluctuation(self, name: Name) -> float:
         """Cyclic irregularity, (greatest - least) / mean.
 
@@ -132,6 +138,7 @@ class PeriodicOrbit:
             )
         return span / abs(mean)
 
+    @checked
     def harmonics(self, name: Name, count: int) -> np.ndarray:
         """Complex Fourier coefficients ``c_0`` to ``c_count``, shape (count + 1,).
 
@@ -145,11 +152,13 @@ class PeriodicOrbit:
         found[1:] *= 2
         return found
 
+    @checked
     def work(self, force: Name, speed: Name) -> float:
         """Integral of force times speed (torque times angular speed) over a period, J."""
         both = self.system.expressions([force, speed])
         return integral(course(self.run, both[0] * both[1])).real
 
+    @checked
     def sensitivity(self, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
         """Derivatives of the period and of quantities, their means and greatest values.
 

@@ -13,6 +13,7 @@ from lumped.analysis.forward import Forward
 from lumped.analysis.result import Trajectory
 from lumped.analysis.shooting import Orbit, Problem, bordered
 from lumped.analysis.smooth import Extreme
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table
@@ -55,6 +56,7 @@ class OrbitSensitivity:
     greatest: np.ndarray
     evaluations: int
 
+    @checked
     def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
         places = []
         for name, known in zip(pair, (self.of, self.to), strict=True):

@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.analysis.modes import Modes
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Name
 
@@ -36,6 +37,7 @@ class Order:
     phase: float
 
 
+@checked
 def orders(
     run: Trajectory,
     of: Name,
@@ -128,6 +130,7 @@ def orders(
     )
 
 
+@checked
 def turns(modes: Modes, of: Name, over: Name) -> float:
     """Turns of a shaft for each turn of another, by the gears between them.
 

@@ -12,6 +12,7 @@ from lumped.analysis.design import Bounds, Optimum
 from lumped.analysis.functionals import Designed
 from lumped.analysis.optimise import Problem
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptimisationError, OptionError
 from lumped.progress import Progress
 from lumped.system import Name
@@ -61,6 +62,7 @@ class Front:
         return text if len(rows) > 1 else f"both are least in one design\n{text}"
 
 
+@checked
 def pareto(
     run: Trajectory,
     *,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.analysis.left import left_vectors
 from lumped.analysis.modes import Modes
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.table import number, table
 
@@ -30,6 +31,7 @@ class Participation:
     modes: Modes
     factors: NDArray[np.complex128]
 
+    @checked
     def ranked(self, mode: int) -> list[tuple[str, float]]:
         """States and magnitudes of their factors in a mode, the largest first.
 
@@ -56,6 +58,7 @@ class Participation:
         return f"{self.modes.system.name}: {self.modes.accuracy}\n" + table(head, rows)
 
 
+@checked
 def participation(modes: Modes) -> Participation:
     """Participation factors ``conj(y_i) x_i`` of states in modes.
 

@@ -15,6 +15,7 @@ from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
 from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.expression import Expr
 from lumped.system import Changes, Name, System
@@ -22,6 +23,7 @@ from lumped.system import Changes, Name, System
 __all__ = ["again", "periodic"]
 
 
+@checked
 def periodic(
     system: System,
     *,

@@ -13,6 +13,7 @@ from lumped.analysis.shooting import Guess, Problem, refuse_rest, sizes
 from lumped.analysis.simulate import simulate
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
+from lumped.units import plain
 
 __all__ = ["advances", "after_cycles", "after_time", "drifting", "needs_time"]
 
@@ -38,8 +39,9 @@ def advances(point: OperatingPoint, turn: Mapping[Name, float], period: float | 
     found = np.zeros(len(system.states))
     x, p, _, _ = system._inputs
     choices: list[np.ndarray] = [found]
-    for name, value in turn.items():
-        key = system.key(name)
+    for name, given in turn.items():
+        key, unit = system.key(name), system.quantity(name).unit
+        value = plain(given, unit, f"periodic: turn of {key} =", OptionError)
         if not np.isfinite(value) or value == 0:
             raise OptionError(f"periodic: turn of {key} = {value!r}: a number other than zero.")
         slopes = ca.jacobian(system.expressions([key]), x)

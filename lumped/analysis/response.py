@@ -18,6 +18,7 @@ from lumped.analysis.moving import finite
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import one_sided, situation
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -76,6 +77,7 @@ class FrequencyResponse:
     point: OperatingPoint
     _matrices: list[scipy.sparse.csc_array]
 
+    @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
         row, column = self._places(*names)
         found: Complex = self.values[:, row, column]
@@ -94,6 +96,7 @@ class FrequencyResponse:
             worst = max(worst, float(missed.max(initial=0.0)))
         return worst
 
+    @checked
     def magnitude(self, output: Name, input: Name) -> Real:
         """Amplitude of an output for each unit of an input, shape (k,).
 
@@ -104,10 +107,12 @@ class FrequencyResponse:
         """
         return np.abs(self[output, input])
 
+    @checked
     def phase(self, output: Name, input: Name) -> Real:
         """Phase by which an output leads an input, without jumps of a turn, rad, shape (k,)."""
         return np.unwrap(np.angle(self[output, input]))
 
+    @checked
     def amplification(self, output: Name, input: Name) -> Real:
         """Magnitude relative to the static response, shape (k,).
 
@@ -135,6 +140,7 @@ class FrequencyResponse:
         found: Real = np.abs(self.values[:, row, column]) / static
         return found
 
+    @checked
     def peaks(self, output: Name, input: Name) -> tuple[Peak, ...]:
         """Resonances, ascending; each is located between the frequencies beside it.
 
@@ -156,6 +162,7 @@ class FrequencyResponse:
             found.append(Peak(float(top.x), -float(top.fun)))
         return tuple(found)
 
+    @checked
     def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
         """Magnitude and phase over the frequency (see `lumped.plot.frequency_response`)."""
         from lumped.plot import frequency_response
@@ -195,6 +202,7 @@ class FrequencyResponse:
         return f"{head}\n" + table(("output / input", "peaks", "highest at, Hz", "magnitude"), rows)
 
 
+@checked
 def frequency_response(
     system: System,
     *,

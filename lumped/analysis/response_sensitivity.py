@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lumped.analysis.kinks import refuse_kinks
 from lumped.analysis.moved import moved_point, places_to, point_matters, still_point
 from lumped.analysis.response import FrequencyResponse
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table
@@ -44,6 +45,7 @@ class ResponseSensitivity:
     values: Complex
     moving: bool
 
+    @checked
     def __getitem__(self, names: tuple[Name, Name, Name]) -> Complex:
         output, given, parameter = names
         row, column = self.response._places(output, given)
@@ -53,6 +55,7 @@ class ResponseSensitivity:
         found: Complex = self.values[:, row, column, self.parameters.index(key)]
         return found
 
+    @checked
     def magnitude(self, output: Name, input: Name, parameter: Name) -> Real:
         """Derivative of the magnitude, shape (k,)."""
         amplitude = self.response[output, input]
@@ -86,6 +89,7 @@ class ResponseSensitivity:
         return f"{head}\n" + table(("output / input", "largest at, Hz", "magnitude there"), rows)
 
 
+@checked
 def response_sensitivity(
     response: FrequencyResponse, *, to: Iterable[Name] | None = None
 ) -> ResponseSensitivity:

@@ -13,6 +13,7 @@ import numpy as np
 
 from lumped.analysis.changeover import Change
 from lumped.analysis.store import saved
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -193,6 +194,7 @@ class OperatingPoint:
         p = self.system._flat.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
+    @checked
     def __getitem__(self, name: Name) -> float:
         function = self.system.function([name])
         return float(function(self.x, self.theta, self.time, self.modes))
@@ -283,6 +285,7 @@ class Trajectory:
         """Accepted steps."""
         return self.statistics.steps
 
+    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         key = self.system.key(name)
         if key == "time":
@@ -308,6 +311,7 @@ class Trajectory:
             self._known[key] = found
         return self._known[key]
 
+    @checked
     def point(self, time: float) -> OperatingPoint:
         """The recorded point nearest to a time, to linearise there; on a jump that after it.
 
@@ -330,10 +334,15 @@ class Trajectory:
             piece.system, float(piece.t[k]), piece.x[k], self.theta, piece.settings[k]
         )
 
+    @checked
     def table(self, names: Iterable[Name]) -> np.ndarray:
         """Several quantities as columns, shape (k, len(names))."""
-        return np.column_stack([self[name] for name in names])
+        columns = [self[name] for name in names]
+        if not columns:
+            raise OptionError(f"{self.system.name}: name at least one quantity.")
+        return np.column_stack(columns)
 
+    @checked
     def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
         """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
 
@@ -351,14 +360,17 @@ class Trajectory:
         """
         return saved(self, names).write(path)
 
+    @checked
     def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
         """A pandas DataFrame over the time, one column for each quantity."""
         return saved(self, names).to_pandas()
 
+    @checked
     def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
         """An xarray Dataset over the time, with units and texts as attributes."""
         return saved(self, names).to_xarray()
 
+    @checked
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
         """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
         from lumped.plot import trajectory

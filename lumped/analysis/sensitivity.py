@@ -24,7 +24,8 @@ from lumped.analysis.varied import (
     varied_name,
     varied_values,
 )
-from lumped.errors import OptionError
+from lumped.arguments import checked
+from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
 
@@ -89,13 +90,16 @@ class Sensitivity:
     slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
-        to = self.to.index(varied_name(self.run.system, pair[1]))
-        if str(pair[0]) in self.functionals:
-            return float(self.slopes[self.functionals.index(str(pair[0])), to])
-        of = self.run.system.key(pair[0])  # type: ignore[arg-type]
-        found: np.ndarray = self.values[:, self.of.index(of), to]
+        to, of = varied_name(self.run.system, pair[1]), self.run.system.key(pair[0])  # type: ignore[arg-type]
+        places = []
+        for key, known in ((of, self.of), (to, self.to)):
+            if key not in known:
+                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
+            places.append(known.index(key))
+        found: np.ndarray = self.values[:, places[0], places[1]]
         return found
 
+    @checked
     def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
         """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
 
@@ -119,6 +123,7 @@ class Sensitivity:
             relative = slopes * varied_values(self.run, self.to) / value
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
 
+    @checked
     def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
         """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
         from lumped.plot import tornado
@@ -159,6 +164,7 @@ class Sensitivity:
         return text
 
 
+@checked
 def sensitivity(
     system: System,
     *,

@@ -17,6 +17,7 @@ from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.modes import Modes
 from lumped.analysis.moved import moved_point, still_point
 from lumped.analysis.moving import moving
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name
 from lumped.table import number, table
@@ -82,6 +83,7 @@ class ShapeSensitivity:
         return f"{head}\n" + table(("mode", "natural frequency, Hz", "largest"), rows)
 
 
+@checked
 def shape_sensitivity(
     modes: Modes, *, of: Iterable[Name], to: Iterable[Name] | None = None
 ) -> ShapeSensitivity:

@@ -17,6 +17,7 @@ from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.progress import Progress
 from lumped.system import Changes, Name, System
@@ -27,6 +28,7 @@ Grid = int | Sequence[float] | np.ndarray | None
 Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
+@checked
 def simulate(
     system: System,
     *,
@@ -112,7 +114,7 @@ def simulate(
     """
     if begin is None:
         begin = start.time if isinstance(start, OperatingPoint) else 0.0
-    _check(begin, until, rtol, atol, method)
+    _check(begin, until, rtol, atol, method, max_steps)
     times = output_times(grid, until, begin)
     if isinstance(start, OperatingPoint):
         if not start.system.is_chart_of(system) or parameters or tuple(free):
@@ -176,11 +178,9 @@ def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
     return "implicit" if stiff(point, until, rtol) else "steps"
 
 
-def _check(begin: float, until: float, rtol: float, atol: float | None, method: str) -> None:
-    if not (isinstance(begin, int | float | np.number) and np.isfinite(begin)):
-        raise OptionError(f"begin = {begin!r} s: the begin must be a finite time.")
-    if not (isinstance(until, int | float | np.number) and np.isfinite(until)):
-        raise OptionError(f"until = {until!r} s: the end must be a finite time.")
+def _check(
+    begin: float, until: float, rtol: float, atol: float | None, method: str, max_steps: int
+) -> None:
     if not until > begin:
         what = "a positive, finite time" if begin == 0 else f"after the begin, {begin:g} s"
         what += " (that of the start point, unless begin= says another)" * (begin != 0)
@@ -189,6 +189,8 @@ def _check(begin: float, until: float, rtol: float, atol: float | None, method: 
         raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
     if atol is not None and not atol > 0:
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
+    if max_steps < 1:
+        raise OptionError(f"max_steps = {max_steps}: at least one step is needed.")
     methods = ("auto", "explicit", "implicit", "exact", "steps")
     if method not in methods:
         raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

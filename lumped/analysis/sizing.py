@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lumped.analysis.result import Trajectory
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Name
 from lumped.table import number, table
@@ -113,6 +114,7 @@ class Sizing:
         return table(("motor", "value", "unit"), rows)
 
 
+@checked
 def sizing(
     run: Trajectory,
     *,

@@ -12,12 +12,14 @@ from lumped.analysis.changeover import Change, Settler
 from lumped.analysis.machine import begun
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.start_search import StartSearch
+from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.system import Changes, Name, System
 
 __all__ = ["StartForm", "by_name", "start_form", "start_point", "start_slopes"]
 
 
+@checked
 def start_point(
     system: System,
     parameters: Changes | None = None,

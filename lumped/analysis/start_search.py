@@ -17,8 +17,9 @@ from lumped.analysis.positions import agreed, borders
 from lumped.analysis.settings import closed_with, just_after
 from lumped.analysis.targets import Targets
 from lumped.errors import SolverError, StartError
+from lumped.quantity import beyond
 from lumped.system import Changes, System
-from lumped.units import converted, has_unit
+from lumped.units import plain
 
 __all__ = ["StartSearch"]
 
@@ -85,19 +86,12 @@ class StartSearch:
         for name, value in start.items():
             unknown = system._tree.unknown(name)
             unit = system._tree.quantity(unknown).unit
-            if has_unit(value):
-                given[unknown] = converted(value, unit, f"{system.key(name)} =")
-                continue
-            try:
-                given[unknown] = float(value)
-            except (TypeError, ValueError):
-                raise StartError(
-                    f"{system.key(name)} = {value!r}: a number in {unit} is needed."
-                ) from None
+            given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
         self.given, self.changed = given, {system._tree.unknown(name) for name in start}
         for unknown, number in given.items():
-            if not np.isfinite(number):
-                raise StartError(f"{self._text(unknown)}: a start value must be a finite number.")
+            why = beyond(number)
+            if why is not None:
+                raise StartError(f"{self._text(unknown)}: a start value {why}.")
         self.guesses = self._first_guesses()
         modes = modes_at(system, theta, just_after(time))
         self.settings = np.concatenate([modes, self.guesses])

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name, System
 
@@ -80,6 +81,7 @@ class Saved:
         about = {"model": self.model, "fingerprint": self.fingerprint}
         return xarray.Dataset(columns, coords={"time": time}, attrs=about)
 
+    @checked
     def write(self, path: str | Path) -> Path:
         """Write a file; its ending says what: .nc, .npz, .csv or .mat.
 
@@ -146,6 +148,7 @@ def _computed(system: System) -> list[str]:
     return [n for n, node in zip(names, nodes, strict=True) if node is None or usable[node]]
 
 
+@checked
 def load(path: str | Path) -> Saved:
     """Read what `Trajectory.save` wrote as .nc, .npz or .csv.
 

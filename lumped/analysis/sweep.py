@@ -19,6 +19,7 @@ from lumped.analysis.pool import outcomes
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.store import fingerprint
+from lumped.arguments import checked
 from lumped.assemble import assemble
 from lumped.errors import LumpedError, OptionError
 from lumped.progress import Progress
@@ -100,6 +101,7 @@ class Sweep:
         return "\n".join([head, table(("result", "least", "greatest"), rows), *reasons])
 
 
+@checked
 def sweep(
     system: System,
     *,
@@ -155,6 +157,8 @@ def sweep(
     job = Job(system, until, dict(of), options, len(points) >= _MANY)
     done = _Store(store, job).opened()
     begin, busy = clock.perf_counter(), 0.0
+    if workers is not None and workers < 1:
+        raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     count = workers or os.cpu_count() or 1
     waiting = [(i, point) for i, point in enumerate(points) if _key(point) not in done.known]
     found: dict[int, list[float] | str] = {

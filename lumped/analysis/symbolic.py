@@ -8,6 +8,7 @@ import scipy
 
 from lumped.analysis.skew import two_colours
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Name, System
 
@@ -16,6 +17,7 @@ __all__ = ["expression", "symbolic_frequencies"]
 _MOST = 3
 
 
+@checked
 def expression(system: System, name: Name) -> ca.SX:
     """A quantity as a CasADi expression of symbols that carry the names of the model.
 
@@ -54,6 +56,7 @@ def expression(system: System, name: Name) -> ca.SX:
     return _named(system, found)
 
 
+@checked
 def symbolic_frequencies(system: System) -> tuple[ca.SX, ...]:
     """Natural frequencies of a small undamped linear drive as formulas of its parameters.
 

@@ -15,6 +15,7 @@ from lumped.analysis.linear_form import linear_form
 from lumped.analysis.result import OperatingPoint, Trajectory
 from lumped.analysis.simulate import Method, simulate
 from lumped.analysis.start import start_point
+from lumped.arguments import checked
 from lumped.errors import LumpedError, OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
@@ -96,6 +97,7 @@ class WorkPrecision:
     reference_error: float
     window: float
 
+    @checked
     def fastest(self, error: float = 1e-6) -> WorkRow:
         """The fastest run with an error of at most this.
 
@@ -148,6 +150,7 @@ class WorkPrecision:
         return "\n".join(lines) + "\n" + table((*head, "outcome"), rows)
 
 
+@checked
 def work_precision(
     system: System,
     *,

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from lumped.analysis.instants import Clock, clocks
 from lumped.analysis.watch import may_be_unfit
+from lumped.arguments import checked
 from lumped.errors import ExportError, OptionError
 from lumped.exchange.description import build_description, model_description
 from lumped.exchange.interface import Interface
@@ -75,6 +76,7 @@ class ExportedFMU:
         return "\n".join([head, f"{counts}; {self.seconds:.2g} s", *self.remarks])
 
 
+@checked
 def export_fmu(
     system: System,
     path: str | Path,

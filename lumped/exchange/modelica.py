@@ -9,6 +9,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from lumped.arguments import checked
 from lumped.errors import ExportError
 from lumped.exchange.interface import Interface, Shown
 from lumped.exchange.terms import Term, Writer, real
@@ -18,6 +19,7 @@ from lumped.system import Changes, Name, System
 __all__ = ["export_modelica"]
 
 
+@checked
 def export_modelica(
     system: System,
     path: str | Path,

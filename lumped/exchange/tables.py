@@ -230,7 +230,8 @@ def _written(value: object) -> str:
 
 
 def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + escaped.replace("?", "\\?") + '"'  # ??/ would be a backslash to C
 
 
 def _faults(variables: Sequence[Shown]) -> str:

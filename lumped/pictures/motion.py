@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError
 from lumped.expression import Expr, Ref, as_expr
 from lumped.lower import lower
@@ -25,6 +26,7 @@ SIZE = (5.0, 4.0)  # inch
 DOTS = 70  # per inch
 
 
+@checked
 def animate(run: Trajectory, path: str | Path, *, frames: int = 80, seconds: float = 4.0) -> Path:
     """Film of the linkages in a run: cranks, rods, arms and sliders in their plane.
 

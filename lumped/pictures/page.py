@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from lumped.arguments import checked
 from lumped.pictures.inline import inline
 from lumped.pictures.page_run import Told, comparison, energy, events, sizes, table
 from lumped.pictures.schematic import schematic
@@ -45,6 +46,7 @@ class Given(Protocol):
         """Its value."""
 
 
+@checked
 def report_html(
     system: System,
     path: str | Path,

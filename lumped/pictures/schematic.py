@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lumped.arguments import checked
 from lumped.component import Component
 from lumped.errors import OptionError
 from lumped.pictures.netlist import SIGNAL, Item, Netlist, netlist
@@ -35,6 +36,7 @@ STYLES = {  # colour, width in points, name in the legend
 OTHER = ("#5b2a86", 1.0, "other")
 
 
+@checked
 def schematic(
     model: Component | System, path: str | Path | None = None, *, depth: int | None = None
 ) -> Figure:

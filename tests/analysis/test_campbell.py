@@ -78,7 +78,7 @@ def test_an_intersection_exactly_at_a_given_speed_is_listed_once():
 
 @pytest.mark.parametrize("speeds", [[], [1.0], [2.0, 1.0], [-1.0, 1.0], [0.0, np.inf]])
 def test_speeds_must_ascend(two_mass, speeds):
-    with pytest.raises(OptionError, match="at least two speeds"):
+    with pytest.raises(OptionError, match="speeds"):
         lp.campbell(lp.assemble(two_mass), speeds=speeds, orders=[1.0])
 
 

@@ -18,7 +18,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.components.translation import Force, Mass
-from lumped.errors import LumpedError, SolverError, StartError
+from lumped.errors import LumpedError, ParameterError, SolverError, StartError
 
 EPS = np.finfo(float).eps
 TURN = 2 * np.pi
@@ -331,7 +331,7 @@ def test_damped_modes_are_exact_for_parameters_over_eighteen_decades():
     assert max(worst.values()) < 1e-13
 
 
-@pytest.mark.parametrize(("J", "c"), [(1e300, 1e-300), (1e150, 1e150), (5e-324, 1.0)])
+@pytest.mark.parametrize(("J", "c"), [(1e100, 1e-100), (1e100, 1e100), (1e-100, 1e100)])
 def test_numbers_at_the_end_of_the_range_give_a_finite_run_or_an_error(J, c):
     system = two_masses(J, c, 1.0)
     for action in (
@@ -344,3 +344,16 @@ def test_numbers_at_the_end_of_the_range_give_a_finite_run_or_an_error(J, c):
             print(f"{type(error).__name__}: {str(error).splitlines()[0]}")
         else:
             assert np.isfinite(received).all()
+
+
+@pytest.mark.parametrize(("J", "c"), [(1e300, 1e-300), (1e150, 1e150), (5e-324, 1.0)])
+def test_numbers_beyond_the_range_are_refused(J, c):
+    with pytest.raises(ParameterError, match=r"so that its powers are finite|so that one over it"):
+        two_masses(J, c, 1.0)
+
+
+@pytest.mark.parametrize("speed", [1e101, 1e155, 1e300, -1e300])
+def test_start_values_beyond_the_range_are_refused(speed):
+    system = two_masses(1.0, 1.0, 1.0)
+    with pytest.raises(StartError, match=r"a\.w = .*must be smaller than 1e\+100"):
+        lp.simulate(system, until=1.0, start={"a.w": speed}, method="steps")

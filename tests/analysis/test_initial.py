@@ -214,5 +214,7 @@ def test_start_values_without_names_are_refused_with_the_way_to_an_equilibrium(s
             connections=lambda m: lp.chain(m.wall, m.spring, m.body),
         )
     )
-    with pytest.raises(OptionError, match=r"start = .*by name .*lp\.equilibrium\(system\)"):
+    with pytest.raises(
+        OptionError, match=r"start = .*names as keys.*an operating point from lumped\.equilibrium"
+    ):
         lp.simulate(system, until=1.0, start=start)

@@ -138,7 +138,7 @@ def test_a_small_drive_gives_what_it_has():
         ({"near": 0.0}, "`near` and `count` go together"),
         ({"count": 3}, "`near` and `count` go together"),
         ({"near": -1.0, "count": 3}, "near = -1 Hz must be"),
-        ({"near": np.nan, "count": 3}, "near = nan Hz must be"),
+        ({"near": np.nan, "count": 3}, "near = nan: a finite number"),
         ({"near": 1.0, "count": 0}, "count = 0 must be at least 1"),
     ],
 )

@@ -111,7 +111,7 @@ def test_a_force_is_sized_over_a_speed_through_zero():
         ({"torque": "load.w"}, "torque = load.w (rad/s)"),
         ({"rated": [(0.0, -1.0)]}, "no torque may be negative"),
         ({"maximum": [(3.0, 1.0), (2.0, 1.0)]}, "speeds must increase"),
-        ({"maximum": [1.0, 2.0]}, "rows of (speed, torque)"),
+        ({"maximum": [1.0, 2.0]}, "rows of 2 numbers"),
     ],
 )
 def test_what_cannot_be_sized_is_named(cycle, options, part):

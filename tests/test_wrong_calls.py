@@ -1,0 +1,406 @@
+"""Public functions called in a wrong way: each is answered by an error of lumped that says so."""
+
+import inspect
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.arguments import checked
+from lumped.components import Inertia, Speed, SpringDamper, Torque
+from lumped.errors import LumpedError, OptionError, UnknownNameError
+
+NAN, INF = float("nan"), float("inf")
+
+
+def drive():
+    return lp.compose(
+        motor=Inertia(J=1.0),
+        shaft=SpringDamper(c=100.0, d=1.0),
+        load=Inertia(J=2.0),
+        t=Torque(tau=3.0),
+        connections=lambda m: [
+            *lp.chain(m.motor, m.shaft, m.load),
+            lp.connect(m.t.flange, m.motor.flange_a),
+        ],
+    )
+
+
+@pytest.fixture(scope="module")
+def model():
+    return drive()
+
+
+@pytest.fixture(scope="module")
+def system(model):
+    return lp.assemble(model)
+
+
+@pytest.fixture(scope="module")
+def run(system):
+    return lp.simulate(system, until=0.1)
+
+
+def message(action, kind=OptionError):
+    with pytest.raises(kind) as caught:
+        action()
+    assert isinstance(caught.value, LumpedError)
+    print(f"\n{type(caught.value).__name__}: {caught.value}")
+    return str(caught.value)
+
+
+# -- what stands in place of a system ------------------------------------------------------------
+
+WITH_SYSTEM = [
+    name
+    for name in lp.__all__
+    if inspect.isfunction(getattr(lp, name))
+    and "system" in inspect.signature(getattr(lp, name)).parameters
+]
+
+
+def rest_of(function):
+    """Anything for the other arguments that must be given."""
+    parameters = list(inspect.signature(function).parameters.values())[1:]
+    return {p.name: None for p in parameters if p.default is p.empty and p.kind != p.VAR_KEYWORD}
+
+
+def test_all_analyses_of_a_system_are_walked_through():
+    assert {"simulate", "modes", "equilibrium", "gradient", "export_fmu", "sweep"} < {*WITH_SYSTEM}
+
+
+@pytest.mark.parametrize("name", WITH_SYSTEM)
+def test_a_model_in_place_of_a_system_is_told_to_be_assembled(name, model):
+    function = getattr(lp, name)
+    text = message(lambda: function(model, **rest_of(function)))
+    assert text.startswith(f"{name}: system = Model(")
+    assert "assemble it first, system = lumped.assemble(model)" in text
+
+
+@pytest.mark.parametrize("name", WITH_SYSTEM)
+@pytest.mark.parametrize("wrong", [None, "drive", 3.0, Inertia])
+def test_what_is_no_system_is_refused_everywhere(name, wrong):
+    function = getattr(lp, name)
+    assert "a system from lumped.assemble is needed" in message(
+        lambda: function(wrong, **rest_of(function))
+    )
+
+
+@pytest.mark.parametrize("name", [n for n in WITH_SYSTEM if n != "sweep"])
+def test_an_option_that_does_not_exist_is_named_everywhere(name, system):
+    function = getattr(lp, name)
+    text = message(lambda: function(system, **rest_of(function), parametrs={}))
+    assert "parametrs" in text
+
+
+def test_a_misspelt_option_gets_the_right_one(system):
+    assert "Nearest: until." in message(lambda: lp.simulate(system, untill=1.0))
+
+
+def test_a_run_in_place_of_a_system_is_told_where_its_system_is(run):
+    assert "its attribute `system`" in message(lambda: lp.modes(run))
+
+
+def test_a_class_in_place_of_a_model_is_told_to_be_made_an_instance():
+    assert "Write it with parentheses" in message(lambda: lp.assemble(Inertia))
+
+
+def test_a_point_of_another_system_is_refused(system):
+    other = lp.start_point(lp.assemble(drive()))
+    for action in (
+        lambda: lp.modes(system, at=other),
+        lambda: lp.linearise(system, at=other),
+        lambda: lp.simulate(system, until=1.0, start=other),
+        lambda: lp.frequency_response(system, inputs=[], outputs=[], hertz=[1.0], at=other),
+    ):
+        assert "belongs to another system" in message(action)
+    assert "an operating point of this system" in message(
+        lambda: lp.root_locus(system, "shaft.d", [1.0, 2.0], at=lambda d: other)
+    )
+
+
+# -- lists of names ------------------------------------------------------------------------------
+
+
+def takes_names(hint):
+    return isinstance(hint, str) and hint.replace(" | None", "") == "Iterable[Name]"
+
+
+LISTS = [
+    (name, p.name)
+    for name in lp.__all__
+    if inspect.isfunction(getattr(lp, name))
+    for p in inspect.signature(getattr(lp, name)).parameters.values()
+    if takes_names(p.annotation)
+]
+
+
+def test_all_lists_of_names_are_walked_through():
+    assert {("linearise", "inputs"), ("sensitivity", "to"), ("simulate", "free")} < {*LISTS}
+    assert len(LISTS) > 20
+
+
+@pytest.mark.parametrize(("name", "option"), LISTS)
+def test_a_text_in_place_of_a_list_of_names_gets_its_brackets(name, option, model, system, run):
+    function = getattr(lp, name)
+    first = next(iter(inspect.signature(function).parameters))
+    modes = lp.modes(system)
+    known = {
+        "system": system,
+        "model": model,
+        "modes": modes,
+        "point": lp.start_point(system),
+        "run": run,
+    }
+    if first == "response":
+        known["response"] = lp.frequency_response(
+            system, inputs=["t.tau"], outputs=["shaft.tau"], hertz=[1.0]
+        )
+    for given in ("t.tau", model.t.tau):
+        text = message(
+            lambda given=given: function(
+                **{**rest_for(function, first), first: known[first], option: given}
+            )
+        )
+        assert f"{option} = " in text
+        assert "a list of names is needed. Write [" in text
+
+
+def rest_for(function, first):
+    """Values of the right kind for the arguments that must be given."""
+    fitting = {
+        "until": 1.0,
+        "of": lp.functionals.final("shaft.tau"),
+        "path": "nowhere",
+        "hertz": [1.0],
+        "inputs": [],
+        "outputs": [],
+        "to": ["motor.J"],
+    }
+    found = {name: fitting[name] for name in rest_of(function) if name != first}
+    if function is not lp.hessian and "of" in found:
+        found["of"] = [found["of"]] if function is lp.gradient else ["shaft.tau"]
+    return found
+
+
+@pytest.mark.parametrize("wrong", [5, [1], [None], {"t.tau": 1.0}, [["t.tau"]]])
+def test_what_is_no_list_of_names_is_refused(wrong, system):
+    assert "a list of names is needed" in message(lambda: lp.linearise(system, inputs=wrong))
+
+
+def test_iterators_of_names_are_read_once(system):
+    found = lp.linearise(system, inputs=(n for n in ["t.tau"]), outputs=iter(["shaft.tau"]))
+    assert (found.inputs, found.outputs) == (("t.tau",), ("shaft.tau",))
+
+
+def test_an_input_named_twice_is_refused(system):
+    assert "t.tau is named twice" in message(
+        lambda: lp.linearise(system, inputs=["t.tau", "t.tau"])
+    )
+
+
+# -- numbers, choices, mappings ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wrong", ["a", None, NAN, INF, -1.0, 0.0, [1.0], 1j, True, {}])
+@pytest.mark.parametrize("option", ["until", "rtol"])
+def test_numbers_that_make_no_sense_are_refused(wrong, option, system):
+    text = message(lambda: lp.simulate(system, **{"until": 1.0, option: wrong}))
+    assert f"{option} = " in text
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"method": "euler"},
+        {"method": 5},
+        {"max_steps": 0},
+        {"max_steps": 1.5},
+        {"certify": "yes"},
+        {"grid": "10"},
+        {"grid": 2.5},
+        {"grid": [0.0, NAN]},
+        {"grid": np.array([0.0, NAN])},
+        {"grid": True},
+        {"parameters": 5},
+        {"parameters": [("motor.J", 1.0)]},
+        {"parameters": {3: 1.0}},
+        {"start": "motor.w"},
+    ],
+)
+def test_options_that_make_no_sense_are_refused(options, system):
+    (option,) = options
+    assert option in message(lambda: lp.simulate(system, **{"until": 1.0, **options}))
+
+
+@pytest.mark.parametrize("value", ["a", None, [1.0], 1j, True, NAN, INF, 1e101, np.array([1.0])])
+def test_values_of_parameters_and_start_values_are_refused_with_their_path(value, system):
+    for given in ({"parameters": {"motor.J": value}}, {"start": {"motor.w": value}}):
+        text = message(lambda given=given: lp.simulate(system, until=1.0, **given), LumpedError)
+        assert "motor.J = " in text or "motor.w = " in text
+
+
+@pytest.mark.parametrize(
+    "action",
+    [
+        lambda s: lp.identify(s, vary={"motor.J": (0.5, 2.0)}, t=[0, 1], measured={"motor.w": "a"}),
+        lambda s: lp.sweep(s, over={"motor.J": [1.0]}, until=1.0, of={"motor.w": 5}),
+        lambda s: lp.motion(
+            lp.start_point(s),
+            drive="t.tau",
+            stations={"motor.w": 5},
+            duration=1.0,
+            minimise=lp.functionals.integral("t.tau"),
+        ),
+    ],
+)
+def test_members_of_dictionaries_are_named(action, system):
+    assert "['motor.w'] = " in message(lambda: action(system))
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"level": 1.0}, "level = 1"),
+        ({"level": "a"}, "level = 'a'"),
+        ({"sigma": {"motor.w": "a"}}, "sigma of motor.w = 'a'"),
+        ({"parameters": {"motor.J": None}}, "motor.J = None"),
+        ({"start": {"motor.w": [1.0]}}, "motor.w = [1.0]"),
+    ],
+)
+def test_identify_names_what_is_wrong(options, text, system):
+    call = {"vary": {"motor.J": (0.5, 2.0)}, "t": [0.1, 0.2], "measured": {"motor.w": [1.0, 2.0]}}
+    assert text in message(lambda: lp.identify(system, **call, **options), LumpedError)
+
+
+def test_identify_takes_parameters_with_units(system):
+    t = np.linspace(0.01, 0.1, 10)
+    run = lp.simulate(system, until=0.1, grid=[0.0, *t], parameters={"load.J": 0.5})
+    found = lp.identify(
+        system,
+        vary={"motor.J": (0.5, 2.0)},
+        t=t,
+        measured={"motor.w": run["motor.w"][1:]},
+        parameters={"load.J": "5000 kg.cm2", "motor.J": "0.8 kg.m2"},
+    )
+    assert found.parameters["motor.J"] == pytest.approx(1.0, rel=1e-4)
+
+
+def test_what_cannot_be_divided_is_refused(run):
+    for call in (
+        {"intervals": 0},
+        {"intervals": -1},
+        {"minimise": {lp.functionals.final("motor.w"): "a"}},
+    ):
+        options = {"minimise": lp.functionals.final("motor.w"), **call}
+        message(lambda options=options: lp.optimise(run, vary={"motor.J": (0.5, 2.0)}, **options))
+
+
+# -- results asked for what they do not have -----------------------------------------------------
+
+
+def test_results_name_what_they_do_not_have(system, run):
+    of, to, until = ["shaft.tau"], ["motor.J"], 0.1
+    found = lp.sensitivity(system, of=of, to=to, until=until)
+    slopes = lp.gradient(system, of=[lp.functionals.final("motor.w")], to=to, until=until)
+    response = lp.frequency_response(system, inputs=["t.tau"], outputs=of, hertz=[1.0])
+    for result in (found, slopes, response):
+        for wrong in ("shaft.tau", 3, None, ("shaft.tau",), ("a", "b", "c")):
+            assert "a row of 2" in message(lambda r=result, w=wrong: r[w])
+        message(lambda r=result: r["shaft.tau", "load.J"], UnknownNameError)
+    for wrong in ("nothing", 3, None):
+        message(lambda w=wrong: run[w], LumpedError)
+        message(lambda w=wrong: run.point(0.0)[w], LumpedError)
+    assert "at least one" in message(lambda: run.table([]))
+    assert "at least one" in message(lambda: response.plot([]))
+
+
+@pytest.mark.parametrize("mode", [-1, 1, 5, "a", 1.0, None])
+def test_modes_that_do_not_exist_are_refused(mode, system):
+    modes = lp.modes(system)
+    found = lp.eigen_sensitivity(modes)
+    for ask in (
+        found.ranked,
+        found.plot,
+        lp.modal_energies(modes).ranked,
+        lp.participation(modes).ranked,
+    ):
+        message(lambda ask=ask: ask(mode))
+    assert "at least one" in message(lambda: modes.plot([]))
+
+
+# -- free parameters -----------------------------------------------------------------------------
+
+
+def test_what_is_no_parameter_is_told_why():
+    class Doubled(lp.Component):
+        """A signal."""
+
+        y = lp.Output("rad/s", "speed")
+
+        def equations(self):
+            yield self.y == 2 * lp.time
+
+    model = lp.compose(
+        load=Torque(tau=3 * lp.ops.sin(lp.time)),
+        body=Inertia(J=1.0),
+        source=Doubled(),
+        speed=Speed(),
+        other=Inertia(J=1.0),
+        connections=lambda m: [
+            *lp.chain(m.load, m.body),
+            *lp.chain(m.speed, m.other),
+            lp.connect(m.source.y, m.speed.w),
+        ],
+    )
+    system = lp.assemble(model)
+
+    def free(name):
+        return message(lambda: lp.start_point(system, free=[name]), UnknownNameError)
+
+    text = free("load.tau")
+    assert "'load.tau' is no parameter, as it is given as the expression 3 * sin(time)" in text
+    assert "give a number instead" in text
+    assert "connected to a signal" in free("speed.w")
+    assert "the model computes it" in free("body.w")
+
+
+# -- the check itself ----------------------------------------------------------------------------
+
+
+def test_every_public_function_with_a_system_or_a_list_is_checked():
+    plain = [n for n in WITH_SYSTEM if not hasattr(getattr(lp, n), "__wrapped__")]
+    plain += [n for n, _ in LISTS if not hasattr(getattr(lp, n), "__wrapped__")]
+    assert not plain
+
+
+def test_a_function_is_checked_by_its_annotations():
+    @checked
+    def area(
+        width: "float",
+        corners: "int" = 4,
+        names: "Sequence[str]" = (),
+        heights: "Iterable[float]" = (),
+        more: "Mapping[str, float] | None" = None,
+        *rest: "float",
+    ) -> "float":
+        """Something with all kinds of arguments."""
+        return width * corners + sum(heights) + sum(rest)
+
+    assert area(2.0) == 8.0
+    assert area(np.float64(2), np.int64(3), ["a"], (x for x in (1.0, 2.0)), {"a": 1.0}, 4.0) == 13.0
+    for arguments, text in [
+        (("2",), "area: width = '2': a finite number"),
+        ((2.0, 3.5), "corners = 3.5: a whole number"),
+        ((2.0, True), "corners = True: a whole number"),
+        ((2.0, 3, "ab"), "names = 'ab': a list of names"),
+        ((2.0, 3, [], [1.0, NAN]), "heights = [1.0, nan]: a list of finite numbers"),
+        ((2.0, 3, [], 5.0), "heights = 5.0: a list of finite numbers is needed. Write [5.0]."),
+        ((2.0, 3, [], [], [1]), "more = [1]: a dictionary"),
+        ((2.0, 3, [], [], None, 1.0, "a"), "rest[1] = 'a': a finite number"),
+        ((), "missing a required argument: 'width'"),
+    ]:
+        with pytest.raises(OptionError) as caught:
+            area(*arguments)
+        assert text in str(caught.value)
