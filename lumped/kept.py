@@ -11,7 +11,7 @@ from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
 from lumped.template import Place, Template
 
-__all__ = ["template_of"]
+__all__ = ["content_of", "template_of"]
 
 _MOST = 1000
 """Templates that are kept."""
@@ -21,18 +21,19 @@ _known: dict[Hashable, Template] = {}
 
 def template_of(component: Component, place: Place, items: list[Single]) -> Template:
     """The template of some equations, made once for all models with equal ones."""
-    key = _content(place, tuple(items))
+    key = content_of(tuple(items), place)
     found = _known.get(key)
     if found is None:
         found = Template(component, place, items)
+        found.content = key
         if len(_known) >= _MOST:
             del _known[next(iter(_known))]
         _known[key] = found
     return found
 
 
-def _content(place: Place, what: object) -> Hashable:
-    """All that a template is made from, with names relative to the component."""
+def content_of(what: object, place: Place) -> Hashable:
+    """All that equations and expressions say, with names relative to a component."""
     if isinstance(what, Expr):
         return _tree(place, what)
     if isinstance(what, Equation):
@@ -40,10 +41,10 @@ def _content(place: Place, what: object) -> Hashable:
     if isinstance(what, Compare):
         return what.strict, _tree(place, what.greater), _tree(place, what.less)
     if isinstance(what, tuple):
-        return tuple(_content(place, part) for part in what)
+        return tuple(content_of(part, place) for part in what)
     if isinstance(what, Hold | When):
         parts = (getattr(what, field.name) for field in fields(what))
-        return (type(what), *(_content(place, part) for part in parts))
+        return (type(what), *(content_of(part, place) for part in parts))
     if what is None:
         return None
     raise TypeError(what)

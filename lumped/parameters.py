@@ -97,20 +97,29 @@ class Parameters:
         """
         theta = self.defaults.copy()
         for place, value in changes.items():
-            number = self.free[place]
-            if has_unit(value):
-                unit = self.declared[number].unit
-                theta[place] = converted(value, unit, f"{self.names[number]} =")
-                continue
-            try:
-                theta[place] = float(value)
-            except (TypeError, ValueError):
-                raise ParameterError(
-                    f"{self.names[number]} = {value!r}: a number in "
-                    f"{self.declared[number].unit} is needed."
-                ) from None
+            theta[place] = self.number(self.free[place], value)
         self.check(theta, model)
         return theta
+
+    def number(self, number: int, value: object) -> float:
+        """A value for a parameter, with a unit or without, as a number in its unit.
+
+        Raises
+        ------
+        UnitError
+            If its unit is of another dimension.
+        ParameterError
+            If it is no number.
+        """
+        unit = self.declared[number].unit
+        if has_unit(value):
+            return converted(value, unit, f"{self.names[number]} =")
+        try:
+            return float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            raise ParameterError(
+                f"{self.names[number]} = {value!r}: a number in {unit} is needed."
+            ) from None
 
     def check(self, theta: np.ndarray, model: str) -> None:
         """Refuse values out of range, all in one error.

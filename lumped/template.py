@@ -198,7 +198,11 @@ class Template:
         there, -1 if it becomes 0.
     relations, sticks, jumps : list
         What changes modes or states at instants that are not known beforehand.
+    content : hashable
+        All that it was made from.
     """
+
+    content: Hashable
 
     def __init__(self, component: Component, place: Place, items: Iterable[Single]) -> None:
         self.count = 0

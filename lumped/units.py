@@ -6,9 +6,9 @@ import re
 from functools import cache
 from typing import Any
 
-from lumped.errors import UnitError
+from lumped.errors import OptionError, UnitError
 
-__all__ = ["Dimension", "converted", "dimension", "has_unit", "written"]
+__all__ = ["Dimension", "converted", "dimension", "has_unit", "seconds", "written"]
 
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
@@ -66,6 +66,33 @@ def converted(value: Any, unit: str, what: str) -> float:
             hint = " An angle is missing: rad, deg or turn; a speed may be in rpm."
         raise UnitError(f"{what} {value!r}: the unit must be of the kind {unit}.{hint}")
     return float(given.m_as(wanted))
+
+
+def seconds(value: Any, what: str) -> float:
+    """A time, given as a number in s or with a unit.
+
+    Parameters
+    ----------
+    value : float, str or pint.Quantity
+        Such as ``0.5`` or ``"500 ms"``.
+    what : str
+        What the time is called, to begin an error with.
+
+    Raises
+    ------
+    UnitError
+        If the text cannot be read, or is no time.
+    OptionError
+        If it is no number.
+    """
+    if has_unit(value):
+        return converted(value, "s", f"{what} =")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise OptionError(
+            f"{what} = {value!r}: a time is needed, as a number in s or a text such as '500 ms'."
+        ) from None
 
 
 @cache

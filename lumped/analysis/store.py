@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.fingerprint import fingerprint
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Name, System
 
@@ -124,16 +124,6 @@ def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
         system.name,
         fingerprint(system),
     )
-
-
-def fingerprint(system: System) -> str:
-    """Hash of the equations of a system, to tell whether results belong to the same model.
-
-    The names of states and parameters and the compiled right-hand side count; values of parameters
-    do not.
-    """
-    parts = [*system.state_names, "", *system.parameters, "", str(system.rates)]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
 def _computed(system: System) -> list[str]:
