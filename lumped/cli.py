@@ -11,6 +11,7 @@ from pathlib import Path
 from lumped.errors import UnknownNameError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.table import number, table
+from lumped.whole import write_text
 
 __all__ = ["main"]
 
@@ -105,7 +106,7 @@ def _run(name: str, json_file: Path | None, plot_folder: Path | None) -> None:
         keys = ("quantity", "unit", "published", "computed", "mark", "place", "remark")
         records = [{key: getattr(row, key) for key in keys} for row in rows]
         found = {"machine": name, "marks": MARKS, "rows": records}
-        json_file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+        write_text(json_file, json.dumps(found, indent=2, ensure_ascii=False) + "\n")
     if plot_folder:
         print()
         _draw(chosen, name, plot_folder)

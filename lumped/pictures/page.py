@@ -12,6 +12,7 @@ from lumped.pictures.inline import inline
 from lumped.pictures.schematic import schematic
 from lumped.system import System
 from lumped.table import number
+from lumped.whole import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,7 +130,7 @@ def report_html(
         f"<script>\n{(parts / 'page.js').read_text()}</script>\n</body>\n</html>\n"
     )
     target = Path(path)
-    target.write_text(text, encoding="utf-8")
+    write_text(target, text)
     return target
 
 
