@@ -102,6 +102,9 @@ class OptimisationError(LumpedError):
         super().__init__(text)
         self.status = status
 
+    def __reduce__(self) -> tuple[type[OptimisationError], tuple[str, str]]:
+        return type(self), (str(self), self.status)
+
 
 class Interrupted(KeyboardInterrupt):
     """A run was interrupted (Ctrl-C).
@@ -115,6 +118,9 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, text: str, partial: Trajectory) -> None:
         super().__init__(text)
         self.partial = partial
+
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[str, Trajectory]]:
+        return type(self), (str(self), self.partial)
 
 
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:

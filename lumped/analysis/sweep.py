@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import pickle
 import time as clock
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ from lumped.analysis.pool import outcomes
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
 from lumped.analysis.sweep_file import SweepFile, heading
-from lumped.assemble import assemble
 from lumped.errors import LumpedError, OptionError
+from lumped.extra import extra
 from lumped.progress import Progress
 from lumped.system import Name, System
 from lumped.table import number, table
@@ -79,9 +80,14 @@ class Sweep:
         raise OptionError(f"sweep: there is no '{label}', only {known}.")
 
     def to_pandas(self) -> Any:
-        """A DataFrame, one row for each run, with an empty ``failure`` where there is none."""
-        import pandas
+        """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
 
+        Raises
+        ------
+        OptionError
+            If pandas is not installed.
+        """
+        pandas = extra("pandas", "data", "to_pandas")
         columns = {name: self[name] for name in (*self.names, *self.labels)}
         reasons = [self.failures.get(i, "") for i in range(len(self.points))]
         return pandas.DataFrame(columns | {"failure": reasons})
@@ -236,18 +242,13 @@ class Job:
             return f"{type(fault).__name__}: {fault}"
 
     def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
-        import cloudpickle
-
-        model, outputs, keep = self.system.origin
-        parts = (model, outputs, keep, self.until, self.of, self.options, self._native)
+        cloudpickle = extra("cloudpickle", "cluster", "A sweep on other machines")
+        parts = (self.system, self.until, self.of, self.options, self._native)
         return _restored, (cloudpickle.dumps(parts),)
 
 
 def _restored(payload: bytes) -> Job:
-    import cloudpickle
-
-    model, outputs, keep, until, of, options, native = cloudpickle.loads(payload)
-    return Job(assemble(model, outputs=outputs, keep=keep), until, of, options, native)
+    return Job(*pickle.loads(payload))
 
 
 def _points(
