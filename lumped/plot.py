@@ -55,6 +55,8 @@ def trajectory(run: Trajectory | Saved, names: Iterable[Name] | None = None) -> 
         If there is nothing to draw.
     """
     title, chosen = run._drawn(names)
+    if not len(run.t):
+        raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     panels: dict[str, list[str]] = {}
     texts: dict[str, set[str]] = {}
     for name, (unit, text) in chosen.items():

@@ -8,7 +8,7 @@ from typing import Any
 
 from lumped.errors import OptionError, UnitError
 
-__all__ = ["Dimension", "converted", "dimension", "has_unit", "seconds", "written"]
+__all__ = ["Dimension", "converted", "dimension", "has_unit", "in_seconds", "written"]
 
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
@@ -68,7 +68,7 @@ def converted(value: Any, unit: str, what: str) -> float:
     return float(given.m_as(wanted))
 
 
-def seconds(value: Any, what: str) -> float:
+def in_seconds(value: Any, what: str) -> float:
     """A time, given as a number in s or with a unit.
 
     Parameters

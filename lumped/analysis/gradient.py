@@ -20,6 +20,7 @@ from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -175,6 +176,7 @@ def gradient(
     SolverError
         Where the run has no derivative (see `sensitivity`), or one is not finite.
     """
+    until = in_seconds(until, "until")
     wanted = tuple(of)
     p = system._flat.parameters
     names = [p.names[i] for i in p.free] if to is None else [system.key(name) for name in to]

@@ -22,6 +22,7 @@ from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 __all__ = ["Hessian", "hessian"]
 
@@ -113,6 +114,7 @@ def hessian(
     SolverError
         If something happens in the run.
     """
+    until = in_seconds(until, "until")
     names = [system.key(name) for name in to]
     check(system, [of], names)
     label = str(of)

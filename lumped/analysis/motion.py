@@ -19,6 +19,7 @@ from lumped.errors import OptionError
 from lumped.expression import Expr
 from lumped.system import Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 __all__ = ["Motion", "motion"]
 
@@ -151,6 +152,7 @@ def motion(
     springs are not wound up and nothing swings on. A rigid inertia with free drive takes the
     parabola of speed, ``6 h t (T - t) / T^3``.
     """
+    duration = in_seconds(duration, "duration")
     return _Search(points, drive, stations, duration, minimise, limits or {}, intervals).found()
 
 

@@ -17,6 +17,7 @@ from lumped.analysis.simulate import simulate
 from lumped.analysis.start import start_point
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
+from lumped.units import in_seconds
 
 __all__ = ["again", "periodic"]
 
@@ -84,6 +85,9 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
+    period = None if period is None else in_seconds(period, "period")
+    near = None if near is None else in_seconds(near, "near")
+    settle = None if settle is None else in_seconds(settle, "settle")
     _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
     point = start_point(system, parameters, start)
     advance = advances(point, turn or {}, period)

@@ -17,7 +17,7 @@ from lumped.analysis.store import Drawn, computed, saved, state_names
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
-from lumped.units import seconds
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 _WORDS = {
+    "none": "nothing was computed",
     "exact": "closed form, as the model is linear between jumps",
     "explicit": "DOP853",
     "implicit": "Rodas5P",
@@ -274,7 +275,9 @@ class Trajectory(Named):
         OptionError
             If the time is not within the run.
         """
-        time = seconds(time, "t")
+        time = in_seconds(time, "t")
+        if not len(self.t):
+            raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
         if not self.t[0] <= time <= self.t[-1]:
             raise OptionError(
                 f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
@@ -335,6 +338,8 @@ class Trajectory(Named):
 
     def __repr__(self) -> str:
         s = self.statistics
+        if not len(self.t):
+            return f"{self.system.name}: nothing was computed"
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
             f"{s.method}, {s.steps} steps, {s.rejected} rejected, "

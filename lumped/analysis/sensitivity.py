@@ -16,6 +16,7 @@ from lumped.analysis.varied import slopes_at_zero, sources, varied_values
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,6 +161,7 @@ def sensitivity(
         follow each other at one instant, or states change places: where the run has no derivative,
         or none that is followed.
     """
+    until = in_seconds(until, "until")
     if not (grid is None or isinstance(grid, int)):
         raise OptionError(
             f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Literal
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal, ParamSpec
 
 import numpy as np
 
@@ -11,25 +12,52 @@ from lumped.analysis.advance import Advance
 from lumped.analysis.audit import audited
 from lumped.analysis.certify import certified
 from lumped.analysis.choice import closed_form_pays, stiff
+from lumped.analysis.compare import between
 from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder, output_times
-from lumped.analysis.result import OperatingPoint, Trajectory
+from lumped.analysis.result import OperatingPoint, Statistics, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
 from lumped.errors import Interrupted, OptionError, SolverError
 from lumped.progress import Progress
 from lumped.system import Changes, Name, System
+from lumped.units import in_seconds
 
 __all__ = ["simulate"]
 
 Grid = int | Sequence[float] | np.ndarray | None
+_P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
+def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
+    """The same, with an error of ours where it is interrupted before there is a run."""
+
+    @functools.wraps(analysis)
+    def run(*args: _P.args, **options: _P.kwargs) -> Trajectory:
+        try:
+            return analysis(*args, **options)
+        except Interrupted:
+            raise
+        except KeyboardInterrupt:
+            system = args[0] if args else options["system"]
+            assert isinstance(system, System)
+            text = f"{system.name}: interrupted before the run began; `partial` is empty."
+            raise Interrupted(text, _nothing(system)) from None
+
+    return run
+
+
+def _nothing(system: System) -> Trajectory:
+    cost = Statistics("none", 0, 0, 0, 0, 0.0, ())
+    return Trajectory(system, (), system.theta(None), (), cost)
+
+
+@_told
 def simulate(
     system: System,
     *,
-    until: float,
+    until: float | str,
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
     free: Iterable[Name] = (),
@@ -56,8 +84,8 @@ def simulate(
     ----------
     system : System
         From `assemble`.
-    until : float
-        End, s.
+    until : float or str
+        End, s, or with a unit, such as ``"500 ms"``.
     parameters : mapping of name to float, optional
         Parameters to change for this run.
     start : mapping of name to float, or OperatingPoint, optional
@@ -67,7 +95,7 @@ def simulate(
         Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
         Number of equal output intervals (both sides of a jump are added), or the output times
-        themselves (a value at a jump is that after it), or None for the steps of the solver (of
+        themselves, s, (a value at a jump is that after it), or None for the steps of the solver (of
         the closed form the ends of its parts).
     rtol : float
         Relative tolerance.
@@ -104,6 +132,7 @@ def simulate(
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
+    until = in_seconds(until, "until")
     _check(until, rtol, atol, method)
     times = output_times(grid, until)
     if isinstance(start, OperatingPoint):
@@ -127,10 +156,10 @@ def simulate(
         run = Run(point, until, rtol, advance, output)
         try:
             run.go()
+            found = run.trajectory()
         except KeyboardInterrupt:
             raise _interrupted(run) from None
     system.made["runs"] = system.made.get("runs", 0) + 1
-    found = run.trajectory()
     if not certify:
         return found
     closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
@@ -144,16 +173,22 @@ def simulate(
             grid=times,
             rtol=rtol * share,
             atol=None if atol is None else atol * share,
-            method=used if used in ("explicit", "implicit") else "steps",
+            method="steps" if used == "auto" or (tightly and closed) else used,
             max_steps=100 * max_steps,
         )
 
     try:
-        tighter = again(found.t, tightly=True)
+        inner = between(found)
+        times = np.sort(np.concatenate([found.t, inner]))
+        same = again(times, tightly=False) if len(inner) else found
+        tighter = again(times, tightly=True)
         energy = audited(found, lambda times: again(times, tightly=closed))
+        return certified(found, same, tighter, tight, energy)
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
-    return certified(found, tighter, tight, energy)
+    except KeyboardInterrupt:
+        text = f"{system.name}: interrupted while it was certified; `partial` is the whole run."
+        raise Interrupted(text, found) from None
 
 
 def _interrupted(run: Run) -> Interrupted:

@@ -24,7 +24,7 @@ from lumped.extra import extra
 from lumped.progress import Progress
 from lumped.system import Name, System
 from lumped.table import number, table
-from lumped.units import seconds
+from lumped.units import in_seconds
 
 __all__ = ["Sweep", "sweep"]
 
@@ -110,7 +110,7 @@ def sweep(
     system: System,
     *,
     over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]],
-    until: float,
+    until: float | str,
     of: Mapping[str, Measure],
     workers: int | None = None,
     store: str | Path | None = None,
@@ -163,7 +163,7 @@ def sweep(
     points, shape = _points(system, over)
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
-    until = seconds(until, "until")
+    until = in_seconds(until, "until")
     head = {} if store is None else heading(system, until, of, options)
     done = SweepFile(store, head)
     job = Job(system, until, dict(of), options, len(points) >= _MANY)
@@ -205,7 +205,7 @@ class Job:
     Parameters
     ----------
     system : System
-    until : float
+    until : float or str
     of : dict of str to callable
     options : dict
         As for `sweep`.

@@ -18,6 +18,7 @@ from lumped.analysis.start import start_point
 from lumped.errors import LumpedError, OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -187,6 +188,7 @@ def work_precision(
     SolverError
         If the reference cannot be computed; single runs that fail are rows.
     """
+    until = in_seconds(until, "until")
     names, ladder = observed(system, of), [float(r) for r in tolerances]
     point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
     if not ladder:
