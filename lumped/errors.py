@@ -24,6 +24,7 @@ __all__ = [
     "StartError",
     "UnitError",
     "UnknownNameError",
+    "doubt",
     "nearest",
 ]
 
@@ -121,6 +122,15 @@ class Interrupted(KeyboardInterrupt):
 
     def __reduce__(self) -> tuple[type[Interrupted], tuple[str, Trajectory]]:
         return type(self), (str(self), self.partial)
+
+
+def doubt(rtol: float) -> str:
+    """What to say before a failure of a run is told as one of the drive; empty up to 1e-6."""
+    if rtol <= 1e-6:
+        return ""
+    return (
+        f"At rtol = {rtol:g} this may be the error of the run itself; first run with rtol = 1e-6. "
+    )
 
 
 def nearest(name: str, known: Iterable[str], most: int = 4) -> str:

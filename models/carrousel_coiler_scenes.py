@@ -9,7 +9,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
-from lumped.errors import SolverError
+from lumped.errors import SolverError, doubt
 from lumped.models.carrousel_coiler_drive import (
     ACCELERATION,
     BEARING,
@@ -168,18 +168,18 @@ def elastic_winding(
         start={"strip.s_rel": TENSION * free / (MODULUS * WIDTH * h)},
         **options,
     )
-    _refuse_lost_tension(run)
+    _refuse_lost_tension(run, options.get("rtol", 1e-6))
     return run
 
 
-def _refuse_lost_tension(run: lp.Trajectory) -> None:
+def _refuse_lost_tension(run: lp.Trajectory, rtol: float) -> None:
     lost = next((event.time for event in run.events if event.component == "strip"), None)
     if lost is not None:
         radius, v = (np.interp(lost, run.t, run[name]) for name in ("drive.coil.R", "line.v"))
         raise SolverError(
-            f"The strip loses its tension, T = 0 N instead of {TENSION:g} N, at t = {lost:.4g} s, "
-            f"coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. Compensate the inertia "
-            "or accelerate less.",
+            f"{doubt(rtol)}The strip loses its tension, T = 0 N instead of {TENSION:g} N, at "
+            f"t = {lost:.4g} s, coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. "
+            "Compensate the inertia or accelerate less.",
             run,
         )
 

@@ -110,7 +110,7 @@ def _npz(data: Saved, file: BinaryIO) -> None:
         file,
         t=data.t,
         names=_strings(names),
-        values=np.array([*data.values.values()]).reshape(-1, len(data.t)),
+        values=np.array([*data.values.values()]).reshape(len(names), len(data.t)),
         units=_strings(data.units[n] for n in names),
         texts=_strings(data.texts[n] for n in names),
         parameter_names=_strings(parameters),

@@ -50,8 +50,9 @@ def output_times(
     near = _ROUNDING * max(abs(begin), abs(until))
     if not (times[0] >= begin - near and times[-1] <= until + near):
         raise OptionError(
-            f"grid: output times from {times[0]!r} to {times[-1]!r} s leave {begin!r} to "
-            f"{until!r} s."
+            "grid: output times from {} to {} s leave {} to {} s.".format(
+                *(repr(float(t)).removesuffix(".0") for t in (times[0], times[-1], begin, until))
+            )
         )
     inside: np.ndarray = np.clip(times, begin, until)
     return inside

@@ -18,7 +18,7 @@ from lumped.analysis.record import Recorder, output_times
 from lumped.analysis.result import OperatingPoint, Statistics, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
-from lumped.errors import Interrupted, OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError, doubt
 from lumped.progress import Progress
 from lumped.system import Changes, Name, System
 from lumped.units import in_seconds
@@ -159,6 +159,10 @@ def simulate(
             found = run.trajectory()
         except KeyboardInterrupt:
             raise _interrupted(run) from None
+        except SolverError as error:
+            if used == "exact":
+                raise
+            raise SolverError(doubt(rtol) + str(error), error.partial) from None
     system.made["runs"] = system.made.get("runs", 0) + 1
     if not certify:
         return found
