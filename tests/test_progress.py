@@ -90,6 +90,9 @@ def test_time_is_spoken(seconds, text):
 def test_an_interrupted_run_keeps_what_it_computed(monkeypatch, native):
     monkeypatch.setenv("LUMPED_NATIVE", native)
     system, add = slider(), Recorder.add
+    lp.simulate(system, until=0.1)
+    if native == "1":
+        system.made["machine"].attempts = 20  # steps between two looks at what was computed
 
     def interrupting(self, t, *rest):
         add(self, t, *rest)
@@ -99,9 +102,9 @@ def test_an_interrupted_run_keeps_what_it_computed(monkeypatch, native):
     with monkeypatch.context() as patch:
         patch.setattr(Recorder, "add", interrupting)
         with pytest.raises(Interrupted, match=r"interrupted at t = ") as caught:
-            lp.simulate(system, until=1000.0, grid=2_000_000)
+            lp.simulate(system, until=100.0, grid=20_000)
     part = caught.value.partial
-    assert 1.0 < part.t[-1] < 1000.0
+    assert 1.0 < part.t[-1] < 100.0
     again = lp.simulate(system, until=float(part.t[-1]) + 1.0, grid=part.t[:50])
     assert part["wheel.w"][:50] == pytest.approx(again["wheel.w"], rel=1e-6)
     assert isinstance(caught.value, KeyboardInterrupt)
