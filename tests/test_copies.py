@@ -210,6 +210,17 @@ def answers(system):
     return system.state_names, system.parameters, system.names(), rates
 
 
+def test_what_answers_to_names_lists_them():
+    for name in ("Trajectory", "OperatingPoint", "PeriodicOrbit", "Motion", "Saved"):
+        one = made()[name]
+        names = [*one]
+        assert names, name
+        assert all(np.isfinite(one[n]).all() for n in names[:3])
+        assert names[0] in one
+        assert "time" in one
+        assert "nothing.such" not in one
+
+
 WAYS = {"pickle": lambda x: pickle.loads(pickle.dumps(x)), "deepcopy": copy.deepcopy}
 
 

@@ -14,7 +14,7 @@ from lumped.analysis.course import Course, number_of, term
 from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.functionals import Designed
 from lumped.analysis.nlp import Programme, Solution
-from lumped.analysis.result import OperatingPoint
+from lumped.analysis.result import Named, OperatingPoint
 from lumped.errors import OptionError
 from lumped.expression import Expr
 from lumped.system import Name, System
@@ -27,7 +27,7 @@ Limits = Mapping[str, Bounds]
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(Named):
     """A motion that is best, at the nodes of its collocation; ``found["load.w"]`` gives a course.
 
     Attributes

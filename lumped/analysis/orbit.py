@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from lumped.analysis.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity
-from lumped.analysis.result import Trajectory
+from lumped.analysis.result import Named, Trajectory
 from lumped.analysis.shooting import Orbit, Problem
 from lumped.analysis.smooth import Course, Extreme, course, extreme, integral
 from lumped.errors import OptionError
@@ -23,7 +23,7 @@ _ON_CIRCLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Named):
     """A motion that repeats after a period; ``orbit[name]`` gives any quantity over `run.t`.
 
     Attributes

@@ -242,7 +242,7 @@ class Job:
             return f"{type(fault).__name__}: {fault}"
 
     def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
-        cloudpickle = extra("cloudpickle", "cluster", "A sweep on other machines")
+        cloudpickle = extra("cloudpickle", "cluster", "A sweep in processes that are not forked")
         parts = (self.system, self.until, self.of, self.options, self._native)
         return _restored, (cloudpickle.dumps(parts),)
 

@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+import pickle
 import subprocess
 import sys
 
@@ -11,6 +12,7 @@ import pytest
 
 import lumped as lp
 from lumped.analysis.fingerprint import fingerprint
+from lumped.analysis.sweep import Job
 from lumped.components import Clutch, ElastoBacklash, Fixed, Inertia, Torque
 from lumped.errors import OptionError, ParameterError, UnitError
 from lumped.ops import table, where
@@ -248,6 +250,15 @@ def test_results_that_are_no_numbers_say_so_and_come_back_from_the_file(tmp_path
         assert found.failures == {0: "log: not a number"}
     lines = store.read_text().splitlines()
     assert all(json.loads(line, parse_constant=pytest.fail) for line in lines)
+
+
+def test_a_job_travels_with_its_start_point():
+    system = lp.assemble(winch())
+    point = lp.start_point(system, start={"motor.w": 90.0})
+    options = {"start": point, "rtol": 1e-7}
+    job = Job(system, 0.3, {"w": lambda run: run["motor.w"][-1]}, options, False)
+    twin = pickle.loads(pickle.dumps(job))
+    assert twin({}) == job({}) == [90.0]
 
 
 def test_values_and_times_with_units():
