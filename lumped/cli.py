@@ -11,6 +11,7 @@ from pathlib import Path
 from lumped.errors import LumpedError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.table import number, table
+from lumped.whole import write_text
 
 __all__ = ["main"]
 
@@ -191,7 +192,7 @@ def _run_changed(
 
 
 def _write(file: Path, found: Mapping[str, object]) -> None:
-    file.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", "utf-8")
+    write_text(file, json.dumps(found, indent=2, ensure_ascii=False) + "\n")
 
 
 def _compared(rows: Sequence[Row]) -> str:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from lumped.arguments import checked
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.expression import Equation, Expr
+from lumped.extra import extra
 from lumped.port import Port
 from lumped.quantity import Input, Output, Quantity, Var
 from lumped.switch import Item
@@ -209,6 +212,24 @@ class Component:
             f"Use .with_({{'{name}': ...}}), which gives a changed copy."
         )
 
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        if _whole.get() or _importable(type(self)):
+            return _rebuilt, (type(self), self._values, self._place)
+        cloudpickle = extra(
+            "cloudpickle", "cluster", f"To pickle {type(self).__name__}, which cannot be imported,"
+        )
+        token = _whole.set(True)
+        try:
+            return cloudpickle.loads, (cloudpickle.dumps(self),)
+        finally:
+            _whole.reset(token)
+
     def __repr__(self) -> str:
         inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
         return f"{type(self).__name__}({inner})"
@@ -247,11 +268,7 @@ class Component:
         raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
 
     def _copy_at(self, parent: Component, name: str) -> Self:
-        twin = object.__new__(type(self))
-        object.__setattr__(twin, "_values", self._values)
-        object.__setattr__(twin, "_place", (parent, name))
-        object.__setattr__(twin, "_bound", {})
-        return twin
+        return _rebuilt(type(self), self._values, (parent, name))
 
     def _part(self, name: str) -> Any:
         bound = self._bound.get(name)
@@ -274,6 +291,29 @@ class Component:
             else:
                 for part in held.values() if isinstance(held, Mapping) else held:
                     yield part._place[1], part
+
+
+_C = TypeVar("_C", bound=Component)
+
+_whole: ContextVar[bool] = ContextVar("whole", default=False)
+"""Whether a model is being pickled with its classes, so that its parts need not bring theirs."""
+
+
+def _importable(cls: type) -> bool:
+    """Whether another process finds a class by its name."""
+    found: Any = None if cls.__module__ == "__main__" else sys.modules.get(cls.__module__)
+    for name in cls.__qualname__.split("."):
+        found = getattr(found, name, None)
+    return found is cls
+
+
+def _rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
+    """An instance with values that were checked."""
+    made = object.__new__(cls)
+    object.__setattr__(made, "_values", values)
+    object.__setattr__(made, "_place", place)
+    object.__setattr__(made, "_bound", {})
+    return made
 
 
 def _table_of(

@@ -25,6 +25,7 @@ __all__ = [
     "StartError",
     "UnitError",
     "UnknownNameError",
+    "doubt",
     "nearest",
     "shown",
 ]
@@ -108,6 +109,9 @@ class OptimisationError(LumpedError):
         super().__init__(text)
         self.status = status
 
+    def __reduce__(self) -> tuple[type[OptimisationError], tuple[str, str]]:
+        return type(self), (str(self), self.status)
+
 
 class Interrupted(KeyboardInterrupt):
     """A run was interrupted (Ctrl-C).
@@ -121,6 +125,18 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, text: str, partial: Trajectory) -> None:
         super().__init__(text)
         self.partial = partial
+
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[str, Trajectory]]:
+        return type(self), (str(self), self.partial)
+
+
+def doubt(rtol: float) -> str:
+    """What to say before a failure of a run is told as one of the drive; empty up to 1e-6."""
+    if rtol <= 1e-6:
+        return ""
+    return (
+        f"At rtol = {rtol:g} this may be the error of the run itself; first run with rtol = 1e-6. "
+    )
 
 
 _ALIKE = 0.55

@@ -79,6 +79,8 @@ class FlatModel:
         Start values declared by classes, where not zero; they are defaults.
     initial : list of Group
         Equations that hold at the start only, by template.
+    motions : dict of str to Expr
+        Quantities that are prescribed beside the model, and what they are.
     """
 
     tree: Tree
@@ -90,6 +92,7 @@ class FlatModel:
     given: dict[int, ca.SX]
     starts: dict[int, ca.SX]
     initial: list[Group]
+    motions: Mapping[str, Expr]
 
     @property
     def name(self) -> str:
@@ -180,6 +183,7 @@ def flatten(
         given,
         starts,
         _initial_groups(tree),
+        motions or {},
     )
 
 

@@ -11,7 +11,7 @@ from lumped.quantity import Param
 from lumped.switch import Hold, Single, When
 from lumped.template import Place, Template
 
-__all__ = ["template_of"]
+__all__ = ["content_of", "template_of"]
 
 _MOST = 1000
 """Templates that are kept."""
@@ -32,18 +32,19 @@ def template_of(
     Where they are `enclosed`, parameters of no component that stand in them are those of the
     enclosing one, else those of `component` itself. Kinks of `plain` ones are not watched.
     """
-    key = enclosed, plain, _content(place, tuple(items))
+    key = enclosed, plain, content_of(tuple(items), place)
     found = _known.get(key)
     if found is None:
         found = Template(component, place, items, enclosed=enclosed, plain=plain)
+        found.content = key
         if len(_known) >= _MOST:
             del _known[next(iter(_known))]
         _known[key] = found
     return found
 
 
-def _content(place: Place, what: object) -> Hashable:
-    """All that a template is made from, with names relative to the component."""
+def content_of(what: object, place: Place) -> Hashable:
+    """All that equations and expressions say, with names relative to a component."""
     if isinstance(what, Expr):
         return _tree(place, what)
     if isinstance(what, Equation):
@@ -51,10 +52,10 @@ def _content(place: Place, what: object) -> Hashable:
     if isinstance(what, Compare):
         return what.strict, _tree(place, what.greater), _tree(place, what.less)
     if isinstance(what, tuple):
-        return tuple(_content(place, part) for part in what)
+        return tuple(content_of(part, place) for part in what)
     if isinstance(what, Hold | When):
         parts = (getattr(what, field.name) for field in fields(what))
-        return (type(what), *(_content(place, part) for part in parts))
+        return (type(what), *(content_of(part, place) for part in parts))
     if what is None:
         return None
     raise TypeError(what)

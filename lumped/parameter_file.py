@@ -9,6 +9,7 @@ from pathlib import Path
 from lumped.arguments import checked
 from lumped.errors import OptionError, ParameterError
 from lumped.system import Changes, System
+from lumped.whole import write_text
 
 __all__ = ["read_parameters", "write_parameters"]
 
@@ -43,7 +44,7 @@ def write_parameters(system: System, path: str | Path, parameters: Changes | Non
     else:
         lines = (f"{json.dumps(name)} = {json.dumps(text)}\n" for name, text in texts.items())
         written = f"# {system.name}\n" + "".join(lines)
-    path.write_text(written, encoding="utf-8")
+    write_text(path, written)
     return path
 
 
@@ -74,11 +75,14 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
     """
     path = Path(path)
     _check_ending(path)
-    text = path.read_text(encoding="utf-8")
+    held = path.read_bytes()
     try:
+        text = held.decode()
         found = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except ValueError as fault:
-        raise OptionError(f"{path}: {fault}") from None
+    except (ValueError, RecursionError) as fault:
+        raise OptionError(f"{path} is no {path.suffix[1:].upper()}: {fault}") from None
+    if not isinstance(found, dict):
+        raise OptionError(f"{path}: names with values are needed, not {found!r:.60}.")
     changes = dict(_flat("", found))
     for name, value in changes.items():
         if isinstance(value, bool) or not isinstance(value, int | float | str):

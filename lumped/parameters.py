@@ -98,11 +98,22 @@ class Parameters:
         """
         theta = self.defaults.copy()
         for place, value in changes.items():
-            number = self.free[place]
-            unit, name = self.declared[number].unit, self.names[number]
-            theta[place] = plain(value, unit, f"{name} =", ParameterError)
+            theta[place] = self.number(self.free[place], value)
         self.check(theta, model)
         return theta
+
+    def number(self, number: int, value: object) -> float:
+        """A value for a parameter, with a unit or without, as a number in its unit.
+
+        Raises
+        ------
+        UnitError
+            If its unit is of another dimension.
+        ParameterError
+            If it is no number.
+        """
+        unit, name = self.declared[number].unit, self.names[number]
+        return plain(value, unit, f"{name} =", ParameterError)
 
     def check(self, theta: np.ndarray, model: str) -> None:
         """Refuse values out of range, all in one error.

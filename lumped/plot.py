@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lumped.analysis.response import FrequencyResponse
     from lumped.analysis.result import Trajectory
     from lumped.analysis.sizing import Sizing
+    from lumped.analysis.store import Saved
     from lumped.analysis.work_precision import WorkPrecision
 
 __all__ = [
@@ -37,31 +38,32 @@ _MOST_BARS = 12
 _LINES = ("-", "--", ":", "-.")  # after ten colours
 
 
-def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
+def trajectory(run: Trajectory | Saved, names: Iterable[Name] | None = None) -> Figure:
     """Curves over time, one panel for each unit; events are thin vertical lines.
 
     Parameters
     ----------
-    run : Trajectory
-        From `lumped.simulate`.
+    run : Trajectory or Saved
+        From `lumped.simulate` or `lumped.load`.
     names : iterable of names or references, optional
-        Quantities to draw; default is all states.
+        Quantities to draw; default is all states (of a file that does not tell them, such as a
+        csv, all quantities).
 
     Raises
     ------
     OptionError
         If there is nothing to draw.
     """
-    system = run.system
-    chosen = system.state_names if names is None else names
+    title, chosen = run._drawn(names)
+    if not len(run.t):
+        raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     panels: dict[str, list[str]] = {}
     texts: dict[str, set[str]] = {}
-    for name in map(system.key, chosen):
-        quantity = system.quantity(name)
-        panels.setdefault(quantity.unit, []).append(name)
-        texts.setdefault(quantity.unit, set()).add(quantity.text)
+    for name, (unit, text) in chosen.items():
+        panels.setdefault(unit, []).append(name)
+        texts.setdefault(unit, set()).add(text)
     if not panels:
-        raise OptionError(f"{system.name}: no states to draw; name the quantities to see.")
+        raise OptionError(f"{title}: no states to draw; name the quantities to see.")
     figure = Figure((_WIDTH, 0.6 + 2.4 * len(panels)), layout="constrained")
     axes = figure.subplots(len(panels), sharex=True, squeeze=False).ravel()
     for axis, (unit, members) in zip(axes, panels.items(), strict=True):
@@ -76,7 +78,7 @@ def trajectory(run: Trajectory, names: Iterable[Name] | None = None) -> Figure:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes[-1].set_xlabel("time, s")
     axes[-1].set_xlim(run.t[0], run.t[-1])
-    figure.suptitle(system.name)
+    figure.suptitle(title)
     return figure
 
 

@@ -32,10 +32,8 @@ class Progress:
         self._begin = clock.monotonic()
         self._outermost = not _open
         self._next = float("inf")
-        if self._outermost:
-            _open.append(self)
-            if sys.stderr.isatty():
-                self._next = self._begin + _FIRST
+        if self._outermost and sys.stderr.isatty():
+            self._next = self._begin + _FIRST
         self._shown = False
 
     def at(self, done: float) -> None:
@@ -52,6 +50,8 @@ class Progress:
         self._next, self._shown = now + _EVERY, True
 
     def __enter__(self) -> Progress:
+        if self._outermost:
+            _open.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -14,7 +14,7 @@ import scipy
 from lumped.component import Component
 from lumped.errors import UnknownNameError
 from lumped.expression import Expr
-from lumped.flatten import FlatModel
+from lumped.flatten import FlatModel, flatten
 from lumped.locked import locked_loops
 from lumped.prune import independent_of, needed_states, samples, used, uses
 from lumped.quantity import Quantity
@@ -80,6 +80,27 @@ class System:
         self.made: dict[object, Any] = {}
         end = clock.perf_counter()
         self.seconds = {"reduce": middle - begin, "prune": end - middle}
+
+    # -- copies ------------------------------------------------------------------------------
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if "_origin" not in vars(self):
+            _, outputs, kept = self.origin
+            flat = self._flat.motions, self._tree.freed
+            return _to_be_made, (self.model, *flat, outputs, kept, self._ranks)
+        return _to_be_made, vars(self)["_origin"]
+
+    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            """Assemble a copy when it is first used."""
+            if name.startswith("__") or "_origin" not in vars(self):
+                raise AttributeError(f"{type(self).__name__} has no '{name}'.")
+            model, motions, freed, *rest = vars(self)["_origin"]
+            made = System(flatten(model, motions, freed), *rest)
+            vars(self).clear()
+            vars(self).update(vars(made))
+            return getattr(self, name)
 
     # -- structure ---------------------------------------------------------------------------
 
@@ -469,6 +490,13 @@ class System:
     def check_parameters(self, theta: np.ndarray) -> None:
         """Refuse parameters out of range."""
         self._flat.parameters.check(theta, self.name)
+
+
+def _to_be_made(*origin: Any) -> System:
+    """A copy of a system, by what it was made from; it is assembled when it is first used."""
+    system = object.__new__(System)
+    vars(system)["_origin"] = origin
+    return system
 
 
 def _shortened(items: list[str], separator: str = ", ", most: int = 12) -> str:

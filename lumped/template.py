@@ -218,7 +218,11 @@ class Template:
         What changes modes or states.
     branches : dict of int to tuple of (int, bool)
         Modes that only matter while all these other modes hold or do not.
+    content : hashable
+        All that it was made from.
     """
+
+    content: Hashable
 
     def __init__(
         self,

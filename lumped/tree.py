@@ -11,7 +11,7 @@ from lumped.expression import Expr, Ref
 from lumped.port import Port
 from lumped.quantity import Param, Quantity, Var
 
-__all__ = ["Layout", "Node", "Tree"]
+__all__ = ["Layout", "Node", "Tree", "key_of"]
 
 
 class Layout:
@@ -197,12 +197,7 @@ class Tree:
 
     def key(self, name: str | Ref | Expr) -> str:
         """Dotted name of what the user asked for by name or by reference."""
-        if isinstance(name, str):
-            return name
-        if isinstance(name, Ref):
-            path = path_of(name.owner)
-            return f"{path}.{name.name}" if path else name.name
-        raise UnknownNameError(f"'{name!r}' is neither a name nor a reference to a quantity.")
+        return key_of(name)
 
     def unknown(self, name: str | Expr) -> int:
         """Number of an unknown.
@@ -307,6 +302,25 @@ def _why_none(node: Node, local: str) -> str:
             "parameter of the expression, or give a number instead of it."
         )
     return ", as it is connected to a signal. Name a parameter of what gives the signal."
+
+
+def key_of(name: str | Expr) -> str:
+    """Dotted name of what is meant by a name or a reference.
+
+    Raises
+    ------
+    UnknownNameError
+        If it is neither.
+    """
+    if isinstance(name, str):
+        return name
+    if isinstance(name, Ref):
+        path = path_of(name.owner)
+        return f"{path}.{name.name}" if path else name.name
+    raise UnknownNameError(
+        f"{name!r} is neither a name nor a reference to a quantity; give one of these. "
+        "run.table([...]) takes several."
+    )
 
 
 def _origins(scope: Component) -> dict[int, str]:

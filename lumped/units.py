@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from lumped.errors import LumpedError, UnitError, shown
+from lumped.errors import LumpedError, OptionError, UnitError, shown
 
-__all__ = ["Dimension", "converted", "dimension", "has_unit", "plain", "written"]
+__all__ = ["Dimension", "converted", "dimension", "has_unit", "in_seconds", "plain", "written"]
 
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
@@ -119,6 +119,26 @@ def _angle_hint(unit: str, given: bool) -> str:
     if unit == "1":
         return " An angle is not a plain number: a slope is a tangent, a ratio has no unit or %."
     return " There is an angle too many or too few."
+
+
+def in_seconds(value: Any, what: str) -> float:
+    """A time, given as a number in s or with a unit.
+
+    Parameters
+    ----------
+    value : float, str or pint.Quantity
+        Such as ``0.5`` or ``"500 ms"``.
+    what : str
+        What the time is called, to begin an error with.
+
+    Raises
+    ------
+    UnitError
+        If the text cannot be read, or is no time.
+    OptionError
+        If it is no number.
+    """
+    return plain(value, "s", f"{what} =", OptionError, " or a text such as '500 ms'")
 
 
 @cache

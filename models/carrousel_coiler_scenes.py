@@ -9,7 +9,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError, SolverError, doubt
 from lumped.models.carrousel_coiler_drive import (
     ACCELERATION,
     BEARING,
@@ -186,18 +186,18 @@ def elastic_winding(
         parameters={"drive.control.compensation": compensation} | dict(parameters or {}),
         **options,
     )
-    _refuse_lost_tension(run, found["drive.control.T"])
+    _refuse_lost_tension(run, found["drive.control.T"], options.get("rtol", 1e-6))
     return run
 
 
-def _refuse_lost_tension(run: lp.Trajectory, wanted: float) -> None:
+def _refuse_lost_tension(run: lp.Trajectory, wanted: float, rtol: float) -> None:
     lost = next((event.time for event in run.events if event.component == "strip"), None)
     if lost is not None:
         radius, v = (np.interp(lost, run.t, run[name]) for name in ("drive.coil.R", "line.v"))
         raise SolverError(
-            f"The strip loses its tension, T = 0 N instead of {wanted:g} N, at t = {lost:.4g} s, "
-            f"coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. Compensate the inertia "
-            "or accelerate less.",
+            f"{doubt(rtol)}The strip loses its tension, T = 0 N instead of {wanted:g} N, at "
+            f"t = {lost:.4g} s, coil radius R = {radius:.4g} m, line speed v = {v:.4g} m/s. "
+            "Compensate the inertia or accelerate less.",
             run,
         )
 

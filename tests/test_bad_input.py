@@ -302,10 +302,66 @@ def test_what_was_left_out_is_said_when_asked_for(two_mass):
         ({"until": 1.0, "grid": 0}, "interval"),
         ({"until": 1.0, "grid": [0.5, 0.2]}, "decrease"),
         ({"until": 1.0, "grid": [0.5, 2.0]}, "leave 0 to 1 s"),
+        ({"until": 1.49813, "grid": [0.0, 1.4981301]}, "from 0 to 1.4981301 s leave 0 to 1.49813"),
+        ({"until": 1.0, "grid": [-1e-9, 1.0]}, "times from -1e-09 to 1 s leave 0 to 1 s"),
+        ({"until": 1.0, "grid": [0.0, np.nan, 1.0]}, "grid = [0.0, nan, 1.0]: give a number"),
+        ({"until": 1.0, "grid": [np.nan, np.nan]}, "grid = [nan, nan]"),
+        ({"until": 1.0, "grid": [0.0, np.inf]}, "leave 0 to 1 s"),
+        ({"until": 1.0, "grid": 10**13}, "grid = 10000000000000: the number of output intervals"),
+        ({"until": 1.0, "grid": True}, "grid = True"),
+        ({"until": 1.0, "grid": 10.0}, "grid = 10.0: give a number of output intervals"),
+        ({"until": 1.0, "grid": [[0.0, 1.0]]}, "grid = [[0.0, 1.0]]"),
+        ({"until": 1.0, "grid": [0.0, None]}, "grid = [0.0, None]"),
+        ({"until": 1.0, "grid": object()}, "a time is needed"),
+        ({"until": [1.0, 2.0]}, "until = [1.0, 2.0]: a time is needed, as a number in s or a text"),
+        ({"until": None}, "until = None: a time is needed"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(two_mass, options, hint):
     assert hint in message(OptionError, lambda: lp.simulate(lp.assemble(two_mass), **options))
+
+
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        ({"until": "500 mm"}, "until = '500 mm': the unit must be of the kind s"),
+        ({"until": "500ms"}, "until = '500ms': a number in s, or a number, a space and a unit"),
+        ({"until": 1.0, "grid": ["0 s", "1 m"]}, "grid: time = '1 m'"),
+    ],
+)
+def test_texts_that_are_no_times_are_refused(two_mass, options, hint):
+    assert hint in message(UnitError, lambda: lp.simulate(lp.assemble(two_mass), **options))
+
+
+def test_times_may_have_units(two_mass):
+    """Body a swings as ``w_a = 2 + cos(sqrt(c (1/J_a + 1/J_b)) t)``."""
+    system = lp.assemble(two_mass, keep=["a.phi"])
+    given = {"start": {"a.w": 3.0}}
+    run = lp.simulate(system, until=0.5, grid=[0.0, 0.1, 0.5], **given)
+    same = lp.simulate(system, until="500 ms", grid=["0 s", "100 ms", "0.5 s"], **given)
+    assert (same["a.w"] == run["a.w"]).all()
+    assert same.t == pytest.approx(run.t, rel=1e-15)
+    assert same.point("100 ms")["a.w"] == run.point(0.1)["a.w"]
+    omega = np.sqrt(300.0 * 1.5)
+    slope = -np.sin(0.5 * omega) * 0.5 * omega / (2 * 300.0)
+    to, of = ["shaft.c"], lp.functionals.final("a.w")
+    moved = lp.sensitivity(system, of=["a.w"], to=to, until="500 ms", rtol=1e-9, **given)
+    assert moved["a.w", "shaft.c"][-1] == pytest.approx(slope, rel=1e-6)
+    slopes = lp.gradient(system, of=[of], to=to, until="500 ms", **given)
+    assert slopes.derivatives[0, 0] == pytest.approx(slope, rel=1e-6)
+    second = lp.hessian(system, of=of, to=to, until="500 ms", **given)
+    assert second.value == pytest.approx(2.0 + np.cos(0.5 * omega), rel=1e-6)
+    tried = lp.work_precision(
+        system, until="500 ms", tolerances=[1e-4], methods=["explicit"], **given
+    )
+    assert tried.rows[0].outcome == "ok"
+
+
+def test_output_times_that_miss_the_end_by_a_rounding_are_meant_to_be_it(two_mass):
+    system, until = lp.assemble(two_mass), 1.49813
+    for off in (np.nextafter(until, 2.0), until * (1 + 5e-15)):
+        run = lp.simulate(system, until=until, grid=[-1e-17, 0.5, off])
+        assert run.t.tolist() == [0.0, 0.5, until]
 
 
 class Explodes(lp.Component):

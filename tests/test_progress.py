@@ -2,7 +2,7 @@
 
 import io
 import signal
-import threading
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +10,17 @@ import pytest
 
 import lumped as lp
 from lumped import progress
-from lumped.components import CrankSlider, Inertia, Spring
-from lumped.errors import Interrupted
+from lumped.analysis.record import Recorder
+from lumped.components import (
+    BearingFriction,
+    CrankSlider,
+    Inertia,
+    Spring,
+    SwingingMass,
+    Torque,
+)
+from lumped.errors import Interrupted, OptionError
+from lumped.ops import where
 
 
 class Terminal(io.StringIO):
@@ -77,15 +86,107 @@ def test_time_is_spoken(seconds, text):
     assert progress._spoken(seconds) == text
 
 
-def test_an_interrupted_run_keeps_what_it_computed():
-    system = slider()
+@pytest.mark.parametrize("native", ["0", "1"])
+def test_an_interrupted_run_keeps_what_it_computed(monkeypatch, native):
+    monkeypatch.setenv("LUMPED_NATIVE", native)
+    system, add = slider(), Recorder.add
     lp.simulate(system, until=0.1)
-    timer = threading.Timer(0.6, signal.raise_signal, [signal.SIGINT])
-    timer.start()
-    with pytest.raises(Interrupted, match=r"interrupted at t = ") as caught:
-        lp.simulate(system, until=1e5, grid=20_000_000, max_steps=10**9)
+    if native == "1":
+        system.made["machine"].attempts = 20  # steps between two looks at what was computed
+
+    def interrupting(self, t, *rest):
+        add(self, t, *rest)
+        if len(t) and t[-1] > 1.0:
+            signal.raise_signal(signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Recorder, "add", interrupting)
+        with pytest.raises(Interrupted, match=r"interrupted at t = ") as caught:
+            lp.simulate(system, until=100.0, grid=20_000)
     part = caught.value.partial
-    assert 0 < part.t[-1] < 1e5
+    assert 1.0 < part.t[-1] < 100.0
     again = lp.simulate(system, until=float(part.t[-1]) + 1.0, grid=part.t[:50])
     assert part["wheel.w"][:50] == pytest.approx(again["wheel.w"], rel=1e-6)
     assert isinstance(caught.value, KeyboardInterrupt)
+
+
+def braked():
+    model = lp.compose(
+        drive=Torque(tau=where(lp.time >= 0.3, 1.0, 2.0)),
+        body=Inertia(J=1.0, w=1.0),
+        rub=BearingFriction(characteristic=((0.0, 0.5),)),
+        arm=SwingingMass(m=1.0, R=0.4),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.body.flange_a, m.rub.flange_a, m.arm.flange)
+        ],
+    )
+    return lp.assemble(model)
+
+
+def interrupted_at(line, system, **options):
+    """What a run gives that is interrupted before the line of this number, and how many it has."""
+    passed = 0
+
+    def trace(frame, event, _):
+        nonlocal passed
+        file, name = frame.f_code.co_filename, frame.f_code.co_name
+        if "lumped" not in file or (name == "run" and file.endswith("simulate.py")):
+            return None
+        passed += event == "line"
+        if event == "line" and passed == line:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        return lp.simulate(system, **options), passed
+    except Interrupted as error:
+        return error, passed
+    finally:
+        sys.settrace(before)
+
+
+@pytest.mark.parametrize("native", ["0", "1"])
+@pytest.mark.parametrize("certify", [False, True])
+def test_an_interrupt_is_told_wherever_it_comes(monkeypatch, native, certify):
+    """Before any line of ours, from the first one on; what is left of the run can be read."""
+    monkeypatch.setenv("LUMPED_NATIVE", native)
+    options = {"until": 0.5, "method": "steps", "grid": 10, "certify": certify}
+    system, lines, empty, some = braked(), 0, 0, 0
+    for _ in range(4):  # what is made once is made
+        run, lines = interrupted_at(-1, system, **options)
+    assert isinstance(run, lp.Trajectory)
+    places = np.unique(np.geomspace(1, lines - 1, 60).astype(int)).tolist()
+    for line in places:
+        error, _ = interrupted_at(line, system, **options)
+        assert isinstance(error, Interrupted), line
+        part = error.partial
+        assert repr(part)
+        empty += not len(part.t)
+        some += len(part.t) > 0
+        assert (part["body.w"] == run["body.w"][: len(part.t)]).all()
+        assert part.statistics.why
+    assert progress._open == []
+    print(f"{len(places)} places of {lines}: {empty} before, {some} with a part of the run")
+    assert empty
+    assert some
+
+
+def test_an_empty_run_says_that_it_is_empty(monkeypatch, tmp_path):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    system = braked()
+    monkeypatch.setattr("lumped.analysis.simulate.start_point", interrupted)
+    with pytest.raises(Interrupted, match="Model: interrupted before the run began") as caught:
+        lp.simulate(system, until=1.0)
+    part = caught.value.partial
+    assert repr(part) == "Model: nothing was computed"
+    assert part.t.shape == part["body.w"].shape == (0,)
+    for asked in (lambda: part.point(0.0), part.plot):
+        with pytest.raises(OptionError, match="nothing was computed"):
+            asked()
+    for ending in ("nc", "npz", "csv"):
+        assert lp.load(part.save(tmp_path / f"part.{ending}"))["body.w"].shape == (0,)

@@ -2447,10 +2447,22 @@ def no_equilibrium():
     )
 
 
-@wrong(RUNS, OptionError, "until", "'1 s'")
-def until_as_text():
-    """The end of a run is given as text."""
-    lp.simulate(lp.assemble(Hoist()), until="1 s")
+@wrong(RUNS, UnitError, "until", "'1 m'", "of the kind s")
+def until_in_metres():
+    """The end of a run is given in another unit."""
+    lp.simulate(lp.assemble(Hoist()), until="1 m")
+
+
+@wrong(RUNS, OptionError, "grid", "nan", "does not decrease")
+def output_time_that_is_no_number():
+    """One of the output times is not a number."""
+    lp.simulate(lp.assemble(Hoist()), until=1.0, grid=[0.0, float("nan"), 1.0])
+
+
+@wrong(RUNS, UnknownNameError, "motor.w", "run.table([...])")
+def several_names_at_once():
+    """A run is asked for two quantities at once."""
+    lp.simulate(lp.assemble(Hoist()), until=0.1)[["motor.w", "discs[1].w"]]
 
 
 # -- contact -----------------------------------------------------------------------------------

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from lumped.analysis.audit import EnergyAudit
 from lumped.analysis.compare import Comparison, Deviation, compared, observed
 from lumped.analysis.result import Trajectory
@@ -18,13 +20,16 @@ __all__ = ["Certificate", "certified"]
 class Certificate:
     """Error estimate of a run; ``certificate[name]`` gives it for any quantity.
 
-    The estimate is the difference from `tighter` at the run's own output times. It is that of the
-    run itself as far as the second run is much more accurate.
+    The estimate is the difference from `tighter` at the run's own output times, and at inner ones
+    between events that have no output time between them. It is that of the run itself as far as
+    the second run is much more accurate.
 
     Attributes
     ----------
     run, tighter : Trajectory
-        The run, and the second one.
+        The run, and the second one, at the same times.
+    inner : int
+        How many of these times were added to those of the run.
     rtol : float
         Tolerance of the second run.
     states : Comparison
@@ -36,6 +41,7 @@ class Certificate:
 
     run: Trajectory
     tighter: Trajectory
+    inner: int
     rtol: float
     states: Comparison
     energy: EnergyAudit | None
@@ -56,6 +62,7 @@ class Certificate:
             f"{self.run.system.name}: {self.run.statistics.method} against {s.method} at rtol "
             f"{self.rtol:.1g} ({s.steps} steps, {s.evaluations} evaluations)"
         ]
+        lines.append(_where(c.t, self.inner))
         if c.window:
             lines.append(f"up to {c.window:.1g} s around events not compared")
         if c.missed:
@@ -70,19 +77,36 @@ class Certificate:
 
 
 def certified(
-    run: Trajectory, tighter: Trajectory, rtol: float, energy: EnergyAudit | None
+    run: Trajectory,
+    again: Trajectory,
+    tighter: Trajectory,
+    rtol: float,
+    energy: EnergyAudit | None,
 ) -> Trajectory:
     """The run with its certificate.
 
     Parameters
     ----------
-    run, tighter : Trajectory
-        At the same times.
+    run : Trajectory
+        What is judged.
+    again, tighter : Trajectory
+        The same run, and the second one, at the times of the run and at those of `between`.
     rtol : float
         Tolerance of the second.
     energy : EnergyAudit or None
         Energy balance.
     """
     names = observed(run.system, None) if run.system.states else []
-    states = compared(run, tighter, names)
-    return replace(run, certificate=Certificate(run, tighter, rtol, states, energy))
+    states = compared(again, tighter, names)
+    inner = len(again.t) - len(run.t)
+    return replace(run, certificate=Certificate(again, tighter, inner, rtol, states, energy))
+
+
+def _where(t: np.ndarray, inner: int) -> str:
+    """At which instants two runs were compared."""
+    if not len(t):
+        return "compared at no instant: all are too close to events; give grid= others"
+    text = f"compared at {len(t)} instants from {t[0]:.6g} to {t[-1]:.6g} s"
+    if inner:
+        text += f", {inner} of them between events that have no output time between them"
+    return text

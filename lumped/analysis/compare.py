@@ -11,13 +11,14 @@ from lumped.analysis.result import Event, Trajectory
 from lumped.errors import OptionError
 from lumped.system import Name, System
 
-__all__ = ["Comparison", "Deviation", "compared", "observed"]
+__all__ = ["Comparison", "Deviation", "between", "compared", "observed"]
 
 _CLOSE = 1e-9
 """Part of a run around each event that does not count."""
 _FURTHEST = 1e-3
 """Part of a run up to which two instants are taken for the same event."""
 _STILL = 1e-9
+_INNER = np.array([0.2, 0.4, 0.6, 0.8])
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Deviation:
     range : float
         Largest less smallest value of the reference. Of what stands still (less than 1e-9 of its
         size or of its nominal value) that size, or the nominal value if it is larger.
+
+    All are nan where no instant counts.
     """
 
     name: str
@@ -44,7 +47,7 @@ class Deviation:
     range: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """Two runs of a system.
 
@@ -52,6 +55,8 @@ class Comparison:
     ----------
     deviations : tuple of Deviation
         One for each quantity.
+    t : ndarray, shape (k,)
+        Instants that count, s.
     window : float
         Longest time around an event that does not count, s.
     excluded : int
@@ -61,6 +66,7 @@ class Comparison:
     """
 
     deviations: tuple[Deviation, ...]
+    t: np.ndarray
     window: float
     excluded: int
     missed: str
@@ -114,7 +120,21 @@ def compared(run: Trajectory, reference: Trajectory, names: Iterable[str]) -> Co
         from_ = min(e.time for e in (*mine[matched:], *others[matched:]))
         missed = f"{len(mine)} events, {len(others)} in the reference; differ from t = {from_:g} s"
     found = tuple(_deviation(run, reference, name, counts) for name in names)
-    return Comparison(found, window, int((~counts).sum()), missed)
+    return Comparison(found, t[counts], window, int((~counts).sum()), missed)
+
+
+def between(run: Trajectory) -> np.ndarray:
+    """Four instants in each stretch between events that has no output time inside.
+
+    There a comparison at the output times would see nothing.
+    """
+    t = run.t
+    margin = _CLOSE * float(t[-1] - t[0])
+    edges = np.unique([t[0], *(event.time for event in _events(run)), t[-1]])
+    inside = np.searchsorted(t, edges[1:] - margin) - np.searchsorted(t, edges[:-1] + margin)
+    bare = (inside <= 0) & (np.diff(edges) > 10 * margin)
+    found: np.ndarray = edges[:-1][bare, None] + np.diff(edges)[bare, None] * _INNER
+    return found.ravel()
 
 
 def _events(run: Trajectory) -> list[Event]:
@@ -127,7 +147,7 @@ def _deviation(run: Trajectory, reference: Trajectory, name: str, counts: np.nda
     quantity = reference.system.quantity(name)
     expected, t = reference[name][counts], reference.t[counts]
     if not len(t):
-        return Deviation(name, quantity.unit, 0.0, 0.0, 0.0)
+        return Deviation(name, quantity.unit, np.nan, np.nan, np.nan)
     size = max(float(np.abs(expected).max()), quantity.nominal)
     extent = float(np.ptp(expected))
     if extent <= _STILL * size:

@@ -19,6 +19,7 @@ from lumped.arguments import checked
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -182,6 +183,7 @@ def gradient(
     SolverError
         Where the run has no derivative (see `sensitivity`), or one is not finite.
     """
+    until = in_seconds(until, "until")
     wanted = tuple(of)
     p = system._flat.parameters
     names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]

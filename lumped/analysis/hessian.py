@@ -22,6 +22,7 @@ from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 __all__ = ["Hessian", "hessian"]
 
@@ -116,6 +117,7 @@ def hessian(
     SolverError
         If rates or states jump in the run.
     """
+    until = in_seconds(until, "until")
     names = [system.key(name) for name in to]
     check(system, [of], names, "hessian")
     label = str(of)

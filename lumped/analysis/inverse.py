@@ -15,6 +15,7 @@ from lumped.flatten import flatten
 from lumped.quantity import Input
 from lumped.system import Changes, Name, System
 from lumped.tree import Tree
+from lumped.units import in_seconds
 
 __all__ = ["inverse"]
 
@@ -79,6 +80,7 @@ def inverse(
         If the motion has a jump or kink that bodies would have to follow, or the drive loses its
         hold on the motion, as at a dead centre. Its `partial` holds the run up to there.
     """
+    until = in_seconds(until, "until")
     tree = system._tree
     names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
     drives = [_drive(tree, name) for name in names]

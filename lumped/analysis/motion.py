@@ -14,12 +14,13 @@ from lumped.analysis.course import Course, number_of, term
 from lumped.analysis.design import Bounds, bounds_of
 from lumped.analysis.functionals import Designed
 from lumped.analysis.nlp import Programme, Solution
-from lumped.analysis.result import OperatingPoint
+from lumped.analysis.result import Named, OperatingPoint
 from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.expression import Expr
 from lumped.system import Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 __all__ = ["Motion", "motion"]
 
@@ -27,7 +28,7 @@ Limits = Mapping[str, Bounds]
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(Named):
     """A motion that is best, at the nodes of its collocation; ``found["load.w"]`` gives a course.
 
     Attributes
@@ -155,6 +156,7 @@ def motion(
     springs are not wound up and nothing swings on. A rigid inertia with free drive takes the
     parabola of speed, ``6 h t (T - t) / T^3``.
     """
+    duration = in_seconds(duration, "duration")
     return _Search(points, drive, stations, duration, minimise, limits or {}, intervals).found()
 
 

@@ -38,6 +38,7 @@ from lumped.analysis.result import Trajectory
 from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import Changes, Name, System
+from lumped.units import in_seconds
 
 __all__ = ["Objective", "Problem", "optimise"]
 
@@ -156,6 +157,7 @@ def optimise(
     if isinstance(run, System):
         if until is None:
             raise OptionError("optimise: a system is simulated for each design; give until=, s.")
+        until = in_seconds(until, "until")
         scene: Any = {"until": until, "parameters": parameters, "start": start, "rtol": rtol}
         return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})

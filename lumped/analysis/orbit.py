@@ -13,7 +13,7 @@ from lumped.analysis.orbit_sensitivity import (
     orbit_sensitivity,
     with_period_held,
 )
-from lumped.analysis.result import Trajectory
+from lumped.analysis.result import Named, Trajectory
 from lumped.analysis.shooting import Orbit, Problem
 from lumped.analysis.smooth import Course, Extreme, course, extreme, integral
 from lumped.arguments import checked
@@ -28,7 +28,7 @@ _ON_CIRCLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Named):
     """A motion that repeats after a period; ``orbit[name]`` gives any quantity over `run.t`.
 
     Attributes

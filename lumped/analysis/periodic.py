@@ -19,6 +19,7 @@ from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.expression import Expr
 from lumped.system import Changes, Name, System
+from lumped.units import in_seconds
 
 __all__ = ["again", "periodic"]
 
@@ -94,8 +95,12 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
+    near = None if near is None else in_seconds(near, "near")
+    settle = None if settle is None else in_seconds(settle, "settle")
     point = start_point(system, parameters, start)
     clock = None
+    if isinstance(period, str) and not period[:1].isalpha():
+        period = in_seconds(period, "period")
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])

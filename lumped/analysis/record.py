@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -10,9 +10,14 @@ from lumped.analysis.result import Piece
 from lumped.errors import OptionError
 from lumped.progress import Progress
 from lumped.system import System
+from lumped.units import in_seconds
 
 __all__ = ["Recorder", "output_times", "scale"]
 
+_MOST = 100_000_000
+"""Output intervals that any use has."""
+_ROUNDING = 1e-14
+"""What times may differ by that are meant to be the same, relative to them."""
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Times (k,), states (k, n), settings (k, m)."""
 
@@ -29,19 +34,37 @@ def output_times(
     """
     if grid is None:
         return None
-    if isinstance(grid, int | np.integer):
-        if grid < 1:
-            raise OptionError(f"grid = {grid}: at least one output interval is needed.")
-        return np.linspace(begin, until, int(grid) + 1)
-    times = np.asarray(grid, dtype=float)
-    if times.ndim != 1 or not len(times) or (np.diff(times) < 0).any():
-        raise OptionError("grid: the output times must be a list that does not decrease.")
-    if times[0] < begin or times[-1] > until:
+    if isinstance(grid, int | np.integer) and not isinstance(grid, bool):
+        if not 1 <= grid <= _MOST:
+            raise OptionError(
+                f"grid = {grid}: the number of output intervals must lie between 1 and {_MOST}."
+            )
+        equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
+        return equal
+    times = _numbers(grid)
+    if times.ndim != 1 or not len(times) or not (np.diff(times) >= 0).all():
         raise OptionError(
-            f"grid: output times from {times[0]:g} to {times[-1]:g} s leave {begin:g} to "
-            f"{until:g} s."
+            f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
+            "that does not decrease, or None for the steps of the solver."
         )
-    return times
+    near = _ROUNDING * max(abs(begin), abs(until))
+    if not (times[0] >= begin - near and times[-1] <= until + near):
+        raise OptionError(
+            "grid: output times from {} to {} s leave {} to {} s.".format(
+                *(repr(float(t)).removesuffix(".0") for t in (times[0], times[-1], begin, until))
+            )
+        )
+    inside: np.ndarray = np.clip(times, begin, until)
+    return inside
+
+
+def _numbers(grid: object) -> np.ndarray:
+    """Output times in s as an array; not yet checked."""
+    try:
+        return np.asarray(grid, dtype=float)
+    except (TypeError, ValueError):
+        listed = grid if isinstance(grid, Iterable) else [grid]
+        return np.array([in_seconds(time, "grid: time") for time in listed])
 
 
 def scale(begin: float, until: float) -> float:

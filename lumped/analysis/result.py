@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,49 +12,37 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lumped.analysis.changeover import Change
-from lumped.analysis.store import saved
+from lumped.analysis.event import Event
+from lumped.analysis.store import Drawn, computed, saved, state_names
 from lumped.arguments import checked
 from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lumped.analysis.certify import Certificate
 
-__all__ = ["Convergence", "Event", "Kept", "OperatingPoint", "Piece", "Statistics", "Trajectory"]
+__all__ = [
+    "Convergence",
+    "Event",
+    "Kept",
+    "Named",
+    "OperatingPoint",
+    "Piece",
+    "Statistics",
+    "Trajectory",
+]
 
 _WORDS = {
+    "none": "nothing was computed",
     "exact": "closed form, as the model is linear between jumps",
     "explicit": "DOP853",
     "implicit": "Rodas5P",
     "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
 }
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened during a run.
-
-    Attributes
-    ----------
-    time : float
-        When, s.
-    component : str
-        Where: a component that changed its mode, or those in which a function of time changes
-        its piece.
-    before, after : str
-        The mode in words; empty for functions of time.
-    loss : float
-        Mechanical energy lost in an impact, J.
-    """
-
-    time: float
-    component: str
-    before: str = ""
-    after: str = ""
-    loss: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -150,8 +138,20 @@ class Kept:
     start: Mapping[str, float] = field(default_factory=dict)
 
 
+class Named:
+    """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
+
+    system: System
+
+    def __contains__(self, name: Name) -> bool:
+        return self.system.key(name) in ("time", *computed(self.system))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(computed(self.system))
+
+
 @dataclass(frozen=True, eq=False)
-class OperatingPoint:
+class OperatingPoint(Named):
     """Values of all states at one instant.
 
     Attributes
@@ -240,10 +240,11 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Named):
     """A simulated run.
 
     ``run[name]`` gives any quantity of the system over `t`; it is computed when first asked for.
+    ``list(run)`` gives their names.
 
     Attributes
     ----------
@@ -312,7 +313,7 @@ class Trajectory:
         return self._known[key]
 
     @checked
-    def point(self, time: float) -> OperatingPoint:
+    def point(self, time: float | str) -> OperatingPoint:
         """The recorded point nearest to a time, to linearise there; on a jump that after it.
 
         Raises
@@ -320,6 +321,9 @@ class Trajectory:
         OptionError
             If the time is not within the run.
         """
+        time = in_seconds(time, "t")
+        if not len(self.t):
+            raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
         if not self.t[0] <= time <= self.t[-1]:
             raise OptionError(
                 f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
@@ -346,6 +350,8 @@ class Trajectory:
     def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
         """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
 
+        The file is written whole or not at all.
+
         Parameters
         ----------
         path : str or Path
@@ -357,17 +363,19 @@ class Trajectory:
         ------
         OptionError
             If the ending is none of these.
+        OSError
+            If the file cannot be written.
         """
         return saved(self, names).write(path)
 
     @checked
     def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
-        """A pandas DataFrame over the time, one column for each quantity."""
+        """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
         return saved(self, names).to_pandas()
 
     @checked
     def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
-        """An xarray Dataset over the time, with units and texts as attributes."""
+        """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
         return saved(self, names).to_xarray()
 
     @checked
@@ -377,8 +385,15 @@ class Trajectory:
 
         return trajectory(self, names)
 
+    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
+        chosen = state_names(self.system) if names is None else map(self.system.key, names)
+        found = {name: self.system.quantity(name) for name in chosen}
+        return self.system.name, {name: (q.unit, q.text) for name, q in found.items()}
+
     def __repr__(self) -> str:
         s = self.statistics
+        if not len(self.t):
+            return f"{self.system.name}: nothing was computed"
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
             f"{s.method}, {s.steps} steps, {s.rejected} rejected, "

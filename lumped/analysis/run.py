@@ -252,8 +252,9 @@ class Run:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        own = [p.x for p in pieces if p.system is self.system]
-        largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0) if own else np.zeros(0)
+        none = np.zeros((0, len(self.system.states)))
+        own = [none, *(p.x for p in pieces if p.system is self.system)]
+        largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)
         atol = self.advance.atol
         # a millionth of that is rounding of something that stands still
         small = (largest * self.rtol < atol) & (largest * self.rtol > 1e-6 * atol)

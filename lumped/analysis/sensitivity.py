@@ -28,6 +28,7 @@ from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -219,6 +220,7 @@ def sensitivity(
         changes follow each other at one instant, or states change places: where the run has no
         derivative, or none that is followed.
     """
+    until = in_seconds(until, "until")
     if not (grid is None or isinstance(grid, int)):
         raise OptionError(
             f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "

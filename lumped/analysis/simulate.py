@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import functools
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, ParamSpec
 
 import numpy as np
 
@@ -12,28 +13,55 @@ from lumped.analysis.advance import Advance
 from lumped.analysis.audit import audited
 from lumped.analysis.certify import certified
 from lumped.analysis.choice import closed_form_pays, stiff
+from lumped.analysis.compare import between
 from lumped.analysis.exact import Exact
 from lumped.analysis.record import Recorder, output_times
-from lumped.analysis.result import OperatingPoint, Trajectory
+from lumped.analysis.result import OperatingPoint, Statistics, Trajectory
 from lumped.analysis.run import Run
 from lumped.analysis.start import start_point
 from lumped.arguments import checked
-from lumped.errors import Interrupted, OptionError, SolverError
+from lumped.errors import Interrupted, OptionError, SolverError, doubt
 from lumped.progress import Progress
 from lumped.system import Changes, Name, System
+from lumped.units import in_seconds
 
 __all__ = ["simulate"]
 
 Grid = int | Sequence[float] | np.ndarray | None
+_P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 
 
+def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
+    """The same, with an error of ours where it is interrupted before there is a run."""
+
+    @functools.wraps(analysis)
+    def run(*args: _P.args, **options: _P.kwargs) -> Trajectory:
+        try:
+            return analysis(*args, **options)
+        except Interrupted:
+            raise
+        except KeyboardInterrupt:
+            system = args[0] if args else options["system"]
+            assert isinstance(system, System)
+            text = f"{system.name}: interrupted before the run began; `partial` is empty."
+            raise Interrupted(text, _nothing(system)) from None
+
+    return run
+
+
+def _nothing(system: System) -> Trajectory:
+    cost = Statistics("none", 0, 0, 0, 0, 0.0, ())
+    return Trajectory(system, (), system.theta(None), (), cost)
+
+
 @checked
+@_told
 def simulate(
     system: System,
     *,
-    until: float,
-    begin: float | None = None,
+    until: float | str,
+    begin: float | str | None = None,
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
     free: Iterable[Name] = (),
@@ -60,9 +88,9 @@ def simulate(
     ----------
     system : System
         From `assemble`.
-    until : float
-        End, s.
-    begin : float, optional
+    until : float or str
+        End, s, or with a unit, such as ``"500 ms"``.
+    begin : float or str, optional
         Begin, s; default is the time of the start point, or zero. With a start point of another
         time, its states are taken as those at the begin.
     parameters : mapping of name to float, optional
@@ -75,7 +103,7 @@ def simulate(
         Parameters that the start values determine (see `start_point`).
     grid : int, sequence of float, or None
         Number of equal output intervals (both sides of a jump are added), or the output times
-        themselves (a value at a jump is that after it), or None for the steps of the solver (of
+        themselves, s, (a value at a jump is that after it), or None for the steps of the solver (of
         the closed form the ends of its parts).
     rtol : float
         Relative tolerance.
@@ -112,8 +140,10 @@ def simulate(
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
+    until = in_seconds(until, "until")
     if begin is None:
         begin = start.time if isinstance(start, OperatingPoint) else 0.0
+    begin = in_seconds(begin, "begin")
     _check(begin, until, rtol, atol, method, max_steps)
     times = output_times(grid, until, begin)
     if isinstance(start, OperatingPoint):
@@ -137,10 +167,14 @@ def simulate(
         run = Run(point, until, rtol, advance, output)
         try:
             run.go()
+            found = run.trajectory()
         except KeyboardInterrupt:
             raise _interrupted(run) from None
+        except SolverError as error:
+            if used == "exact" or advance.steps + advance.rejected >= max_steps:
+                raise  # rounding and the number of steps are limits of ours, not of the drive
+            raise SolverError(doubt(rtol) + str(error), error.partial) from None
     system.made["runs"] = system.made.get("runs", 0) + 1
-    found = run.trajectory()
     if not certify:
         return found
     closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
@@ -154,16 +188,22 @@ def simulate(
             grid=times,
             rtol=rtol * share,
             atol=None if atol is None else atol * share,
-            method=used if used in ("explicit", "implicit") else "steps",
+            method="steps" if used == "auto" or (tightly and closed) else used,
             max_steps=100 * max_steps,
         )
 
     try:
-        tighter = again(found.t, tightly=True)
+        inner = between(found)
+        times = np.sort(np.concatenate([found.t, inner]))
+        same = again(times, tightly=False) if len(inner) else found
+        tighter = again(times, tightly=True)
         energy = audited(found, lambda times: again(times, tightly=closed))
+        return certified(found, same, tighter, tight, energy)
     except SolverError as error:
         raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
-    return certified(found, tighter, tight, energy)
+    except KeyboardInterrupt:
+        text = f"{system.name}: interrupted while it was certified; `partial` is the whole run."
+        raise Interrupted(text, found) from None
 
 
 def _interrupted(run: Run) -> Interrupted:

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-import csv
-import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from lumped.analysis.event import Event
+from lumped.analysis.fingerprint import fingerprint
+from lumped.analysis.formats import READERS, WRITERS, apart
 from lumped.arguments import checked
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.extra import extra
 from lumped.system import Name, System
+from lumped.tree import key_of
+from lumped.whole import whole_file
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from lumped.analysis.result import Trajectory
 
-__all__ = ["Saved", "fingerprint", "load", "saved"]
+__all__ = ["Drawn", "Saved", "computed", "fingerprint", "load", "saved", "state_names"]
+
+Drawn = tuple[str, dict[str, tuple[str, str]]]
+"""Name of a model, and unit and text of each quantity to draw."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +50,11 @@ class Saved:
     model : str
         Name of the model.
     fingerprint : str
-        Hash of its equations (see `fingerprint`).
+        Hash of the model but for the values of its parameters.
+    states : tuple of str
+        Those of the quantities that are states, which `plot` draws unless others are named.
+    events : tuple of Event
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
     """
 
     t: NDArray[np.float64]
@@ -53,31 +65,68 @@ class Saved:
     parameter_units: dict[str, str]
     model: str
     fingerprint: str
+    states: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        if name == "time":
+    def __getitem__(self, name: Name) -> NDArray[np.float64]:
+        key = key_of(name)
+        if key == "time":
             return self.t
-        if name not in self.values:
-            raise UnknownNameError(f"'{name}' was not saved. {nearest(name, self.values)}")
-        return self.values[name]
+        if key not in self.values:
+            raise UnknownNameError(f"'{key}' was not saved. {nearest(key, self.values)}")
+        return self.values[key]
+
+    def __contains__(self, name: Name) -> bool:
+        return key_of(name) in ("time", *self.values)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
+
+    def plot(self, names: Iterable[Name] | None = None) -> Figure:
+        """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
+        from lumped.plot import trajectory
+
+        return trajectory(self, names)
+
+    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
+        chosen = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
+        for name in chosen:
+            self[name]
+        units, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
+        return self.model, {name: (units[name], texts[name]) for name in chosen}
 
     def to_pandas(self) -> Any:
-        """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``."""
-        import pandas
+        """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
 
-        frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="time"))
+        Its index increases strictly: where values jump, those before the jump stand one step of
+        rounding earlier, and ``frame.loc[t]`` gives those after it.
+
+        Raises
+        ------
+        OptionError
+            If pandas is not installed.
+        """
+        pandas = extra("pandas", "data", "to_pandas")
+        frame = pandas.DataFrame(self.values, index=pandas.Index(apart(self.t), name="time"))
         frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": self.units}
         return frame
 
     def to_xarray(self) -> Any:
-        """A Dataset over the time, with units and texts as attributes."""
-        import xarray
+        """A Dataset over the time, with units and texts as attributes.
 
+        Times are as in `to_pandas`, so that it can be indexed and interpolated.
+
+        Raises
+        ------
+        OptionError
+            If xarray is not installed.
+        """
+        xarray = extra("xarray", "data", "to_xarray")
         columns = {
             name: ("time", values, {"units": self.units[name], "long_name": self.texts[name]})
             for name, values in self.values.items()
         }
-        time = ("time", self.t, {"units": "s", "long_name": "time"})
+        time = ("time", apart(self.t), {"units": "s", "long_name": "time"})
         about = {"model": self.model, "fingerprint": self.fingerprint}
         return xarray.Dataset(columns, coords={"time": time}, attrs=about)
 
@@ -86,18 +135,22 @@ class Saved:
         """Write a file; its ending says what: .nc, .npz, .csv or .mat.
 
         Times and values are stored in full. ``.nc`` is NetCDF 3; ``.mat`` is the result file that
-        Modelica tools read; ``.csv`` has the units in its second line and no parameters.
+        Modelica tools read; ``.csv`` has units behind the names and neither parameters nor events.
+        Times in ``.nc`` and ``.csv`` are those of `to_pandas`; `lumped.load` undoes that. The file
+        is written whole or not at all.
 
         Raises
         ------
         OptionError
             If the ending is none of these.
+        OSError
+            If it cannot be written.
         """
         path = Path(path)
-        writers = {".nc": _netcdf, ".npz": _npz, ".csv": _csv, ".mat": _modelica}
-        if path.suffix not in writers:
-            raise OptionError(f"{path.name}: the ending must be one of {', '.join(writers)}.")
-        writers[path.suffix](self, path)
+        if path.suffix not in WRITERS:
+            raise OptionError(f"{path.name}: the ending must be one of {', '.join(WRITERS)}.")
+        with whole_file(path) as file:
+            WRITERS[path.suffix](self, file)
         return path
 
 
@@ -112,7 +165,7 @@ def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
         Quantities; default is all that the system computes.
     """
     system = run.system
-    chosen = _computed(system) if names is None else [system.key(name) for name in names]
+    chosen = computed(system) if names is None else [system.key(name) for name in names]
     quantities = {name: system.quantity(name) for name in chosen}
     p = system._flat.parameters
     given = {p.names[i]: float(v) for i, v in zip(p.free, run.theta, strict=True)}
@@ -125,21 +178,25 @@ def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
         {p.names[i]: p.declared[i].unit for i in p.free},
         system.name,
         fingerprint(system),
+        tuple(name for name in state_names(system) if name in quantities),
+        run.events,
     )
 
 
-def fingerprint(system: System) -> str:
-    """Hash of the equations of a system, to tell whether results belong to the same model.
+def state_names(system: System) -> list[str]:
+    """Names of the states that are quantities of components, not derivatives of such."""
+    return [name for name in system.state_names if not name.startswith("der(")]
 
-    The names of states and parameters and the compiled right-hand side count; values of parameters
-    do not.
-    """
-    parts = [*system.state_names, "", *system.parameters, "", str(system.rates)]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+def computed(system: System) -> list[str]:
+    """Quantities that do not need a state that was left out."""
+    if "computed" not in system.made:
+        system.made["computed"] = _computed(system)
+    found: list[str] = system.made["computed"]
+    return found
 
 
 def _computed(system: System) -> list[str]:
-    """Quantities that do not need a state that was left out."""
     tree = system._tree
     names = system.names()
     nodes = [system._reduced.node(tree.unknown(name)) for name in names]
@@ -155,139 +212,17 @@ def load(path: str | Path) -> Saved:
     Raises
     ------
     OptionError
-        If the ending is another, or the file was not written by lumped.
+        If the ending is another, or the file is damaged or was not written by lumped.
+    OSError
+        If there is no such file.
     """
     path = Path(path)
-    readers = {".nc": _from_netcdf, ".npz": _from_npz, ".csv": _from_csv}
-    if path.suffix not in readers:
-        raise OptionError(f"{path.name}: the ending must be one of {', '.join(readers)}.")
+    if path.suffix not in READERS:
+        raise OptionError(f"{path.name}: the ending must be one of {', '.join(READERS)}.")
+    held = path.read_bytes()
     try:
-        return readers[path.suffix](path)
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as fault:
-        raise OptionError(f"{path}: this is no result that lumped wrote ({fault}).") from None
-
-
-def _netcdf(data: Saved, path: Path) -> None:
-    with scipy.io.netcdf_file(path, "w", version=2) as file:
-        file.createDimension("time", len(data.t))
-        for name, values in (("time", data.t), *data.values.items()):
-            column = file.createVariable(name, "d", ("time",))
-            column[:] = values
-            column.units = data.units.get(name, "s")
-            column.long_name = data.texts.get(name, "time")
-        for name, value in data.parameters.items():
-            scalar = file.createVariable(f"parameter {name}", "d", ())
-            scalar.data[...] = value
-            scalar.units = data.parameter_units[name]
-        file.model, file.fingerprint = data.model, data.fingerprint
-
-
-def _from_netcdf(path: Path) -> Saved:
-    with scipy.io.netcdf_file(path, "r", mmap=False) as file:
-        columns = {n: v for n, v in file.variables.items() if v.dimensions == ("time",)}
-        scalars = {n[10:]: v for n, v in file.variables.items() if n.startswith("parameter ")}
-        time = columns.pop("time")
-        return Saved(
-            time.data.astype(float),
-            {n: v.data.astype(float) for n, v in columns.items()},
-            {n: v.units.decode() for n, v in columns.items()},
-            {n: v.long_name.decode() for n, v in columns.items()},
-            {n: float(v.data) for n, v in scalars.items()},
-            {n: v.units.decode() for n, v in scalars.items()},
-            file.model.decode(),
-            file.fingerprint.decode(),
-        )
-
-
-def _npz(data: Saved, path: Path) -> None:
-    parameters = data.parameters
-    np.savez_compressed(
-        path,
-        t=data.t,
-        names=np.array(list(data.values), dtype=str),
-        values=np.array([*data.values.values()]).reshape(-1, len(data.t)),
-        units=np.array([data.units[n] for n in data.values], dtype=str),
-        texts=np.array([data.texts[n] for n in data.values], dtype=str),
-        parameter_names=np.array(list(parameters), dtype=str),
-        parameters=np.array(list(parameters.values()), dtype=float),
-        parameter_units=np.array([data.parameter_units[n] for n in parameters], dtype=str),
-        about=np.array([data.model, data.fingerprint]),
-    )
-
-
-def _from_npz(path: Path) -> Saved:
-    with np.load(path) as file:
-        names, given = file["names"].tolist(), file["parameter_names"].tolist()
-        return Saved(
-            file["t"],
-            dict(zip(names, file["values"], strict=True)),
-            dict(zip(names, file["units"].tolist(), strict=True)),
-            dict(zip(names, file["texts"].tolist(), strict=True)),
-            dict(zip(given, file["parameters"].tolist(), strict=True)),
-            dict(zip(given, file["parameter_units"].tolist(), strict=True)),
-            *file["about"].tolist(),
-        )
-
-
-def _csv(data: Saved, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(["time", *data.values])
-        rows.writerow(["s", *(data.units[n] for n in data.values)])
-        table = np.column_stack([data.t, *data.values.values()])
-        rows.writerows([repr(v) for v in row] for row in table.tolist())
-
-
-def _from_csv(path: Path) -> Saved:
-    with path.open(newline="", encoding="utf-8") as file:
-        names, units, *rows = csv.reader(file)
-    if (names[0], units[0]) != ("time", "s"):
-        raise ValueError("the first column is not the time in s")
-    table = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    inner = names[1:]
-    return Saved(
-        table[:, 0],
-        dict(zip(inner, table[:, 1:].T, strict=True)),
-        dict(zip(inner, units[1:], strict=True)),
-        dict.fromkeys(inner, ""),
-        {},
-        {},
-        "",
-        "",
-    )
-
-
-def _modelica(data: Saved, path: Path) -> None:
-    """Result file of Dymola, version 1.1: parameters in data_1, trajectories in data_2."""
-    t = data.t
-    ends = [t[0], t[-1]] if len(t) else [0.0, 0.0]
-    names = ["time", *data.values, *data.parameters]
-    texts = ["time [s]"]
-    texts += [f"{data.texts[n]} [{data.units[n]}]" for n in data.values]
-    texts += [f"[{data.parameter_units[n]}]" for n in data.parameters]
-    info = np.zeros((4, len(names)), dtype=np.int32)
-    columns = len(data.values)
-    info[0, 1:], info[3] = 2, -1
-    info[0, 1 + columns :] = 1
-    info[1] = [1, *range(2, columns + 2), *range(2, len(data.parameters) + 2)]
-    info[2, 1 + columns :] = 0
-    fixed = np.array([ends, *([v, v] for v in data.parameters.values())])
-    scipy.io.savemat(
-        path,
-        {
-            "Aclass": np.array(["Atrajectory", "1.1", "", "binTrans"]),
-            "name": _transposed(names),
-            "description": _transposed(texts),
-            "dataInfo": info,
-            "data_1": fixed,
-            "data_2": np.array([t, *data.values.values()]),
-        },
-        format="4",
-    )
-
-
-def _transposed(lines: list[str]) -> NDArray[np.str_]:
-    """The columns of a matrix of characters that has one line in each row."""
-    width = max(len(line) for line in lines)
-    padded = [line.ljust(width) for line in lines]
-    return np.array(["".join(column) for column in zip(*padded, strict=True)])
+        return Saved(**READERS[path.suffix](held))
+    except Exception as fault:  # readers fail in many ways on bytes that are not theirs
+        raise OptionError(
+            f"{path}: this is no result that lumped wrote, or it is damaged ({fault})."
+        ) from None

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import json
 import os
+import pickle
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,14 @@ from lumped.analysis.machine import machine, patience
 from lumped.analysis.pool import outcomes
 from lumped.analysis.result import Trajectory
 from lumped.analysis.simulate import simulate
-from lumped.analysis.store import fingerprint
+from lumped.analysis.sweep_file import SweepFile, heading
 from lumped.arguments import checked
-from lumped.assemble import assemble
 from lumped.errors import LumpedError, OptionError
+from lumped.extra import extra
 from lumped.progress import Progress
 from lumped.system import Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 __all__ = ["Sweep", "sweep"]
 
@@ -52,7 +53,7 @@ class Sweep:
     values : ndarray, shape (n, len(labels))
         Results; nan where a run failed.
     failures : dict of int to str
-        Why runs failed, by the number of the point.
+        Why runs failed, or which results are not numbers, by the number of the point.
     shape : tuple of int
         That of the grid over which was swept, such as ``found["peak"].reshape(found.shape)``.
     workers : int
@@ -80,9 +81,14 @@ class Sweep:
         raise OptionError(f"sweep: there is no '{label}', only {known}.")
 
     def to_pandas(self) -> Any:
-        """A DataFrame, one row for each run, with an empty ``failure`` where there is none."""
-        import pandas
+        """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
 
+        Raises
+        ------
+        OptionError
+            If pandas is not installed.
+        """
+        pandas = extra("pandas", "data", "to_pandas")
         columns = {name: self[name] for name in (*self.names, *self.labels)}
         reasons = [self.failures.get(i, "") for i in range(len(self.points))]
         return pandas.DataFrame(columns | {"failure": reasons})
@@ -106,7 +112,7 @@ def sweep(
     system: System,
     *,
     over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]],
-    until: float,
+    until: float | str,
     of: Mapping[str, Measure],
     workers: int | None = None,
     store: str | Path | None = None,
@@ -125,8 +131,8 @@ def sweep(
         From `assemble`.
     over : mapping or iterable of mappings
         Values for each parameter, which make a grid (the last varies fastest); or parameters of
-        each run.
-    until : float
+        each run. Numbers in SI units, or texts such as ``"2 deg"``.
+    until : float or str
         End of each run, s.
     of : mapping of str to callable
         What to take from each run: functions of a `Trajectory` that give a number.
@@ -134,7 +140,8 @@ def sweep(
         Processes; default is one for each core.
     store : str or Path, optional
         File in which each result is written as it comes, one line of JSON each. If it exists, what
-        it holds is not run again.
+        it holds is not run again. It belongs to a model, its parameters, options and the functions
+        in `of` with all that these use (see `lumped.analysis.fingerprint`).
     client : dask.distributed.Client, optional
         Run on its cluster instead; functions and model classes travel by cloudpickle.
     **options
@@ -147,28 +154,33 @@ def sweep(
     Raises
     ------
     OptionError
-        If there is nothing to vary or to take, or `store` belongs to another sweep.
+        If there is nothing to vary or to take, or `store` belongs to another sweep or is damaged.
     UnknownNameError
         If a parameter does not exist.
+    UnitError
+        If a value has a unit of another dimension.
+    ParameterError
+        If a value is no number.
     """
     points, shape = _points(system, over)
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
+    until = in_seconds(until, "until")
+    head = {} if store is None else heading(system, until, of, options)
+    done = SweepFile(store, head)
     job = Job(system, until, dict(of), options, len(points) >= _MANY)
-    done = _Store(store, job).opened()
     begin, busy = clock.perf_counter(), 0.0
     if workers is not None and workers < 1:
         raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     count = workers or os.cpu_count() or 1
-    waiting = [(i, point) for i, point in enumerate(points) if _key(point) not in done.known]
-    found: dict[int, list[float] | str] = {
-        i: done.known[_key(point)] for i, point in enumerate(points) if _key(point) in done.known
-    }
+    known = {i: done[point] for i, point in enumerate(points)}
+    found = {i: outcome for i, outcome in known.items() if outcome is not None}
+    waiting = [(i, points[i]) for i, outcome in known.items() if outcome is None]
     try:
         with Progress(f"{system.name}: runs", len(points)) as progress:
-            for i, outcome, seconds in outcomes(job, waiting, count, client):
+            for i, outcome, spent in outcomes(job, waiting, count, client):
                 found[i] = outcome
-                busy += seconds
+                busy += spent
                 done.add(points[i], outcome)
                 progress.at(len(found))
     finally:
@@ -181,11 +193,14 @@ def sweep(
         outcome = found.get(i, "interrupted before it was run")
         if isinstance(outcome, str):
             failures[i] = outcome
-        else:
-            values[i] = outcome
+            continue
+        values[i] = outcome
+        missing = [label for label, v in zip(of, outcome, strict=True) if np.isnan(v)]
+        if missing:
+            failures[i] = f"{', '.join(missing)}: not a number"
     table_ = np.array([[point[name] for name in names] for point in points])
-    seconds = clock.perf_counter() - begin
-    return Sweep(names, table_, tuple(of), values, failures, shape, count, seconds, busy)
+    wall = clock.perf_counter() - begin
+    return Sweep(names, table_, tuple(of), values, failures, shape, count, wall, busy)
 
 
 class Job:
@@ -194,7 +209,7 @@ class Job:
     Parameters
     ----------
     system : System
-    until : float
+    until : float or str
     of : dict of str to callable
     options : dict
         As for `sweep`.
@@ -231,18 +246,13 @@ class Job:
             return f"{type(fault).__name__}: {fault}"
 
     def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
-        import cloudpickle
-
-        model, outputs, keep = self.system.origin
-        parts = (model, outputs, keep, self.until, self.of, self.options, self._native)
+        cloudpickle = extra("cloudpickle", "cluster", "A sweep in processes that are not forked")
+        parts = (self.system, self.until, self.of, self.options, self._native)
         return _restored, (cloudpickle.dumps(parts),)
 
 
 def _restored(payload: bytes) -> Job:
-    import cloudpickle
-
-    model, outputs, keep, until, of, options, native = cloudpickle.loads(payload)
-    return Job(assemble(model, outputs=outputs, keep=keep), until, of, options, native)
+    return Job(*pickle.loads(payload))
 
 
 def _points(
@@ -250,12 +260,12 @@ def _points(
 ) -> tuple[list[Point], tuple[int, ...]]:
     """Parameters of each run by their full names, and the shape of the grid."""
     if isinstance(over, Mapping):
-        names = [system.key(name) for name in over]
-        axes = [np.asarray(values, dtype=float).ravel() for values in over.values()]
+        axes = [_numbers(system, name, values) for name, values in over.items()]
         shape: tuple[int, ...] = tuple(len(axis) for axis in axes)
-        rows = [dict(zip(names, map(float, row), strict=True)) for row in itertools.product(*axes)]
+        names = [system.key(name) for name in over]
+        rows = [dict(zip(names, row, strict=True)) for row in itertools.product(*axes)]
     else:
-        rows = [{system.key(n): float(v) for n, v in point.items()} for point in over]
+        rows = [{system.key(n): _numbers(system, n, v)[0] for n, v in p.items()} for p in over]
         shape = (len(rows),)
     if not rows or not rows[0]:
         raise OptionError("sweep: there is nothing to vary; give values of at least one parameter.")
@@ -265,59 +275,9 @@ def _points(
     return rows, shape
 
 
-def _key(point: Point) -> str:
-    return json.dumps(point, sort_keys=True)
-
-
-class _Store:
-    """Results in a file of lines; without a path nothing is kept."""
-
-    def __init__(self, path: str | Path | None, job: Job) -> None:
-        self._path = None if path is None else Path(path)
-        self._head = {
-            "fingerprint": fingerprint(job.system),
-            "parameters": job.system.parameters,
-            "until": job.until,
-            "of": list(job.of),
-            "options": {name: repr(value) for name, value in job.options.items()},
-        }
-        self.known: dict[str, list[float] | str] = {}
-        self._file: Any = None
-
-    def opened(self) -> _Store:
-        """Read what is there and open for more."""
-        if self._path is None:
-            return self
-        lines = self._path.read_text(encoding="utf-8").splitlines() if self._path.exists() else []
-        if lines and json.loads(lines[0]) != self._head:
-            raise OptionError(
-                f"sweep: {self._path} holds runs of another model, time or result. Choose another "
-                "file, or remove it."
-            )
-        for line in lines[1:]:
-            try:
-                entry = json.loads(line)
-            except ValueError:
-                continue  # the last line of a process that was killed
-            self.known[_key(entry["point"])] = entry.get("failure", entry.get("values"))
-        self._file = self._path.open("w" if not lines else "a", encoding="utf-8")
-        if not lines:
-            self._write(self._head)
-        elif not lines[-1].endswith("}"):
-            self._file.write("\n")
-        return self
-
-    def add(self, point: Point, outcome: list[float] | str) -> None:
-        """Keep a result, at once."""
-        if self._file is not None:
-            kind = "failure" if isinstance(outcome, str) else "values"
-            self._write({"point": point, kind: outcome})
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._file is not None:
-            self._file.close()
-
-    def _write(self, entry: Mapping[str, Any] | Sequence[Any]) -> None:
-        self._file.write(json.dumps(entry) + "\n")
-        self._file.flush()
+def _numbers(system: System, name: Name, values: object) -> list[float]:
+    """Values of a parameter, with units or without; their range is checked by each run."""
+    p, (place,) = system._flat.parameters, system.places([name])
+    number = p.free[place]
+    given = np.ravel(np.asarray(values, dtype=object)) if not isinstance(values, str) else [values]
+    return [p.number(number, value) for value in given]

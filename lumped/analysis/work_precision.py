@@ -19,6 +19,7 @@ from lumped.arguments import checked
 from lumped.errors import LumpedError, OptionError
 from lumped.system import Changes, Name, System
 from lumped.table import number, table
+from lumped.units import in_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -190,6 +191,7 @@ def work_precision(
     SolverError
         If the reference cannot be computed; single runs that fail are rows.
     """
+    until = in_seconds(until, "until")
     names, ladder = observed(system, of), [float(r) for r in tolerances]
     point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
     if not ladder:

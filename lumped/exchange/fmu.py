@@ -25,6 +25,7 @@ from lumped.exchange.description import build_description, model_description
 from lumped.exchange.interface import Interface
 from lumped.exchange.tables import coefficients, model_files
 from lumped.system import Changes, Name, System
+from lumped.whole import whole_file
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
@@ -169,7 +170,7 @@ def export_fmu(
     place, suffix = _platform(version)
     library = _compiled(files, sources, "-O0" if operations > _LARGE else "-O1", suffix)
     path = Path(path)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+    with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)
         for name, text in files.items():
             archive.writestr(f"sources/{name}", text)

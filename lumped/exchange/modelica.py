@@ -15,6 +15,7 @@ from lumped.exchange.interface import Interface, Shown
 from lumped.exchange.terms import Term, Writer, real
 from lumped.switching import Condition
 from lumped.system import Changes, Name, System
+from lumped.whole import write_text
 
 __all__ = ["export_modelica"]
 
@@ -61,7 +62,7 @@ def export_modelica(
     interface = Interface(system, inputs, outputs, start or {})
     _refuse(system)
     path = Path(path)
-    path.write_text(_Text(interface).model())
+    write_text(path, _Text(interface).model())
     return path
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+from lumped.whole import whole_file
 
 __all__ = ["load", "loop_name", "own", "save", "stored"]
 
@@ -15,17 +17,25 @@ _MARK = b"lumped-1"
 
 
 def folder() -> Path:
-    """Where object code is kept: ``LUMPED_CACHE``, or a folder of the user's caches."""
+    """Where object code is kept: ``LUMPED_CACHE``, or a folder of the user's caches.
+
+    Raises
+    ------
+    OSError
+        If the user has no home.
+    """
     given = os.environ.get("LUMPED_CACHE")
     if given:
         return Path(given)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library/Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "lumped"
+    variable, place = {
+        "win32": ("LOCALAPPDATA", "AppData/Local"),
+        "darwin": ("", "Library/Caches"),
+    }.get(sys.platform, ("XDG_CACHE_HOME", ".cache"))
+    base = os.environ.get(variable)
+    try:
+        return (Path(base) if base else Path.home() / place) / "lumped"
+    except RuntimeError as fault:
+        raise OSError(str(fault)) from None
 
 
 @cache
@@ -64,12 +74,8 @@ def load(key: str) -> bytes | None:
 
 def save(key: str, code: bytes) -> None:
     """Keep something; without a word if the folder cannot be written."""
-    place = folder()
-    try:
+    with suppress(OSError):
+        place = folder()
         place.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=place)
-        with os.fdopen(handle, "wb") as file:
+        with whole_file(place / key) as file:
             file.write(_MARK + hashlib.sha256(code).digest() + code)
-        os.replace(name, place / key)
-    except OSError:
-        return

@@ -14,6 +14,7 @@ from lumped.pictures.page_run import Told, comparison, energy, events, sizes, ta
 from lumped.pictures.schematic import schematic
 from lumped.system import System
 from lumped.table import number
+from lumped.whole import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,7 +122,7 @@ def report_html(
         sections.append(("Error and run time", _accuracy(accuracy)))
     sections.append(("Left out", _left_out(system)))
     target = Path(path)
-    target.write_text(_page(name, sections), encoding="utf-8")
+    write_text(target, _page(name, sections))
     return target
 
 

@@ -1,5 +1,7 @@
 """The certificate of a run against its true error."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -7,6 +9,7 @@ from scipy.linalg import expm
 
 import lumped as lp
 from lumped.analysis.advance import Advance
+from lumped.analysis.compare import compared
 from lumped.components import (
     BearingFriction,
     Damper,
@@ -17,7 +20,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.errors import EquationError, SolverError
+from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
 
 
@@ -192,3 +195,93 @@ class Leaking(Inertia):
 def test_an_energy_of_foreign_quantities_is_refused(two_mass):
     with pytest.raises(EquationError, match=r"a \(Leaking\): .* only the component's own"):
         lp.simulate(lp.assemble(two_mass.with_({"a": Leaking(J=1.0)})), until=1.0, certify=True)
+
+
+class Sampled(lp.Component):
+    """A body under the torque -w, of which every 0.1 s a sample is taken."""
+
+    w: lp.Var = lp.var("rad/s", "speed", 1.0)
+    held: lp.Var = lp.var("1", "sample")
+    due: lp.Var = lp.var("s", "instant of the next sample", 0.1)
+
+    def equations(self):
+        yield lp.der(self.w) == -30.0 * self.w
+        yield lp.der(self.held) == 0
+        yield lp.der(self.due) == 0
+        yield lp.when(lp.time >= self.due, {self.held: self.w, self.due: self.due + 0.1})
+
+
+@pytest.mark.parametrize("grid", [10, 7])
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_where_output_times_are_events_inner_instants_are_compared(grid, method):
+    """All but the first and last of 11 output times are samples, so none may be compared."""
+    run = lp.simulate(
+        lp.assemble(Sampled()), until=1.0, grid=grid, rtol=1e-4, method=method, certify=True
+    )
+    found = run.certificate
+    print(found)
+    seen = found.states.t
+    samples = np.arange(1, 11) * 0.1
+    counts = np.bincount(np.searchsorted(samples, seen), minlength=10)[:10]
+    assert (counts >= 1).all()
+    if grid == 10:
+        assert found.inner == 40
+        assert (counts[1:9] == 4).all()
+        assert np.abs(seen[:, None] - samples[:9]).min() > 1e-9
+    assert f"compared at {len(seen)} instants from {seen[0]:.6g} to {seen[-1]:.6g} s" in repr(found)
+    assert len(run.t) < len(found.run.t)
+    # the estimate is the true error, at the very instants that were compared
+    w, t = found.run["w"], found.run.t
+    place = np.searchsorted(t, seen)
+    error = np.abs(w[place] - np.exp(-30.0 * t[place]))
+    assert found["w"].relative * np.ptp(w) == pytest.approx(error.max(), rel=0.1)
+    assert error.max() > 1e-9
+
+
+def test_a_closed_form_between_events_is_compared_inside_too():
+    """A torque that jumps every 0.1 s, seen at these instants only."""
+    torque = sum(where(lp.time >= 0.1 * k, (-1.0) ** k, 0.0) for k in range(1, 10))
+    model = lp.compose(
+        drive=Torque(tau=torque),
+        body=Inertia(J=1.0, w=1.0),
+        connections=lambda m: lp.chain(m.drive, m.body),
+    )
+    grid = np.arange(11) * 0.1
+    run = lp.simulate(lp.assemble(model), until=1.0, grid=grid, certify=True)
+    assert run.statistics.method == run.certificate.run.statistics.method == "exact"
+    assert run.certificate.inner == 40
+    assert run.certificate.error < 1e-6
+    assert run.certificate.energy.error < 1e-9
+
+
+def test_a_comparison_of_nothing_is_no_agreement(two_mass):
+    run = lp.simulate(lp.assemble(two_mass), until=1.0, grid=[0.5])
+    spoiled = replace(run, events=(lp.Event(0.5, "shaft", "a", "b"),))
+    found = compared(spoiled, spoiled, ["a.w"])
+    assert np.isnan(found.worst.relative)
+    assert len(found.t) == 0
+
+
+def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lumped.analysis.simulate.audited", interrupted)
+    with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
+        lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
+    assert caught.value.partial.t[-1] == 1.0
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_a_coarse_run_asks_for_a_tighter_one_before_it_blames_the_model(rtol):
+    class Grows(lp.Component):
+        x: lp.Var = lp.var("1", "growing", 1.0)
+
+        def equations(self):
+            yield lp.der(self.x) == self.x**2
+
+    with pytest.raises(SolverError, match=r"runs to infinity|finite|numbers") as caught:
+        lp.simulate(lp.assemble(Grows()), until=2.0, rtol=rtol)
+    asks = str(caught.value).startswith("At rtol = 0.001 this may be the error of the run itself")
+    assert asks == (rtol > 1e-6)
+    assert caught.value.partial.t[-1] == pytest.approx(1.0, abs=0.1)

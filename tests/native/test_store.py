@@ -64,6 +64,52 @@ def test_the_folder_is_that_of_the_user(monkeypatch, tmp_path):
     assert store.folder() == tmp_path / "lumped"
 
 
+NO_HOME = """
+import os, pwd, sys
+os.environ.pop("HOME", None)
+def nobody(number):
+    raise KeyError("getpwuid(): uid not found")
+pwd.getpwuid = nobody
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="homes are found otherwise")
+@pytest.mark.parametrize("native", ["0", "1", None])
+def test_without_a_home_runs_are_made_without_a_cache(native, tmp_path):
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(("LUMPED", "XDG", "HOME"))}
+    environment = kept | {"MPLCONFIGDIR": str(tmp_path)}
+    if native is not None:
+        environment["LUMPED_NATIVE"] = native
+    told = subprocess.run(
+        [sys.executable, "-c", NO_HOME + SCRIPT],
+        env=environment,
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert told.returncode == 0, told.stderr
+    omega = np.sqrt(10.0 * (1 + 1 / 2))
+    used, value = told.stdout.rsplit(maxsplit=1)
+    assert used == str(native == "1")
+    assert float(value) == pytest.approx(-np.sin(omega) / omega, rel=1e-6)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no limit for files")
+def test_a_full_disk_leaves_no_half_of_a_file(folder):
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        store.save("key", bytes(1000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert store.load("key") is None
+    assert list(folder.iterdir()) == []
+
+
 def test_processes_at_once_and_damage_between_them(folder):
     """Two begin with an empty folder; the next finds the code of the model spoiled."""
     environment = {**os.environ, "LUMPED_NATIVE": "1", "LUMPED_CACHE": str(folder)}

@@ -1,0 +1,31 @@
+"""What happens at an instant of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Event"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened during a run.
+
+    Attributes
+    ----------
+    time : float
+        When, s.
+    component : str
+        Where: a component that changed its mode, or those in which a function of time changes
+        its piece.
+    before, after : str
+        The mode in words; empty for functions of time.
+    loss : float
+        Mechanical energy lost in an impact, J.
+    """
+
+    time: float
+    component: str
+    before: str = ""
+    after: str = ""
+    loss: float = 0.0

@@ -1,0 +1,360 @@
+"""Whatever lumped gives can be pickled and copied, and the copy gives the same numbers."""
+
+import copy
+import dataclasses
+import functools
+import inspect
+import multiprocessing
+import pickle
+import subprocess
+import sys
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.analysis.store import saved
+from lumped.components import (
+    BearingFriction,
+    Damper,
+    Fixed,
+    Inertia,
+    Position,
+    Spring,
+    SpringDamper,
+    Torque,
+)
+from lumped.errors import Interrupted, LumpedError, OptimisationError, OptionError, SolverError
+from lumped.ops import sin, table, where
+
+
+class Rotor(lp.Component):
+    """A rotor under a torque that falls with the speed and depends on the angle."""
+
+    J = lp.param("kg.m2", "inertia", 1.0, above=0)
+    phi = lp.var("rad", "angle")
+    w = lp.var("rad/s", "speed", 3.0, state="prefer")
+
+    def equations(self):
+        yield lp.der(self.phi) == self.w
+        yield self.J * lp.der(self.w) == 4.0 - self.w + sin(self.phi)
+
+
+class Drive(lp.Component):
+    """Two bodies on a shaft, one held by dry friction, under a torque that jumps."""
+
+    c: lp.Param = lp.param("N.m/rad", "stiffness", 300.0, above=0)
+    motor: Torque = Torque(tau=where(lp.time >= 0.3, -2.0, 5.0))
+    a: Inertia = Inertia(J=2.0, w=1.0)
+    shaft: SpringDamper = SpringDamper(c=c, d=0.5)
+    b: Inertia = Inertia(J=1.0)
+    rub: BearingFriction = BearingFriction(characteristic=((0.0, 1.0), (2.0, 0.5)))
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.a, self.shaft, self.b, self.rub)
+
+
+def composed():
+    """A model of a class that no other process can import, with connections by a lambda."""
+    return lp.compose(
+        drive=Position(phi=0.4 * sin(5.0 * lp.time)),
+        body=Inertia(J=2.0),
+        spring=Spring(c=10.0),
+        oil=Damper(d=3.0),
+        ground=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.drive.flange, m.body.flange_a, m.spring.flange_a, m.oil.flange_a),
+            lp.connect(m.spring.flange_b, m.oil.flange_b, m.ground.flange),
+        ],
+    )
+
+
+def linear():
+    return lp.compose(
+        motor=Torque(tau=0),
+        a=Inertia(J=2.0),
+        shaft=SpringDamper(c=300.0, d=0.5),
+        b=Inertia(J=1.0),
+        wheel=SpringDamper(c=30.0, d=0.1),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.motor, m.a, m.shaft, m.b, m.wheel, m.ground),
+    )
+
+
+@functools.cache
+def made():
+    """One of each class of results, by the name of the class."""
+    system = lp.assemble(linear())
+    run = lp.simulate(lp.assemble(Drive()), until=0.6, certify=True)
+    modes = lp.modes(system)
+    point = lp.equilibrium(system)
+    response = lp.frequency_response(
+        system, inputs=["motor.tau"], outputs=["b.w"], hertz=np.linspace(1.0, 5.0, 7)
+    )
+    orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, settle=5.0)
+    shaken = lp.simulate(lp.assemble(composed()), until=2 * np.pi / 5, grid=40)
+    pull, vary = fun.rms("drive.flange.tau"), {"spring.c": (1.0, 1000.0)}
+    at_rest = lp.start_point(
+        lp.assemble(
+            lp.compose(
+                motor=Torque(tau=0),
+                load=Inertia(J=0.5),
+                connections=lambda m: lp.chain(m.motor, m.load),
+            ),
+            keep=["load.phi"],
+        )
+    )
+    t = np.linspace(0.0, 1.0, 21)
+    seen = lp.simulate(system, until=1.0, grid=t, start={"a.w": 1.0})
+    precision = lp.work_precision(system, until=0.1, tolerances=(1e-4, 1e-6))
+    diagram = lp.campbell(system, speeds=[0.0, 10.0, 30.0], orders=[1, 2])
+    turned = lp.inverse(system, motion={"a.w": sin(lp.time)}, drive="motor.tau", until=1.0)
+    found = [
+        Drive(),
+        turned,
+        run,
+        run.certificate,
+        run.events[0],
+        run.statistics,
+        point,
+        system,
+        modes,
+        lp.linearise(system, at=point),
+        lp.modal_energies(modes),
+        lp.modal_energies(modes).nodes(1)[0],
+        lp.participation(modes),
+        lp.eigen_sensitivity(modes, to=["shaft.c"]),
+        lp.shape_sensitivity(modes, of=["b.phi"], to=["shaft.c"]),
+        response,
+        response.peaks("b.w", "motor.tau")[0],
+        lp.response_sensitivity(response, to=["shaft.c"]),
+        lp.equilibrium_sensitivity(point, of=["shaft.tau"], to=["motor.tau"]),
+        lp.root_locus(system, "shaft.c", [100.0, 200.0]),
+        diagram,
+        diagram.critical[0],
+        orbit,
+        orbit.sensitivity(of=["w"], to=["J"]),
+        lp.flywheel(orbit, inertia="J", speed="w", irregularity=0.02),
+        lp.Order(1, 0.5, 0.1),
+        lp.sensitivity(system, of=["b.w"], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
+        lp.gradient(system, of=[fun.final("b.w")], to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
+        lp.hessian(system, of=fun.final("b.w"), to=["shaft.c"], until=0.2, start={"a.w": 1.0}),
+        lp.identify(
+            system,
+            vary={"shaft.c": (100, 500)},
+            t=t,
+            measured={"b.w": seen["b.w"]},
+            start={"a.w": 1.0},
+        ),
+        lp.optimise(shaken, vary=vary, minimise=pull),
+        lp.pareto(shaken, vary=vary, minimise=(pull, fun.peak("spring.tau")), count=3),
+        lp.motion(
+            at_rest,
+            minimise=fun.rms("motor.tau"),
+            stations={"load.phi": (0, 1)},
+            duration=1.0,
+            drive="motor.tau",
+            intervals=6,
+        ),
+        lp.sizing(seen, torque="shaft.tau", speed="b.w"),
+        lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
+        precision,
+        precision.rows[0],
+        saved(run),
+        lp.ExportedFMU(*[None] * 7),
+    ]
+    return {type(one).__name__: one for one in found}
+
+
+def last(run):
+    return run["b.w"][-1]
+
+
+LANGUAGE = {"Connection", "Equation", "Expr", "Flange", "HeatPort", "Input", "LinearFlange"}
+LANGUAGE |= {"Output", "Param", "Pin", "Port", "Var", "Component"}
+"""What models are written with."""
+
+
+def test_no_class_of_results_is_forgotten():
+    classes = {name for name in lp.__all__ if inspect.isclass(getattr(lp, name))}
+    assert classes - LANGUAGE <= set(made())
+
+
+def same(a, b):
+    """Whether two values consist of the same numbers to the last bit."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, lp.System):
+        return answers(a) == answers(b)
+    if isinstance(a, lp.Component):
+        return repr(a) == repr(b)
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    if dataclasses.is_dataclass(a):
+        return all(same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a))
+    if isinstance(a, dict):
+        return list(map(str, a)) == list(map(str, b)) and same([*a.values()], [*b.values()])
+    if isinstance(a, list | tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, ca.Function):
+        return a.serialize() == b.serialize()
+    return repr(a) == repr(b)
+
+
+def answers(system):
+    """Names, parameters and rates of a system at a point without symmetry."""
+    inputs = [0.1 + np.arange(float(x.numel())) for x in system._inputs]
+    rates = np.asarray(system.rhs(*inputs)).tobytes()
+    return system.state_names, system.parameters, system.names(), rates
+
+
+def test_what_answers_to_names_lists_them():
+    for name in ("Trajectory", "OperatingPoint", "PeriodicOrbit", "Motion", "Saved"):
+        one = made()[name]
+        names = [*one]
+        assert names, name
+        assert all(np.isfinite(one[n]).all() for n in names[:3])
+        assert names[0] in one
+        assert "time" in one
+        assert "nothing.such" not in one
+
+
+WAYS = {"pickle": lambda x: pickle.loads(pickle.dumps(x)), "deepcopy": copy.deepcopy}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_all_copies_hold_the_same(way):
+    for name, one in made().items():
+        assert same(WAYS[way](one), one), name
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("model", [composed, linear, Drive])
+def test_a_copied_system_runs_to_the_same_last_bit(way, model):
+    system = lp.assemble(model(), keep=["b.phi"] if model is Drive else ())
+    options = {"until": 1.0, "method": "steps", "rtol": 1e-7}
+    run = lp.simulate(system, **options)
+    for twin in (WAYS[way](system), lp.assemble(WAYS[way](model()), keep=system.origin[2])):
+        other = lp.simulate(twin, **options)
+        assert other.t.tobytes() == run.t.tobytes()
+        assert other.x.tobytes() == run.x.tobytes()
+        assert other.events == run.events
+    again = WAYS[way](run)
+    for name in run:
+        assert again[name].tobytes() == run[name].tobytes()
+    on = lp.modes(again.system, at=again.point(1.0))
+    assert (on.hertz == lp.modes(system, at=run.point(1.0)).hertz).all()
+    assert again.plot([*run][:1]).axes[0].get_lines()
+
+
+def test_a_copy_of_a_system_is_assembled_when_it_is_used():
+    twin = pickle.loads(pickle.dumps(lp.assemble(Drive())))
+    assert list(vars(twin)) == ["_origin"]
+    twin = copy.deepcopy(pickle.loads(pickle.dumps(twin)))
+    assert list(vars(twin)) == ["_origin"]
+    assert twin.name == "Drive"
+    with pytest.raises(AttributeError, match="System has no 'state_name'"):
+        twin.state_name  # noqa: B018
+
+
+def test_a_copied_run_with_other_leading_states_goes_on():
+    """A pendulum in Cartesian coordinates changes its states; each piece has its own system."""
+
+    class Pendulum(lp.Component):
+        x = lp.var("m", "horizontal", 1.0)
+        y = lp.var("m", "vertical")
+        v = lp.var("m/s", "horizontal speed")
+        u = lp.var("m/s", "vertical speed")
+        S = lp.var("N", "force")
+
+        def equations(self):
+            yield lp.der(self.x) == self.v
+            yield lp.der(self.y) == self.u
+            yield lp.der(self.v) == -self.S * self.x
+            yield lp.der(self.u) == -self.S * self.y - 9.81
+            yield self.x**2 + self.y**2 == 1.0
+
+    run = lp.simulate(lp.assemble(Pendulum()), until=2.0)
+    assert len({id(piece.system) for piece in run.pieces}) > 1
+    for way in WAYS.values():
+        twin = way(run)
+        assert (twin["S"] == run["S"]).all()
+        assert len({id(p.system) for p in twin.pieces}) == len({id(p.system) for p in run.pieces})
+
+
+def test_other_processes_that_are_started_anew_compute_the_same():
+    system = lp.assemble(linear().with_({"b.w": 1.0}))
+    expected = lp.simulate(system, until=1.0, method="steps")
+    simulate = functools.partial(lp.simulate, until=1.0, method="steps")
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        there = pool.map(simulate, [system, lp.assemble(Drive())])
+        with pytest.raises(SolverError) as error:
+            pool.apply(lp.simulate, (system,), {"until": 1.0, "method": "steps", "max_steps": 2})
+    assert there[0].x.tobytes() == expected.x.tobytes()
+    assert (there[0]["wheel.tau"] == expected["wheel.tau"]).all()
+    assert error.value.partial.t[-1] < 1.0
+    assert there[1].events == lp.simulate(lp.assemble(Drive()), until=1.0).events
+
+
+def test_a_model_from_a_script_is_read_by_another(tmp_path):
+    script = tmp_path / "write.py"
+    script.write_text(
+        "import pickle, sys\n"
+        "import lumped as lp\n"
+        "from lumped.components import Fixed, Inertia, Spring\n"
+        "class Rig(lp.Component):\n"
+        "    '''A body on a spring.'''\n"
+        "    c: lp.Param = lp.param('N.m/rad', 'stiffness', 4.0)\n"
+        "    body: Inertia = Inertia(J=1.0, w=1.0)\n"
+        "    spring: Spring = Spring(c=c)\n"
+        "    wall: Fixed = Fixed()\n"
+        "    def connections(self):\n"
+        "        yield from lp.chain(self.body, self.spring, self.wall)\n"
+        "run = lp.simulate(lp.assemble(Rig()), until=1.0)\n"
+        "pickle.dump((Rig(c=9.0), run), open(sys.argv[1], 'wb'))\n"
+    )
+    file = tmp_path / "rig.pickle"
+    subprocess.run([sys.executable, script, file], check=True)
+    rig, run = pickle.loads(file.read_bytes())
+    assert run["body.w"][-1] == pytest.approx(np.cos(2.0), rel=1e-9)
+    twin = lp.simulate(lp.assemble(rig), until=1.0)
+    assert twin["body.w"][-1] == pytest.approx(np.cos(3.0), rel=1e-9)
+
+
+def test_without_cloudpickle_a_model_that_can_be_imported_still_travels(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
+    assert same(pickle.loads(pickle.dumps(Drive())), Drive())
+    with pytest.raises(OptionError, match=r"pickle Model.*pip install lumped\[cluster\]"):
+        pickle.dumps(composed())
+    assert copy.deepcopy(lp.assemble(linear())).state_names
+
+
+def test_a_long_table_and_parts_by_reference_travel():
+    rows = 3000
+    tau = table(np.linspace(0.0, 1.0, rows).tolist(), np.sin(np.arange(rows)).tolist())
+    one = Drive(motor=Torque(tau=tau))
+    rig = Drive()
+    for model in (one, rig.with_({"shaft.c": 30.0}), rig.shaft):
+        assert same(pickle.loads(pickle.dumps(model)), model)
+    reference = pickle.loads(pickle.dumps(rig.shaft.tau))
+    run = made()["Trajectory"]
+    assert (run[reference] == run["shaft.tau"]).all()
+
+
+def test_errors_travel_with_what_they_hold():
+    run = made()["Trajectory"]
+    errors = [kind("text") for kind in subclasses(LumpedError) if kind is not OptimisationError]
+    errors += [OptimisationError("text", "status"), Interrupted("text", run)]
+    errors += [SolverError("text", run)]
+    for error in errors:
+        twin = pickle.loads(pickle.dumps(error))
+        assert (type(twin), str(twin)) == (type(error), "text")
+        assert same(getattr(twin, "partial", None), getattr(error, "partial", None))
+        assert getattr(twin, "status", "") == getattr(error, "status", "")
+
+
+def subclasses(kind):
+    found = kind.__subclasses__()
+    return [*found, *(one for below in found for one in subclasses(below))]
