@@ -2278,7 +2278,7 @@ def start_in_no_position():
     lp.start_point(build(lambda m: [], part=Contrary()), start={"part.y": 0.0})
 
 
-@wrong(START, OptionError, "point at t = 2 s", "by name", "begins at t = 0")
+@wrong(START, OptionError, "start = Model at t = 2 s", "names as keys")
 def derivatives_from_a_point():
     """Derivatives of a run that goes on from a point."""
     system = braked_drive()
@@ -2453,7 +2453,7 @@ def until_in_metres():
     lp.simulate(lp.assemble(Hoist()), until="1 m")
 
 
-@wrong(RUNS, OptionError, "grid", "nan", "does not decrease")
+@wrong(RUNS, OptionError, "grid", "nan", "finite numbers")
 def output_time_that_is_no_number():
     """One of the output times is not a number."""
     lp.simulate(lp.assemble(Hoist()), until=1.0, grid=[0.0, float("nan"), 1.0])

@@ -194,7 +194,6 @@ class OperatingPoint(Named):
         p = self.system._flat.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
-    @checked
     def __getitem__(self, name: Name) -> float:
         function = self.system.function([name])
         return float(function(self.x, self.theta, self.time, self.modes))
@@ -286,7 +285,6 @@ class Trajectory(Named):
         """Accepted steps."""
         return self.statistics.steps
 
-    @checked
     def __getitem__(self, name: Name) -> np.ndarray:
         key = self.system.key(name)
         if key == "time":

@@ -151,6 +151,11 @@ def test_a_target_is_approached_step_by_step_where_newtons_method_alone_runs_awa
 def test_of_many_initial_equations_only_those_in_conflict_are_named():
     model = lp.compose(
         body=[Inertia(J=1.0 + i) for i in range(5)],
+        load=[Torque(tau=1.0) for _ in range(5)],
+        connections=lambda m: [
+            lp.connect(load.flange, body.flange_a)
+            for load, body in zip(m.load, m.body, strict=True)
+        ],
         initial_equations=lambda m: [
             *(b.w == 3.0 for b in m.body),
             m.body[1].w + m.body[3].w == 7.0,
