@@ -124,6 +124,43 @@ class Saltation:
         orders = [self._ordered(run, t, old, new, o) for o in itertools.permutations(causes)]
         return Crossing(t, tuple(orders))
 
+    def joined(
+        self, run: Trajectory, one: Crossing, other: Crossing, accuracy: np.ndarray
+    ) -> Crossing | None:
+        """Two crossings at the same instant, in both orders; None if they are one after the other.
+
+        Parameters
+        ----------
+        accuracy : ndarray
+            How well each margin is known.
+
+        Raises
+        ------
+        SolverError
+            If they coincide, but the second one does not happen without the first.
+        """
+        jumps = (*one.orders[0], *other.orders[0])
+        owned = [mode for jump in jumps for mode in jump.modes]
+        if not all(jump.modes for jump in jumps) or len(set(owned)) < len(owned):
+            return None
+        old, new = jumps[0].before, jumps[-1].after
+        left = np.asarray(self.system.margins(old[0], run.theta, one.t, old[1])[0]).ravel()
+        changed = np.flatnonzero(old[1][: self._count] != new[1][: self._count])
+        waits = [i for jump in jumps for i in jump.used if left[i] > 1e3 * accuracy[i]]
+        if waits and self.system.switching.rows[waits[0]][0] != "relation":
+            return None
+        if waits or len(jumps) > _MOST or not set(changed.tolist()) <= set(owned):
+            names = ", ".join(dict.fromkeys(name for jump in jumps for name in jump.names))
+            raise SolverError(
+                f"{self.system.name}: at t = {one.t:.9g} s different changes coincide ({names}), "
+                "and what comes second only matters after the first; which comes first depends on "
+                "the parameters, so the run has no derivative there. Change a parameter a little.",
+                run,
+            )
+        causes = [_Cause(j.used, j.instant, j.names, j.modes) for j in jumps]
+        orders = [self._ordered(run, one.t, old, new, o) for o in itertools.permutations(causes)]
+        return Crossing(other.t, tuple(orders))
+
     @property
     def _count(self) -> int:
         return self.system._flat.mode_count
@@ -135,7 +172,7 @@ class Saltation:
         jumps: list[Jump] = []
         side = old
         for number, cause in enumerate(causes):
-            if cause.used and number:
+            if cause.used and cause.gap is None:
                 cause = cause._replace(row=self._row(run, t, side, list(cause.used), cause.names))
             settings = side[1].copy()
             settings[list(cause.modes)] = new[1][list(cause.modes)]
@@ -183,7 +220,20 @@ class Saltation:
             kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
             by_x, drift = kept @ by_x, kept @ drift
             by_p = kept @ by_p - scipy.sparse.csc_array(np.outer(along_gap, gap_by_p))
-        return Jump(by_x, by_p, drift, cause.row, cause.names, shared, old, new, act, settles)
+        return Jump(
+            by_x,
+            by_p,
+            drift,
+            cause.row,
+            cause.names,
+            shared,
+            old,
+            new,
+            act,
+            settles,
+            cause.used,
+            cause.modes,
+        )
 
     def _fixed(self, run: Trajectory, t: float, new: Side) -> _Cause:
         """An instant that does not move."""
