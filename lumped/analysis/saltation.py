@@ -50,6 +50,9 @@ class _Cause(NamedTuple):
         What changes with it.
     gap : ndarray or None, shape (n + p,)
         Derivatives of a gap that closes at the end of ever smaller bounces.
+    plain : tuple or None
+        Derivatives by states, parameters and time of a margin that only matters after another
+        change.
     """
 
     used: tuple[int, ...]
@@ -57,6 +60,7 @@ class _Cause(NamedTuple):
     names: tuple[str, ...]
     modes: tuple[int, ...]
     gap: np.ndarray | None = None
+    plain: tuple[np.ndarray, float] | None = None
 
 
 class Saltation:
@@ -137,7 +141,7 @@ class Saltation:
         Raises
         ------
         SolverError
-            If they coincide, but the second one does not happen without the first.
+            If they coincide, but not all orders can be followed.
         """
         jumps = (*one.orders[0], *other.orders[0])
         owned = [mode for jump in jumps for mode in jump.modes]
@@ -149,17 +153,51 @@ class Saltation:
         waits = [i for jump in jumps for i in jump.used if left[i] > 1e3 * accuracy[i]]
         if waits and self.system.switching.rows[waits[0]][0] != "relation":
             return None
-        if waits or len(jumps) > _MOST or not set(changed.tolist()) <= set(owned):
+        if len(jumps) > _MOST or not set(changed.tolist()) <= set(owned):
             names = ", ".join(dict.fromkeys(name for jump in jumps for name in jump.names))
             raise SolverError(
                 f"{self.system.name}: at t = {one.t:.9g} s different changes coincide ({names}), "
-                "and what comes second only matters after the first; which comes first depends on "
-                "the parameters, so the run has no derivative there. Change a parameter a little.",
+                "and which comes first depends on the parameters; this is followed only where each "
+                "change is that of its own component alone. Change a parameter a little.",
                 run,
             )
-        causes = [_Cause(j.used, j.instant, j.names, j.modes) for j in jumps]
+        causes = [
+            _Cause(j.used, j.instant, j.names, j.modes, None, self._plain(run, one.t, j, waits))
+            for j in jumps
+        ]
         orders = [self._ordered(run, one.t, old, new, o) for o in itertools.permutations(causes)]
         return Crossing(other.t, tuple(orders))
+
+    def _plain(
+        self, run: Trajectory, t: float, jump: Jump, waits: list[int]
+    ) -> tuple[np.ndarray, float] | None:
+        """Derivatives of the margin of a jump as it is where it matters, if it has waited."""
+        if not set(jump.used) & set(waits):
+            return None
+        x, settings = jump.before
+        point, margin = (x, run.theta, t, settings), jump.used[0]
+        by_both = _sparse(self.margins(*point))[[margin]].toarray().ravel()
+        rates = np.asarray(self.system.rhs(*point)).ravel()
+        rate = float(np.asarray(self.system.margin_rates(*point)).ravel()[margin])
+        return by_both, rate - float(by_both[: len(x)] @ rates)
+
+    def _plain_row(self, run: Trajectory, t: float, side: Side, cause: _Cause) -> np.ndarray:
+        """Derivatives of the instant of such a margin, with the rates of a side."""
+        assert cause.plain is not None
+        by_both, by_time = cause.plain
+        rates = np.asarray(self.system.rhs(side[0], run.theta, t, side[1])).ravel()
+        rate = float(by_both[: len(rates)] @ rates) + by_time
+        if not rate < 0:
+            raise self._dependent(run, t, cause.names)
+        found: np.ndarray = -by_both / rate
+        return found
+
+    def _dependent(self, run: Trajectory, t: float, names: tuple[str, ...]) -> SolverError:
+        return SolverError(
+            f"{self.system.name}: at t = {t:.9g} s changes coincide, and {', '.join(names)} "
+            "would not change if another came first; the run has no derivative there.",
+            run,
+        )
 
     @property
     def _count(self) -> int:
@@ -172,7 +210,9 @@ class Saltation:
         jumps: list[Jump] = []
         side = old
         for number, cause in enumerate(causes):
-            if cause.used and cause.gap is None:
+            if cause.plain is not None:
+                cause = cause._replace(row=self._plain_row(run, t, side, cause))
+            elif cause.used and cause.gap is None:
                 cause = cause._replace(row=self._row(run, t, side, list(cause.used), cause.names))
             settings = side[1].copy()
             settings[list(cause.modes)] = new[1][list(cause.modes)]
@@ -352,11 +392,7 @@ class Saltation:
         point = (side[0], run.theta, t, side[1])
         rate = float(np.asarray(self.system.margin_rates(*point)).ravel()[used[0]])
         if not rate < 0:
-            raise SolverError(
-                f"{self.system.name}: at t = {t:.9g} s changes coincide, and {', '.join(names)} "
-                "would not change if another came first; the run has no derivative there.",
-                run,
-            )
+            raise self._dependent(run, t, names)
         row = _sparse(self.margins(*point))[[used[0]]].toarray().ravel()
         found: np.ndarray = -row / rate
         return found
