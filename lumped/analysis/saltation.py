@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.analysis.causes import Cause as _Cause
-from lumped.analysis.causes import merged as _merged
-from lumped.analysis.causes import sparse as _sparse
 from lumped.analysis.changes import Blow, Changes
 from lumped.analysis.jumps import Crossing, Jump, Side
 from lumped.analysis.result import Trajectory
@@ -35,6 +33,34 @@ _RESTING = 1e-12
 
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
+
+
+class _Cause(NamedTuple):
+    """One reason why a run stops.
+
+    Attributes
+    ----------
+    used : tuple of int
+        Margins that are used up.
+    row : ndarray, shape (n + p,)
+        Derivatives of the instant.
+    names : tuple of str
+        Components.
+    modes : tuple of int
+        What changes with it.
+    gap : ndarray or None, shape (n + p,)
+        Derivatives of a gap that closes at the end of ever smaller bounces.
+    plain : tuple or None
+        Derivatives by states, parameters and time of a margin that only matters after another
+        change.
+    """
+
+    used: tuple[int, ...]
+    row: np.ndarray
+    names: tuple[str, ...]
+    modes: tuple[int, ...]
+    gap: np.ndarray | None = None
+    plain: tuple[np.ndarray, float] | None = None
 
 
 class Saltation:
@@ -407,6 +433,23 @@ class Saltation:
             yield jumps, None
 
 
+def _merged(causes: list[_Cause], sizes: np.ndarray) -> list[_Cause]:
+    """Causes whose instants move alike are one."""
+    found: list[_Cause] = []
+    for cause in causes:
+        for i, other in enumerate(found):
+            both = np.abs(np.array([cause.row, other.row]) * sizes)
+            apart = np.abs((cause.row - other.row) * sizes).max(initial=0.0)
+            if apart <= 1e-6 * (1e-6 + both.max(initial=0.0)):
+                names = tuple(dict.fromkeys((*other.names, *cause.names)))
+                modes = tuple(dict.fromkeys((*other.modes, *cause.modes)))
+                found[i] = _Cause((*other.used, *cause.used), other.row, names, modes)
+                break
+        else:
+            found.append(cause)
+    return found
+
+
 def _happening(run: Trajectory, t: float, timed: bool = False) -> tuple[str, ...]:
     """Components with an event at an instant; those of functions of time alone if `timed`."""
     names = []
@@ -414,3 +457,7 @@ def _happening(run: Trajectory, t: float, timed: bool = False) -> tuple[str, ...
         if event.time == t and not (timed and (event.before or event.after)):
             names += event.component.split(", ")
     return tuple(dict.fromkeys(names))
+
+
+def _sparse(matrix: ca.DM) -> scipy.sparse.csc_array:
+    return scipy.sparse.csc_array(ca.DM(matrix).sparse())
