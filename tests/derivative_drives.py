@@ -7,6 +7,7 @@ from lumped import functionals as fun
 from lumped.components import (
     Backlash,
     BearingFriction,
+    Belt,
     Brake,
     Clutch,
     Coupling,
@@ -23,7 +24,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.translation_contact import MassWithStops
+from lumped.components.translation_contact import ElastoGap, MassWithStops
 from lumped.ops import cos, sin, where
 
 DRIVES = {}
@@ -263,3 +264,48 @@ def clutch_engaged_by_its_command():
     ]
     to = ["rise", "push.tau", "a.J", "b.J", "clutch.f_max", "oil.d", "a.w"]
     return lp.assemble(model), of, to, 2.0
+
+
+@drive
+def elastic_play_without_damping():
+    model = lp.compose(
+        a=Inertia(J=1.0, w=2.0, phi=0.0),
+        play=ElastoBacklash(c=600.0, b=0.02),
+        b=Inertia(J=1.5),
+        spring=SpringDamper(c=200.0, d=0.5),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.a, m.play, m.b, m.spring, m.wall),
+    )
+    of = [fun.final("a.w"), fun.final("b.w"), fun.peak("play.tau")]
+    to = ["a.J", "play.c", "play.b", "spring.c"]
+    return lp.assemble(model, keep=["a.phi"]), of, to, 1.7
+
+
+@drive
+def mass_that_falls_on_an_elastic_gap():
+    model = lp.compose(
+        body=translation.Mass(m=1.0, v=-1.0, s=0.1),
+        gap=ElastoGap(c=1e3, d=20.0, s_rel0=0.02),
+        ground=translation.Fixed(),
+        weight=translation.Force(f=-5.0),
+        connections=lambda m: [
+            *lp.chain(m.ground, m.gap, m.body),
+            lp.connect(m.weight.flange, m.body.flange_b),
+        ],
+    )
+    of = [fun.final("body.v"), fun.final("body.s"), fun.lowest("gap.f"), fun.rms("gap.f")]
+    to = ["body.m", "gap.c", "gap.d", "gap.s_rel0", "weight.f"]
+    return lp.assemble(model, keep=["body.s"]), of, to, 0.9
+
+
+@drive
+def belt_whose_strands_go_slack():
+    model = lp.compose(
+        a=Inertia(J=0.1, w=30.0),
+        belt=Belt(r_a=0.1, r_b=0.2, distance=0.8, EA=2e4, F_0=20.0),
+        b=Inertia(J=0.5),
+        connections=lambda m: lp.chain(m.a, m.belt, m.b),
+    )
+    of = [fun.final("a.w"), fun.final("b.w")]
+    to = ["a.J", "belt.EA", "belt.F_0", "b.J"]
+    return lp.assemble(model), of, to, 0.6

@@ -38,6 +38,9 @@ __all__ = [
     "sweep",
 ]
 
+_AT_ONCE = 1e-10
+"""Part of a run within which changes are at the same instant."""
+
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
 
@@ -205,6 +208,13 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     for last, leg in itertools.pairwise(legs):
         old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
         found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))
+    soon = _AT_ONCE * float(legs[-1].t[-1])
+    for k in range(len(found) - 1):
+        if found[k + 1].t - found[k].t <= soon and found[k].orders:
+            accuracy = max(rtol, _AT_ONCE) * legs[k].margins(run)
+            both = saltation.joined(run, found[k], found[k + 1], accuracy)
+            if both is not None:
+                found[k], found[k + 1] = Crossing(found[k].t, ()), both
     return found
 
 
@@ -252,6 +262,8 @@ def sweep(
         found = [_over(run, legs[number], number, steps, seeds, points, s) for s in found]
         if number:
             crossing = crossings[number - 1]
+            if not crossing.orders:
+                continue
             found = [
                 _across(run, steps, seeds, points, number, crossing, order, s)
                 for s in found

@@ -217,6 +217,9 @@ class Forward:
     ) -> np.ndarray:
         """Sensitivities after a crossing; notes its instants and what integrals gain."""
         gains = np.zeros((self.q, self.k))
+        if not crossing.orders:
+            found.jumps.append(gains)
+            return S
         passed = crossing.forward(S, self.seed, side)
         for jump, slopes, _ in passed.parts:
             found.instants.append(Instant(crossing.t, slopes, jump.names, jump.shared, number))

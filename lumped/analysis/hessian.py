@@ -171,7 +171,7 @@ def _refuse_events(course: Course) -> None:
     """Refuse changes at which rates jump; where they only have a kink, all is known."""
     run, steps = course.run, course.steps
     for crossing in course.crossings:
-        for jump in crossing.orders[0]:
+        for jump in (j for order in crossing.orders[:1] for j in order):
             n = len(jump.drift)
             off = np.abs(jump.states.toarray() - np.eye(n)).max(initial=0.0)
             off = max(off, np.abs(jump.parameters.toarray()).max(initial=0.0))

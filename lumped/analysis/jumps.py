@@ -39,6 +39,8 @@ class Jump(NamedTuple):
         The `when` statements, and what closes at a speed.
     settles : bool
         A gap closes to rest after ever smaller bounces.
+    used, modes : tuple of int
+        Margins that are used up, and what changes with them.
     """
 
     states: scipy.sparse.csc_array
@@ -51,6 +53,8 @@ class Jump(NamedTuple):
     after: Side
     act: tuple[tuple[int, ...], Blow | None]
     settles: bool = False
+    used: tuple[int, ...] = ()
+    modes: tuple[int, ...] = ()
 
     def forward(self, S: np.ndarray, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sensitivities after it, shape (n, k), and of the instant, (k,).
@@ -109,7 +113,8 @@ class Crossing(NamedTuple):
     t : float
         Instant, s.
     orders : tuple of tuple of Jump
-        Jumps one after the other; several orders if different causes coincide.
+        Jumps one after the other; several orders if different causes coincide; none if all that
+        happens is part of the next crossing, at the same instant.
     """
 
     t: float
@@ -118,7 +123,7 @@ class Crossing(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Components that change."""
-        return tuple(dict.fromkeys(n for jump in self.orders[0] for n in jump.names))
+        return tuple(dict.fromkeys(n for order in self.orders[:1] for j in order for n in j.names))
 
     def forward(self, S: np.ndarray, seed: np.ndarray, side: int) -> Passed:
         """Sensitivities after it.

@@ -232,7 +232,8 @@ class Course:
             sign = top.sign if functional.kind == "peak" else 1.0
             point = Point(top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters)
             if top.edge:
-                point = replace(point, edge=top.edge, late=sign * look.rate)
+                edge = self._joined(top.edge)
+                point = replace(point, edge=edge, late=sign * look.rate)
             last = top.time == self.until and functional.between is None
             ways.append(Way(sign * look.value, (point,), sign * look.rate if last else 0.0))
             times.append(f"{top.time:.9g}")
@@ -271,8 +272,14 @@ class Course:
                 )
             # several changes one after the other at the same instant
             legs = begins[times[i]]
-            found.append(legs[min(times[:i].count(times[i]), len(legs) - 1)])
+            found.append(self._joined(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
         return found
+
+    def _joined(self, number: int) -> int:
+        """The leg at whose begin all is told that happens where a leg begins."""
+        while not self.crossings[number - 1].orders:
+            number += 1
+        return number
 
     def _instant(self, functional: Instant) -> Owed:
         label = str(functional)
@@ -291,7 +298,7 @@ class Course:
         """Legs that begin at the last three impacts before a rest whose flights are resolved."""
         found = []
         for k in range(1, number):
-            for jump in self.crossings[k - 1].orders[0]:
+            for jump in (j for order in self.crossings[k - 1].orders[:1] for j in order):
                 blow = jump.act[1]
                 if component in jump.names and blow is not None and any(b for _, b in blow.hits):
                     found.append(k)
@@ -334,7 +341,7 @@ class Course:
         names = run.system.switching.names
         found: list[tuple[int, Jump, list[int]]] = []
         for number, crossing in enumerate(self.crossings, 1):
-            for jump in crossing.orders[0]:
+            for jump in (j for order in crossing.orders[:1] for j in order):
                 blow = jump.act[1]
                 holds = [
                     h for h in (blow.members if blow else ()) if names[h] == functional.component

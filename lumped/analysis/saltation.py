@@ -51,6 +51,9 @@ class _Cause(NamedTuple):
         What changes with it.
     gap : ndarray or None, shape (n + p,)
         Derivatives of a gap that closes at the end of ever smaller bounces.
+    plain : tuple or None
+        Derivatives by states, parameters and time of a margin that only matters after another
+        change.
     """
 
     used: tuple[int, ...]
@@ -58,6 +61,7 @@ class _Cause(NamedTuple):
     names: tuple[str, ...]
     modes: tuple[int, ...]
     gap: np.ndarray | None = None
+    plain: tuple[np.ndarray, float] | None = None
 
 
 class Saltation:
@@ -126,6 +130,77 @@ class Saltation:
         orders = [self._ordered(run, t, old, new, o) for o in itertools.permutations(causes)]
         return Crossing(t, tuple(orders))
 
+    def joined(
+        self, run: Trajectory, one: Crossing, other: Crossing, accuracy: np.ndarray
+    ) -> Crossing | None:
+        """Two crossings at the same instant, in both orders; None if they are one after the other.
+
+        Parameters
+        ----------
+        accuracy : ndarray
+            How well each margin is known.
+
+        Raises
+        ------
+        SolverError
+            If they coincide, but not all orders can be followed.
+        """
+        jumps = (*one.orders[0], *other.orders[0])
+        owned = [mode for jump in jumps for mode in jump.modes]
+        if not all(jump.modes for jump in jumps) or len(set(owned)) < len(owned):
+            return None
+        old, new = jumps[0].before, jumps[-1].after
+        left = np.asarray(self.system.margins(old[0], run.theta, one.t, old[1])[0]).ravel()
+        changed = np.flatnonzero(old[1][: self._count] != new[1][: self._count])
+        waits = [i for jump in jumps for i in jump.used if left[i] > 1e3 * accuracy[i]]
+        if waits and self.system.switching.rows[waits[0]][0] != "relation":
+            return None
+        if len(jumps) > _MOST or not set(changed.tolist()) <= set(owned):
+            names = ", ".join(dict.fromkeys(name for jump in jumps for name in jump.names))
+            raise SolverError(
+                f"{self.system.name}: at t = {one.t:.9g} s different changes coincide ({names}), "
+                "and which comes first depends on the parameters; this is followed only where each "
+                "change is that of its own component alone. Change a parameter a little.",
+                run,
+            )
+        causes = [
+            _Cause(j.used, j.instant, j.names, j.modes, None, self._plain(run, one.t, j, waits))
+            for j in jumps
+        ]
+        orders = [self._ordered(run, one.t, old, new, o) for o in itertools.permutations(causes)]
+        return Crossing(other.t, tuple(orders))
+
+    def _plain(
+        self, run: Trajectory, t: float, jump: Jump, waits: list[int]
+    ) -> tuple[np.ndarray, float] | None:
+        """Derivatives of the margin of a jump as it is where it matters, if it has waited."""
+        if not set(jump.used) & set(waits):
+            return None
+        x, settings = jump.before
+        point, margin = (x, run.theta, t, settings), jump.used[0]
+        by_both = _sparse(self.margins(*point))[[margin]].toarray().ravel()
+        rates = np.asarray(self.system.rhs(*point)).ravel()
+        rate = float(np.asarray(self.system.margin_rates(*point)).ravel()[margin])
+        return by_both, rate - float(by_both[: len(x)] @ rates)
+
+    def _plain_row(self, run: Trajectory, t: float, side: Side, cause: _Cause) -> np.ndarray:
+        """Derivatives of the instant of such a margin, with the rates of a side."""
+        assert cause.plain is not None
+        by_both, by_time = cause.plain
+        rates = np.asarray(self.system.rhs(side[0], run.theta, t, side[1])).ravel()
+        rate = float(by_both[: len(rates)] @ rates) + by_time
+        if not rate < 0:
+            raise self._dependent(run, t, cause.names)
+        found: np.ndarray = -by_both / rate
+        return found
+
+    def _dependent(self, run: Trajectory, t: float, names: tuple[str, ...]) -> SolverError:
+        return SolverError(
+            f"{self.system.name}: at t = {t:.9g} s changes coincide, and {', '.join(names)} "
+            "would not change if another came first; the run has no derivative there.",
+            run,
+        )
+
     @property
     def _count(self) -> int:
         return self.system._flat.mode_count
@@ -137,7 +212,9 @@ class Saltation:
         jumps: list[Jump] = []
         side = old
         for number, cause in enumerate(causes):
-            if cause.used and number:
+            if cause.plain is not None:
+                cause = cause._replace(row=self._plain_row(run, t, side, cause))
+            elif cause.used and cause.gap is None:
                 cause = cause._replace(row=self._row(run, t, side, list(cause.used), cause.names))
             settings = side[1].copy()
             settings[list(cause.modes)] = new[1][list(cause.modes)]
@@ -185,7 +262,20 @@ class Saltation:
             kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
             by_x, drift = kept @ by_x, kept @ drift
             by_p = kept @ by_p - scipy.sparse.csc_array(np.outer(along_gap, gap_by_p))
-        return Jump(by_x, by_p, drift, cause.row, cause.names, shared, old, new, act, settles)
+        return Jump(
+            by_x,
+            by_p,
+            drift,
+            cause.row,
+            cause.names,
+            shared,
+            old,
+            new,
+            act,
+            settles,
+            cause.used,
+            cause.modes,
+        )
 
     def _fixed(self, run: Trajectory, t: float, new: Side) -> _Cause:
         """An instant that does not move."""
@@ -323,11 +413,7 @@ class Saltation:
         point = (side[0], run.theta, t, side[1])
         rate = float(np.asarray(self.system.margin_rates(*point)).ravel()[used[0]])
         if not rate < 0:
-            raise SolverError(
-                f"{self.system.name}: at t = {t:.9g} s changes coincide, and {', '.join(names)} "
-                "would not change if another came first; the run has no derivative there.",
-                run,
-            )
+            raise self._dependent(run, t, names)
         row = _sparse(self.margins(*point))[[used[0]]].toarray().ravel()
         found: np.ndarray = -row / rate
         return found

@@ -144,7 +144,7 @@ class Second:
             system.made[key] = ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])
         inside = float(self.window[0] < crossing.t < self.window[1])
         weights = np.append(adjoint, np.full(self.steps.integrands.numel(), inside))
-        for jump in crossing.orders[0]:
+        for jump in (j for order in crossing.orders[:1] for j in order):
             moved = jump.instant @ np.vstack([S, self.seed])
             before, after = (
                 np.asarray(system.made[key](x, self.run.theta, crossing.t, m, weights)).ravel()

@@ -121,7 +121,9 @@ class Summed:
     def shared(self) -> tuple[float, ...]:
         """Instants at which statically indeterminate constraints let go, s."""
         crossings = self.course.crossings
-        return tuple(c.t for c in crossings if any(jump.shared for jump in c.orders[0]))
+        return tuple(
+            c.t for c in crossings if any(jump.shared for order in c.orders[:1] for jump in order)
+        )
 
     @property
     def parted(self) -> bool:

@@ -291,3 +291,33 @@ def test_functionals_that_ask_for_what_is_not_there_are_refused():
         lambda: fun.at_event("a.v", "a", side="here"),
     ):
         refused(wrong, kind=OptionError)
+
+
+def test_changes_that_coincide_but_for_rounding_coincide():
+    # 3 * 0.1 and 0.3 differ by rounding: one brake stops at 3 * 0.1 / 0.7, the other at 0.3 / 0.7
+    parts = {"a": Brake(J=3 * 0.1, M=0.7, w0=1.0), "b": Brake(J=0.3, M=0.7, w0=1.0)}
+    system = lp.assemble(lp.compose(**parts))
+    found = both(system, [fun.final("a.phi"), fun.instant("b")], ["a.J", "b.J"], 1.0)
+    assert found.derivatives == pytest.approx(np.array([[0.5 / 0.7, 0], [0, 1 / 0.7]]), abs=1e-9)
+
+    def equations(self):
+        yield lp.der(self.x) == self.a
+        yield lp.der(self.z) == self.b
+        first = where(self.x > 1.0, where(self.z > 1.0, 1, 0), 0)
+        yield lp.der(self.y) == first
+
+    for other in (0.3, 0.1 + 0.2, 3 * 0.1):
+        gate = one(
+            equations,
+            a=lp.param("1/s", "rate", 0.3),
+            b=lp.param("1/s", "rate", other),
+            x=lp.var("1", "one", state="always"),
+            z=lp.var("1", "other", state="always"),
+            y=lp.var("1", "sum", state="always"),
+        )
+        for call in (lp.gradient, lp.sensitivity):
+            refused(
+                lambda c=call, g=gate: c(g, of=[fun.final("y")], to=["a"], until=5.0),
+                "t = 3.33333",
+                "coincide",
+            )

@@ -32,7 +32,7 @@ def by_differences(system, of, to, until):
         value = begin[name] if value is None else value
         slopes = []
         for part in (1e-4, 3e-5):
-            h, total = part * abs(value), 0.0
+            h, total = part * (abs(value) or 0.1), 0.0
             for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
                 up, down = (numbers(system, of, until, {name: value + s * k * h}) for s in (1, -1))
                 total = total + weight * (up - down) / h

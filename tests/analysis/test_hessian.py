@@ -265,3 +265,38 @@ def test_the_operating_point_of_a_response_moves():
     assert found.moving
     assert found["x", "u", "k"] == pytest.approx(slope * np.sqrt(0.5 / 0.8), rel=1e-8)
     assert found["x", "u", "u"] == pytest.approx(slope * np.sqrt(0.8 / 0.5), rel=1e-8)
+
+
+def test_drag_by_the_square_of_a_speed_that_turns_back_has_exact_second_derivatives():
+    # J w' = -M - k w |w|: tan while it turns forward, tanh after it has stopped
+    def equations(self):
+        yield self.J * lp.der(self.w) == -self.M - self.k * self.w * abs(self.w)
+
+    system = lp.assemble(
+        one(
+            equations,
+            J=lp.param("kg.m2", "inertia", 1.3),
+            M=lp.param("N.m", "torque", 1.5),
+            k=lp.param("N.m.s2", "drag", 0.6),
+            w=lp.var("rad/s", "speed", start=1.0, state="always"),
+        )
+    )
+    until, point = 2.0, np.array([1.3, 1.5, 0.6])
+
+    def last(J, M, k):
+        c = np.sqrt(M / k)
+        stop = np.arctan(1.0 / c) * J / (c * k)
+        return -c * np.tanh(c * k * (until - stop) / J)
+
+    def slopes(values):
+        return np.array([last(*(values + 1e-30j * np.eye(3)[i])).imag / 1e-30 for i in range(3)])
+
+    columns = []
+    for i in range(3):
+        step = 1e-3 * np.eye(3)[i]
+        near = 8 * (slopes(point + step) - slopes(point - step))
+        far = slopes(point + 2 * step) - slopes(point - 2 * step)
+        columns.append((near - far) / 12e-3)
+    found = lp.hessian(system, of=fun.final("w"), to=["J", "M", "k"], until=until, rtol=1e-8)
+    assert found.gradient == pytest.approx(slopes(point), rel=1e-8)
+    assert found.matrix == pytest.approx(np.array(columns), rel=1e-7)

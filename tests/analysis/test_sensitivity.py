@@ -209,7 +209,7 @@ def test_a_ball_that_bounces_twice_remembers_its_height_and_its_restitution(how)
         quantities["f"] = lp.var("N/kg", "reaction of the ground, upwards negative")
     model = one(jump if how == "when" else contact, **quantities)
     found = lp.sensitivity(lp.assemble(model), of=["s"], to=["s", "e", "g"], until=1.5, rtol=1e-9)
-    assert len({moved.time for moved in found.instants}) == 2
+    assert len({round(moved.time, 12) for moved in found.instants}) == 2
     point = np.array([1.0, 0.8, 10.0])
     expected = [
         [bounces(*(point + 1e-30j * np.eye(3)[i]), until=1.5)[k].imag / 1e-30 for i in range(3)]
