@@ -147,7 +147,8 @@ def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any)
         if get_origin(kind) is not Mapping:
             continue
         wanted = get_args(kind)[1]
-        if {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}:
+        several = {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}
+        if several or (isinstance(wanted, type) and issubclass(wanted, _Absent)):
             for name, value in given.items():
                 _fitting(function, f"{key}[{shown(name)}]", value, wanted)
 
@@ -204,6 +205,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return _called(hint) in [cls.__name__ for cls in type(value).__mro__]
     if not isinstance(hint, type):
         return True
+    if getattr(hint, "_is_protocol", False):
+        return all(hasattr(value, name) for name in dir(hint) if not name.startswith("_"))
     return isinstance(value, hint)
 
 
