@@ -67,11 +67,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     several = [k for k, p in signature.parameters.items() if p.kind is p.VAR_POSITIONAL]
     known = [p for p in signature.parameters if p != "self"]
     hints: dict[str, Any] = {}
+    sure: dict[str, set[type]] = {}
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints and known:
             hints.update(_hints(function, signature))
+            sure.update({key: _sure(hint) for key, hint in hints.items()})
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as fault:
@@ -87,7 +89,9 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             if key in several:
                 members = enumerate(value)
                 given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
-            elif key in hints:
+            elif key in hints and not (
+                type(value) in sure[key] and (type(value) is not float or math.isfinite(value))
+            ):
                 given[key] = _fitting(name, key, value, hints[key])
         _same_system(name, given)
         return function(*bound.args, **bound.kwargs)
@@ -103,6 +107,13 @@ def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[s
         for key, p in signature.parameters.items()
         if p.kind is not p.VAR_KEYWORD and isinstance(p.annotation, str)
     }
+
+
+def _sure(hint: Any) -> set[type]:
+    """Types whose values fit without a further look, but for floats that are not finite."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    plain = {kind for kind in kinds if isinstance(kind, type) and kind is not np.ndarray}
+    return plain | {int} if float in plain else plain
 
 
 class _Names(dict[str, Any]):
@@ -147,7 +158,8 @@ def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any)
         if get_origin(kind) is not Mapping:
             continue
         wanted = get_args(kind)[1]
-        if {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}:
+        several = {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}
+        if several or (isinstance(wanted, type) and issubclass(wanted, _Absent)):
             for name, value in given.items():
                 _fitting(function, f"{key}[{shown(name)}]", value, wanted)
 
@@ -173,25 +185,26 @@ def _same_system(function: str, given: dict[str, Any]) -> None:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    origin = get_origin(hint)
-    if hint == ArrayLike:
+    if hint is None or isinstance(hint, type | ForwardRef):
+        return _is_a(value, hint)
+    if hint is ArrayLike:
         return _numbers(value)
-    if hint is np.ndarray:
-        return isinstance(value, np.ndarray) and _numbers(value)
+    origin, kinds = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
-        kinds = get_args(hint)
         if float in kinds and str in kinds and has_unit(value):
             return True
         return any(_fits(value, one) for one in kinds)
     if origin is Literal:
-        return isinstance(value, str) and value in get_args(hint)
+        return isinstance(value, str) and value in kinds
     if origin in (Iterable, Sequence, tuple, list):
-        return _fit_all(value, get_args(hint))
+        return _fit_all(value, kinds)
     if origin is Mapping:
-        key = get_args(hint)[0]
-        return isinstance(value, Mapping) and all(_fits(k, key) for k in value)
-    if origin is Callable:
-        return callable(value)
+        return isinstance(value, Mapping) and all(_fits(k, kinds[0]) for k in value)
+    return callable(value) if origin is Callable else True
+
+
+def _is_a(value: Any, hint: Any) -> bool:
+    """Whether a value is of a class, and finite if it is a number."""
     if hint is None or hint is type(None):
         return value is None
     if hint is float:
@@ -200,10 +213,12 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, int | np.integer) and not isinstance(value, bool)
     if hint is bool:
         return isinstance(value, bool | np.bool_)
-    if isinstance(hint, ForwardRef) or (isinstance(hint, type) and issubclass(hint, _Absent)):
+    if hint is np.ndarray:
+        return isinstance(value, np.ndarray) and _numbers(value)
+    if isinstance(hint, ForwardRef) or issubclass(hint, _Absent):
         return _called(hint) in [cls.__name__ for cls in type(value).__mro__]
-    if not isinstance(hint, type):
-        return True
+    if getattr(hint, "_is_protocol", False):
+        return all(hasattr(value, name) for name in dir(hint) if not name.startswith("_"))
     return isinstance(value, hint)
 
 
@@ -238,7 +253,7 @@ def _numbers(value: Any) -> bool:
 def _words(hint: Any) -> str:
     """What is needed."""
     origin, kinds = get_origin(hint), get_args(hint)
-    if hint == ArrayLike or hint is np.ndarray:
+    if hint is ArrayLike or hint is np.ndarray:
         return "a list of finite numbers"
     if origin in (Union, types.UnionType):
         if _names(hint):

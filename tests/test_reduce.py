@@ -230,7 +230,8 @@ def test_requested_outputs_decide_what_is_computed():
         shaft=Spring(c=4.0),
         two=Inertia(J=1.0),
         apart=Inertia(J=2.0, w=3.0),
-        connections=lambda m: lp.chain(m.one, m.shaft, m.two),
+        idle=Torque(tau=0.0),
+        connections=lambda m: [*lp.chain(m.one, m.shaft, m.two), *lp.chain(m.idle, m.apart)],
     )
     everything = lp.assemble(model)
     assert everything.state_names == ["one.w", "shaft.phi_rel", "two.w", "apart.w"]

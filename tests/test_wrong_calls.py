@@ -297,6 +297,23 @@ def test_what_cannot_be_divided_is_refused(run):
         message(lambda options=options: lp.optimise(run, vary={"motor.J": (0.5, 2.0)}, **options))
 
 
+@pytest.mark.parametrize(
+    "options", [{"tolerances": [-1.0]}, {"tolerances": [2.0]}, {"methods": []}]
+)
+def test_a_ladder_of_tolerances_must_make_sense(options, system):
+    text = message(lambda: lp.work_precision(system, until=0.1, **options))
+    assert "tolerances between 1e-14 and 1" in text
+
+
+def test_pictures_and_reports_check_what_they_draw(system, model, tmp_path):
+    path = tmp_path / "page.html"
+    assert "ending such as .svg" in message(lambda: lp.schematic(model, tmp_path / "a.foo"))
+    assert "figures['a'] = 5" in message(lambda: lp.report_html(system, path, figures={"a": 5}))
+    for wrong in (5, [5]):
+        text = message(lambda w=wrong: lp.report_html(system, path, compared=w))
+        assert f"compared = {wrong}" in text
+
+
 # -- results asked for what they do not have -----------------------------------------------------
 
 

@@ -193,6 +193,11 @@ def work_precision(
     """
     until = in_seconds(until, "until")
     names, ladder = observed(system, of), [float(r) for r in tolerances]
+    chosen = _methods(system) if methods is None else list(methods)
+    if not chosen or not all(1e-14 <= rtol < 1 for rtol in ladder):
+        raise OptionError(
+            "work_precision: at least one method is needed, and tolerances between 1e-14 and 1."
+        )
     point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
     if not ladder:
         raise OptionError("work_precision: give at least one tolerance.")
@@ -219,7 +224,7 @@ def work_precision(
         check = run("steps", 10 * tight)
     own = compared(check, reference, names)
     rows, window = [], own.window
-    for method in _methods(system) if methods is None else methods:
+    for method in chosen:
         for rtol in ladder:
             row, excluded = _row(reference, names, run, method, rtol)
             rows.append(row)

@@ -57,7 +57,8 @@ def schematic(
     Raises
     ------
     OptionError
-        If the depth is less than 1, or a component names a symbol that does not exist.
+        If the depth is less than 1, a component names a symbol that does not exist, or the ending
+        of the path is no format of pictures.
     ConnectError
         If connections are faulty.
     """
@@ -76,6 +77,11 @@ def schematic(
     if path is not None:
         import matplotlib as mpl
 
+        ending = Path(path).suffix.removeprefix(".")
+        if ending not in figure.canvas.get_supported_filetypes():
+            raise OptionError(
+                f"schematic: path = {str(path)!r}: give an ending such as .svg or .png."
+            )
         with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": plan.name}):
             figure.savefig(path, dpi=100, metadata={"Date": None} if _is_svg(path) else None)
     return figure
