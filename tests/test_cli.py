@@ -162,7 +162,7 @@ def test_a_parameter_is_changed_from_the_command_line(
 
 def test_a_changed_machine_is_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     folder = tmp_path / "new"
-    given = ["--set", "M_s=500", "--plot", str(folder)]
+    given = ["--set", "M_s=2000", "--plot", str(folder)]
     assert main(["run", "reversing_mill", *given]) == 0
     (file,) = folder.iterdir()
     assert f"written: {file}" in capsys.readouterr().out

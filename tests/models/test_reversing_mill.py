@@ -276,7 +276,7 @@ class TestStripEntry:
             until=2.0,
             rtol=1e-10,
             parameters={
-                end.replace("motor", "drive").replace("rolls", "load") + ".tau": torque
+                end.replace("motor", "drive").replace(".rolls", "_load") + ".tau": torque
                 for end, torque in torques.items()
             },
         )
