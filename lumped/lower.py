@@ -194,7 +194,7 @@ def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
     if node.op == "sign":
         above = kinks.mode(Compare(x, zero, strict=True), args[0], none)
         return [above, kinks.mode(Compare(zero, x, strict=True), none, args[0])]
-    return [kinks.mode(Compare(*node.args), *args)]
+    return [kinks.mode(Compare(node.args[0], node.args[1]), *args)]
 
 
 def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:

@@ -225,7 +225,7 @@ def _is_parameter(node: Expr) -> bool:
 def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
     """Finite numbers of a table."""
     try:
-        found = [float(v) for v in values]  # type: ignore[arg-type]
+        found = [float(v) for v in values]
     except (TypeError, ValueError) as error:
         raise EquationError(f"{name}: each {what} must be a number. {error}") from None
     for i, value in enumerate(found):

@@ -332,7 +332,7 @@ class Switching:
 
     def positions(self, modes: np.ndarray) -> np.ndarray:
         """What tells the positions of conditions and holds apart: modes without their rounding."""
-        found = (modes != 0).astype(float)
+        found = np.asarray(modes != 0, dtype=float)
         for k, _ in self.tables:
             own = self.conditions[k].modes
             found[own] = 0.0

@@ -70,7 +70,7 @@ def test_run_prints_published_numbers_apart_with_deviation_and_place(ran: Ran):
         if part is own:
             assert float(cells[1]) == pytest.approx(row.computed, rel=1e-5)
             continue
-        assert line.endswith(f", fitted  {cells[-1]}") == row.fitted
+        assert (", fitted" in line) == row.fitted
         if row.bounds:
             low, high = (x if x is not None else s for x, s in zip(row.bounds, (-1e99, 1e99)))  # noqa: B905
             assert ("not met" in line) == (not low <= row.computed <= high)

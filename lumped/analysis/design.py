@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lumped.analysis.functionals import Designed, Frequency, Functional, Instant, Modal
+from lumped.analysis.functionals import Designed, Frequency, Functional, Modal
 from lumped.analysis.modes import Modes
 from lumped.analysis.nlp import Solution
 from lumped.analysis.result import Trajectory
@@ -20,7 +20,7 @@ __all__ = ["Bounds", "Key", "Optimum", "bounds_of", "key_unit", "unit_of", "vari
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
-Key = Designed | Modal | Instant
+Key = Designed | Modal | Functional
 
 
 @dataclass(frozen=True, eq=False)

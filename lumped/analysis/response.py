@@ -105,7 +105,8 @@ class FrequencyResponse:
         UnknownNameError
             If the response was not computed for this output and input.
         """
-        return np.abs(self[output, input])
+        found: Real = np.abs(self[output, input])
+        return found
 
     @checked
     def phase(self, output: Name, input: Name) -> Real:

@@ -27,10 +27,10 @@ def sampled(point: OperatingPoint, t: np.ndarray, rtol: float) -> Trajectory:
     t : ndarray, shape (n,)
         Instants, ascending, s.
     """
-    until = float(t[-1])
-    times = output_times(np.union1d(0.0, t), until)
-    with Progress(point.system.name, until) as progress:
-        output = Recorder(until, times, True, progress)
+    begin, until = point.time, float(t[-1])
+    times = output_times(np.union1d(begin, t), until, begin)
+    with Progress(point.system.name, until - begin) as progress:
+        output = Recorder(begin, until, times, True, progress)
         atol = max(rtol * 1e-3, 1e-12)
         advance = Advance(point.theta, rtol, atol, "steps", _MOST_STEPS, output)
         run = Run(point, until, rtol, advance, output)

@@ -198,7 +198,8 @@ class Summed:
         if owed.pick == "later":
             moved = side * np.sum([self._point(found, seed, p) for p in owed.guard], axis=0)
             later = moved > 1e-12 * np.abs(moved).max(initial=0.0)
-            return np.where(later, ways[1], ways[0])
+            picked: np.ndarray = np.where(later, ways[1], ways[0])
+            return picked
         first: np.ndarray = ways[0]
         return first
 

@@ -187,7 +187,8 @@ def _levels(needs: list[list[int]]) -> int:
 
 def _conditions(s: Switching) -> list[tuple[str, str]]:
     """Tables of the conditions and of the functions of time, and the rows of both."""
-    found, rows = [], []
+    found: list[tuple[str, str]] = []
+    rows: list[float] = []
     for name, conditions in (("relation", s.conditions), ("clock", s.timed)):
         firsts, tables = [], [c.pieces for c in conditions]
         for pieces in tables:

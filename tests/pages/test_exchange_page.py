@@ -18,6 +18,8 @@ def test_the_page_runs_and_agrees_with_momentum_and_with_the_model_itself(tmp_pa
     names: dict = {}
     for block in BLOCKS:
         exec(compile(block, "exchange.md", "exec"), names)
+    counts = re.search(r"\d+ parameters, .* operations", PAGE)[0]
+    assert counts in repr(names["unit"])
     system, rated, changed = names["system"], names["RATED"], names["changed"]
     values = system.parameters
     torque = lp.ops.where(lp.time >= 0.15, 0.0, 1.0)

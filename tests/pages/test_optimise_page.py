@@ -27,6 +27,10 @@ def mill():
 def test_the_mill_prints_what_stands_there(mill):
     table = PRINTED[0].splitlines()[2:8]
     assert all(line in repr(mill["best"]) for line in table)
+    shown, received = (
+        float(re.search(r"; condition (\S+)", text)[1]) for text in (PRINTED[0], repr(mill["best"]))
+    )
+    assert received == pytest.approx(shown, rel=0.1)
 
 
 def by_hand():
