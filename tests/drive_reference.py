@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 STICK, FORWARD, BACKWARD, OFF = 0, 1, -1, 2
 STILL = 1e-9
 """Relative speed taken for standstill, rad/s."""
-LEAST = 3e-4
+LEAST = 1e-5
 """Speed after an impact below which a flank stays closed, rad/s."""
 SLACK = 1e-10
 """Reaction beyond its limit at which a mode ends, N.m."""
@@ -289,7 +289,7 @@ class Drive:
 
     def segment(self, rate, t, y, end, margins, rtol, take):
         """Integrate to the end or to the first margin that falls through zero."""
-        first = min(1e-7, (end - t) / 2)
+        first = min(1e-9, (end - t) / 2)
         solver = DOP853(rate, t, y, end, 0.02, rtol, rtol * 1e-2, first_step=first)
         before = margins(t, np.array(y))
         while solver.status == "running":
