@@ -9,7 +9,7 @@ from lumped.components import Inertia, Spring, Torque
 # The same examples at every run. --hypothesis-profile=long takes more, and shrinks what fails.
 settings.register_profile(
     "default",
-    max_examples=25,
+    max_examples=15,
     derandomize=True,
     deadline=None,
     database=None,

@@ -289,7 +289,7 @@ class Drive:
 
     def segment(self, rate, t, y, end, margins, rtol, take):
         """Integrate to the end or to the first margin that falls through zero."""
-        first = min(1e-6, (end - t) / 2)
+        first = min(1e-9, (end - t) / 2)
         solver = DOP853(rate, t, y, end, 0.02, rtol, rtol * 1e-2, first_step=first)
         before = margins(t, np.array(y))
         while solver.status == "running":

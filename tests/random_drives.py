@@ -271,6 +271,10 @@ class RandomDrive:
             elif kind == "control" and not self.controls:
                 self.control(b[0])
 
+        for i in range(n):
+            if not any(f"body{i}." in end for joint in self.joints for end in joint):
+                self.torque((i, 0))
+
     def point(self, i):
         return (i, int((i, 1) in self.points and self.rng.random() < 0.5))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from all_ways import Ways, drives, some_parameters
 
-DRIVES = 4
+DRIVES = 3
 
 
 @pytest.fixture(scope="module")
