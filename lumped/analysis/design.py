@@ -36,12 +36,13 @@ class Optimum:
     objective : float
         What was made small: the weighted sum.
     values : dict
-        All functionals of objective and constraints.
+        All functionals of objective and constraints: of `run`, between its output times too; at the
+        instants of the run for a system without states.
     active : tuple of str
         Bounds and constraints that hold the design where it is.
     error : float
-        Greatest difference between functionals of the programme and those of `run`, relative to
-        their values there.
+        Greatest difference between functionals of the programme and those of `run` between its
+        output times too, relative to their values there.
     solution : Solution
         Status, iterations, evaluations, residual, violation, condition, seconds.
     """

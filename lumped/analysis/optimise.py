@@ -13,9 +13,11 @@ from lumped.analysis.course import (
     Course,
     Term,
     along,
+    dt_of,
     followed_by,
     held_instants,
     measured,
+    number_of,
     smooth,
     term,
 )
@@ -354,17 +356,20 @@ class Problem:
         settings = self.course.settings
         if self.system.states:
             run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
-            numbers = measured_well(run, self.functionals)
+            true = measured_well(run, self.functionals)
+            told = true
         else:
             run = followed_by(self.run, theta)
-            numbers = [measured(f, run) for f in self.functionals]
-        values: dict[Key, float] = dict(zip(self.functionals, numbers, strict=True))
+            true = [measured(f, run) for f in self.functionals]
+            told = [number_of(f, run[f.name], dt_of(run)) for f in self.functionals]
+        values: dict[Key, float] = dict(zip(self.functionals, told, strict=True))
         error = 0.0
-        for f, promised in self.promised(solution).items():
+        promised = self.promised(solution)
+        for f, number in zip(self.functionals, true, strict=True):
             # an epigraph variable that nothing presses down says nothing
             if not self.terms[f].bounded or weights.get(f):
-                size = max(abs(values[f]), _LEAST * self.terms[f].scale)
-                error = max(error, abs(promised - values[f]) / size)
+                size = max(abs(number), _LEAST * self.terms[f].scale)
+                error = max(error, abs(promised[f] - number) / size)
         whole = 0.0
         for key, weight in weights.items():
             value = theta[self.system.places([key])[0]] if isinstance(key, str) else values[key]
