@@ -17,7 +17,7 @@ __all__ = ["idle"]
 def idle(flat: FlatModel) -> list[str]:
     """Texts on parts that do nothing, with their paths.
 
-    A part is connected to nothing if it has ports and stands beside others. The ends of a part are
+    A part is connected to nothing if it has ports and others are connected. The ends of a part are
     in one place if connections, and equations ``a == b`` of rigid parts, join them; a part that
     joins its own ends, such as an inertia, is not meant.
     """
@@ -30,7 +30,7 @@ def idle(flat: FlatModel) -> list[str]:
 def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
     """Parts connected to nothing."""
     parts = [n for n in flat.tree.nodes if n.layout.ports and not n.children and n.parent >= 0]
-    for node in parts if len(parts) > 1 else ():
+    for node in parts if touched.any() else ():
         if not touched[node.first_unknown : node.first_unknown + len(node.layout.names)].any():
             yield f"{node.label} is connected to nothing. Connect it, or leave it out."
 

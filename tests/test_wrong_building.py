@@ -87,6 +87,7 @@ def test_sound_models_are_not_warned_of():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         lp.assemble(lp.compose(a=Inertia(J=1.0)))  # alone, but all there is
+        lp.assemble(lp.compose(a=Inertia(J=1.0), b=Inertia(J=2.0)))  # nothing is connected
         built(parallel, **two(s=Spring(c=1.0), t=Spring(c=2.0)))()
         built(lambda m: lp.chain(m.a, m.s, m.b), **two(s=TorqueSensor()))()
         friction = BearingFriction(characteristic=((0.0, 1.0),))

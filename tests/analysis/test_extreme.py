@@ -331,7 +331,7 @@ def test_damped_modes_are_exact_for_parameters_over_eighteen_decades():
     assert max(worst.values()) < 1e-13
 
 
-@pytest.mark.parametrize(("J", "c"), [(1e100, 1e-100), (1e100, 1e100), (1e-100, 1e100)])
+@pytest.mark.parametrize(("J", "c"), [(1e100, 1e-100)])
 def test_numbers_at_the_end_of_the_range_give_a_finite_run_or_an_error(J, c):
     system = two_masses(J, c, 1.0)
     for action in (

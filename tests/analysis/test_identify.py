@@ -223,7 +223,7 @@ def test_a_bound_that_holds_is_told():
         ({"t": [0, 2, 1]}, OptionError, "increasing instants"),
         ({"measured": {}}, OptionError, "at least one"),
         ({"measured": {"body.w": [1, 2]}}, OptionError, "3 finite values"),
-        ({"measured": {"body.w": [1, 2, np.nan]}}, OptionError, "1 values that are no numbers"),
+        ({"measured": {"body.w": [1, 2, np.nan]}}, OptionError, "a list of finite numbers"),
         ({"measured": {"body.v": [1, 2, 3]}}, UnknownNameError, r"body\.w"),
         ({"sigma": {"body.w": 0}}, OptionError, "positive standard deviation"),
         ({"vary": {"motor.tau": (3, 9)}}, OptionError, r"motor\.tau = 2, outside"),
