@@ -28,7 +28,7 @@ from lumped import (
 from lumped.component import Outline
 from lumped.errors import EquationError
 from lumped.expression import Constant
-from lumped.ops import atan2, cos, maximum, minimum, pi, sin, sqrt
+from lumped.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
 
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 
@@ -209,9 +209,9 @@ class StrokeLoad(Component):
         s = self.flange.s - self.support.s
         yield self.v == der(s)
         # not quite zero outside of the stroke, where a power has no derivative by its exponent
-        begin = maximum((s - self.s_0) * (p + q) / (p * (self.s_1 - self.s_0)), _NOTHING)
-        end = maximum((self.s_1 - s) * (p + q) / (q * (self.s_1 - self.s_0)), _NOTHING)
-        back, forth = (minimum(maximum(u / self.v_0, 0.0), 1.0) for u in (-self.v, self.v))
+        begin = smooth(maximum((s - self.s_0) * (p + q) / (p * (self.s_1 - self.s_0)), _NOTHING))
+        end = smooth(maximum((self.s_1 - s) * (p + q) / (q * (self.s_1 - self.s_0)), _NOTHING))
+        back, forth = (smooth(minimum(maximum(u / self.v_0, 0), 1)) for u in (-self.v, self.v))
         yield self.f == (self.backward * back - self.forward * forth) * begin**p * end**q
         yield self.flange.f == -self.f
         yield self.support.f == self.f

@@ -35,6 +35,12 @@ def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
             yield f"{node.label} is connected to nothing. Connect it, or leave it out."
 
 
+def _may_move(node: Node, loose: list[int]) -> bool:
+    """Whether one of the open ends is a free end, so that the part may move there."""
+    ports = node.component._ports
+    return any(ports[node.layout.ports[i]].free for i in loose)
+
+
 def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
     """Parts whose ends are all in one place."""
     tree, pairs, rigid = flat.tree, [joined], set[int]()
@@ -49,7 +55,8 @@ def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterato
     place = _places(np.concatenate(pairs), tree.unknown_count)
     for number, node in enumerate(tree.nodes):
         ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
-        if len(ends) < 2 or node.children or number in rigid:
+        loose = [i for i in range(len(node.layout.ports)) if i not in ends]
+        if len(ends) < 2 or node.children or number in rigid or _may_move(node, loose):
             continue
         if len(set(place[[node.first_unknown + 2 * i for i in ends]])) == 1:
             names = " and ".join(node.layout.ports[i] for i in ends)

@@ -126,7 +126,7 @@ def lower(
         return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
 
     nodes = list(walk(root, closed=Smooth))
-    places = _branches(nodes)
+    places, bounded = _branches(nodes), _bounded(nodes)
     chosen: dict[int, ca.SX] = {}
     for node in nodes:
         if isinstance(node, Smooth):
@@ -138,6 +138,8 @@ def lower(
         elif isinstance(node, Call) and node.op in _KINKED:
             found = _modes(node, args, watched)
             chosen[id(node)] = ca.vertcat(*found)
+            if id(node) in bounded:
+                found = _modes(node, args, Plain())
             value = _kinked(node, args, found)
         elif isinstance(node, Call):
             table = _UNARY if len(args) == 1 else _BINARY
@@ -183,6 +185,26 @@ def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
                 pairs = zip(known, place, strict=False)
                 place = tuple(a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs))
             found[id(child)] = place
+    return found
+
+
+def _bounded(nodes: list[Expr]) -> set[int]:
+    """Nodes under a function that is not defined everywhere, such as a root.
+
+    Within a step that passes a kink, the piece before it would leave the range of the function;
+    so there the kink is taken as it is at each evaluation. The run stops at it all the same.
+    """
+    found: set[int] = set()
+    for node in reversed(nodes):
+        own = id(node) in found
+        if isinstance(node, Call):
+            power = node.args[-1]
+            root = node.op == "**" and not (
+                isinstance(power, Constant) and power.value == int(power.value)
+            )
+            own = own or root or node.op in ("sqrt", "log", "asin", "acos")
+        if own and not isinstance(node, Where | Smooth):
+            found.update(id(child) for child in node.children())
     return found
 
 

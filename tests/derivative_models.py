@@ -857,7 +857,9 @@ def zero_influence(p):
         body=Inertia(J=d["J3"]),
         rest=Rest(mu_b=d["mu_b"], cs=d["cs"], phi_s=d["phi_s"]),
         alone=Inertia(J=d["J4"], w=3.0, phi=d["phi0"]),
+        idle=Torque(tau=0.0),
         connections=lambda m: [
+            lp.connect(m.idle.flange, m.alone.flange_a),
             *lp.chain(m.push, m.a, m.shaft, m.b, m.clutch, m.body),
             lp.connect(m.b.flange_b, m.rest.flange),
         ],

@@ -24,6 +24,9 @@ _NARROWEST = 1e-14
 
 _HALVINGS = 64
 
+_INSIDE = (0.5, 0.31, 0.83)
+"""Where a part without changes is looked at; two of three points do not touch a border."""
+
 
 @dataclass(frozen=True, eq=False)
 class Clock:
@@ -193,10 +196,16 @@ class _Search:
             middles[-1] = self.end + apart
         names: list[dict[str, None]] = [{} for _ in times]
         columns = [np.zeros((len(middles), 0))]
+        changes: list[np.ndarray] = []
         for clock, course in zip(self.clocks, courses, strict=True):
             numbers = course.at(middles)
             columns.append(clock.settings(numbers))
-            for k in np.flatnonzero(np.diff(numbers)).tolist():
+            changes.append(np.diff(numbers) != 0)
+            # what changes because another does is not named
+            first = changes[-1].copy()
+            for need in clock.needs:
+                first &= ~changes[need]
+            for k in np.flatnonzero(first).tolist():
                 names[k][clock.condition.name] = None
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
@@ -253,9 +262,12 @@ class _Search:
             roots = np.zeros(0)
         times = np.unique(np.concatenate([inner, roots]))
         bounds_ = np.concatenate([[self.begin], times, [self._beyond()]])
-        middles = 0.5 * (bounds_[:-1] + bounds_[1:])
-        segment = np.searchsorted(inner, middles, side="right")
-        numbers = clock.number(self._values(clock, middles, given[segment])[0])
+        segment = np.searchsorted(inner, 0.5 * (bounds_[:-1] + bounds_[1:]), side="right")
+        found = []
+        for share in _INSIDE:
+            times_inside = bounds_[:-1] + share * np.diff(bounds_)
+            found.append(clock.number(self._values(clock, times_inside, given[segment])[0]))
+        numbers = np.sort(found, axis=0)[1]
         changes = np.diff(numbers) != 0
         return _Course(times[changes], np.append(numbers[0], numbers[1:][changes]))
 

@@ -25,7 +25,7 @@ Real = NDArray[np.float64]
 
 _STILL = 1e-9
 """Derivatives of states, relative to the terms in them, below which a point is an equilibrium."""
-_RANK, _MISSED = 1e-13, 1e-6
+_RANK, _ROUNDING, _MISSED = 1e-13, 1e-9, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,8 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
     inputs = (point.x, point.theta, point.time, point.modes)
-    # what cancels in it is exactly zero there
+    # what cancels in it is exactly zero there, and nothing depends on states that are left out
+    rates[:, :count] = 0.0
     rates[:, system._in_use] = system.state_matrix(inputs).toarray()
     given = _slopes(point, _given(system, kept), chosen)
     held = _slopes(point, _held(system, point), chosen)
@@ -254,20 +255,26 @@ def _least(
     matrix, wanted = own / rows[:, None] * columns, -right / rows[:, None]
     z, free = _solved(matrix, wanted)
     missed = np.abs(matrix @ z - wanted).max(axis=0, initial=0.0)
-    size = np.abs(wanted).max(axis=0, initial=0.0)
+    sizes = np.abs(wanted).max(axis=0, initial=0.0)
     if free.shape[1]:
-        more, left = _solved(soft * columns @ free, -(soft * columns @ z + soft_right))
+        wishes = soft * columns
+        size = float(np.abs(wishes).max(initial=0.0))
+        more, left = _solved(wishes @ free, -(wishes @ z + soft_right), size)
         z, free = z + free @ more, free @ left
     if free.shape[1]:
         lengths = columns[near, None]
-        z = z + free @ _solved(lengths * free[near], -lengths * z[near])[0]
-    return z * columns[:, None], missed / np.where(size > 0, size, 1.0)
+        size = float(np.abs(lengths).max(initial=0.0))
+        z = z + free @ _solved(lengths * free[near], -lengths * z[near], size)[0]
+    return z * columns[:, None], missed / np.where(sizes > 0, sizes, 1.0)
 
 
-def _solved(matrix: Real, right: Real) -> tuple[Real, Real]:
-    """Least squares of least norm, and what the matrix maps to zero, as columns."""
+def _solved(matrix: Real, right: Real, size: float = 0.0) -> tuple[Real, Real]:
+    """Least squares of least norm, and what the matrix maps to zero, as columns.
+
+    What is as small as the rounding of numbers of a `size` counts as zero.
+    """
     left, sizes, rows = scipy.linalg.svd(matrix)
-    rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+    rank = int((sizes > max(_RANK * sizes.max(initial=0.0), _ROUNDING * size)).sum())
     found = rows[:rank].T @ ((left[:, :rank].T @ right) / sizes[:rank, None])
     return found, rows[rank:].T
 

@@ -47,7 +47,7 @@ __all__ = ["Objective", "Problem", "optimise"]
 _LEAST = 1e-3
 """Size of a functional, over that at the start, below which its error is relative to the start."""
 
-Objective = Key | Mapping[Key | str, float]
+Objective = Key | str | Mapping[Key | str, float]
 """What is made small: a functional, or functionals and parameters with weights."""
 
 

@@ -320,7 +320,7 @@ class Saltation:
     def _timed(self, run: Trajectory, point: _Place, changed: np.ndarray) -> list[_Cause]:
         """Functions of time that change their piece."""
         place, slope, by_parameters = (np.asarray(v) for v in self.clocked(*point))
-        causes = []
+        causes, touching = [], []
         for k, clock in enumerate(self.clocks):
             modes = tuple(clock.condition.modes)
             if not changed[list(modes)].any():
@@ -331,15 +331,18 @@ class Saltation:
             off = np.abs(borders - here).min()
             if off > 1e-9 * (1.0 + abs(here) + abs(fast)):
                 continue  # it jumped there, because something else changed
-            if fast == 0.0:
-                raise SolverError(
-                    f"{self.system.name}: at t = {point[2]:.9g} s a function of time in "
-                    f"{clock.condition.name} touches the border at which it changes; the run has "
-                    "no derivative there.",
-                    run,
-                )
+            if fast == 0.0:  # it rests on its border until something else changes
+                touching.append(clock.condition.name)
+                continue
             row = np.append(np.zeros(len(point[0])), -by_parameters[k] / fast)
             causes.append(_Cause((), row, (clock.condition.name,), modes))
+        if touching and not causes:
+            raise SolverError(
+                f"{self.system.name}: at t = {point[2]:.9g} s a function of time in "
+                f"{', '.join(touching)} touches the border at which it changes; the run has no "
+                "derivative there.",
+                run,
+            )
         return causes
 
     def _smooth(self, point: _Place, new: Side) -> bool:

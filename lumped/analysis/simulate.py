@@ -55,8 +55,8 @@ def _nothing(system: System) -> Trajectory:
     return Trajectory(system, (), system.theta(None), (), cost)
 
 
-@checked
 @_told
+@checked
 def simulate(
     system: System,
     *,

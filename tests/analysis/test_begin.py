@@ -119,7 +119,7 @@ def test_the_begin_is_a_finite_time_before_the_end():
     system = pushed()
     with pytest.raises(OptionError, match=r"until = 1\.0 s: .* after the begin, 2 s"):
         lp.simulate(system, begin=2.0, until=1.0)
-    with pytest.raises(OptionError, match=r"begin = nan s"):
+    with pytest.raises(OptionError, match=r"begin = nan"):
         lp.simulate(system, begin=np.nan, until=1.0)
     with pytest.raises(OptionError, match=r"grid: .* leave 2 to 3 s"):
         lp.simulate(system, begin=2.0, until=3.0, grid=[0.0, 3.0])

@@ -377,19 +377,21 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene):
         parameters = changed | dict(zip(to, point, strict=True))
         return lp.gradient(system, parameters=parameters, **options).values
 
-    error = (found.derivatives - by_differences(values, point, 1e-3)) * point
+    # the drill begins beside the speed of its controller: a wide step sees the bend of its swing
+    step, limit = (1e-4, 1e-7) if scene is piercing else (1e-3, 1e-8)
+    error = (found.derivatives - by_differences(values, point, step)) * point
     error = np.abs(error / found.values[:, None])
     print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
     print(np.abs(found.relative).max(axis=1))
-    assert error.max() < 1e-8
+    assert error.max() < limit
 
 
 def test_shares_of_indeterminate_constraints_that_let_go_are_told():
     # at rest reducer and bearings both hold the arm
-    held, gain = arm.static_torque(arm.BEGIN, arm.ETA), arm.BANDWIDTH * arm.J_M
+    run = arm.controlled(until=1e-3, grid=2)
+    system, held, gain = run.system, run["motor.tau"][0], arm.BANDWIDTH * arm.J_M
     start = {"arm.phi": arm.BEGIN, "motor.tau": held, "motor.x": held / gain}
     start |= {"arm.mandrel.phi": arm.ADOPTED.pick_up, "arm.table.gap": 0.0}
-    system = arm.controlled(until=1e-3).system
     of, to = [fun.final("motor.tau")], ["motor.J"]
     found = lp.gradient(system, of=of, to=to, until=0.05, start=start)
     assert found.shared == (found.run.events[0].time,)

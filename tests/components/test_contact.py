@@ -153,7 +153,7 @@ def test_a_mass_leaves_an_elastic_gap_with_the_speed_of_the_closed_form():
     run = lp.simulate(system, until=0.3, rtol=1e-11)
     lasts, speed = release(limited=True)
     # the damper is weaker than the spring from the second event on, up to the third
-    begin, _, released, end = (event.time for event in run.events)
+    begin, _, released, end = np.unique([event.time for event in run.events])
     assert begin == pytest.approx(FREE, rel=1e-11)
     assert released == pytest.approx(FREE + lasts, rel=1e-9)
     assert end == pytest.approx(FREE + lasts + D / C, rel=1e-9)
