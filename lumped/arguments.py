@@ -185,6 +185,8 @@ def _same_system(function: str, given: dict[str, Any]) -> None:
 
 
 def _fits(value: Any, hint: Any) -> bool:
+    if hint is Any:
+        return True
     if hint is None or isinstance(hint, type | ForwardRef):
         return _is_a(value, hint)
     if hint is ArrayLike:

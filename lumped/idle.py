@@ -10,6 +10,7 @@ import scipy
 from lumped.expression import Ref
 from lumped.flatten import FlatModel, Group
 from lumped.links import links
+from lumped.tree import Node
 
 __all__ = ["idle"]
 

@@ -175,7 +175,7 @@ def test_an_interrupt_is_told_wherever_it_comes(monkeypatch, native, certify):
 
 
 def test_an_empty_run_says_that_it_is_empty(monkeypatch, tmp_path):
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     system = braked()

@@ -112,6 +112,8 @@ class Saltation:
         SolverError
             If there are none.
         """
+        if (old[0] == new[0]).all():
+            self._refuse_return(run, t)
         causes = self._causes(run, t, old, new, rtol * sizes)
         if len(causes) <= 1:
             cause = causes[0] if causes else self._fixed(run, t, new)
@@ -200,6 +202,23 @@ class Saltation:
             "would not change if another came first; the run has no derivative there.",
             run,
         )
+
+    def _refuse_return(self, run: Trajectory, t: float) -> None:
+        """Refuse an instant at which a condition changes and changes back."""
+        words = {"<", "<=", ">", ">="}
+        now = [e for e in run.events if e.time == t and words & set(e.before.split(" "))]
+        jumping = {jump.name for jump in self.system.switching.jumps}
+        now = [e for e in now if e.component not in jumping]  # a jump may undo its own condition
+        told = {(e.component, e.before, e.after) for e in now}
+        back = [e.component for e in now if (e.component, e.after, e.before) in told]
+        if back:
+            names = ", ".join(dict.fromkeys(back))
+            raise SolverError(
+                f"{self.system.name}: at t = {t:.9g} s ({names}) different changes coincide: a "
+                "condition changes and changes back at once. "
+                "Which comes first depends on the parameters, so the run has no derivative there.",
+                run,
+            )
 
     @property
     def _count(self) -> int:

@@ -90,8 +90,13 @@ class Sensitivity:
     totals: np.ndarray = field(default_factory=lambda: np.zeros(0))
     slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
+    @checked
     def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
-        to, of = varied_name(self.run.system, pair[1]), self.run.system.key(pair[0])  # type: ignore[arg-type]
+        to, functional = varied_name(self.run.system, pair[1]), str(pair[0])
+        if functional in self.functionals and to in self.to:
+            row = self.functionals.index(functional)
+            return float(self.slopes[row, self.to.index(to)])
+        of = self.run.system.key(pair[0])  # type: ignore[arg-type]
         places = []
         for key, known in ((of, self.of), (to, self.to)):
             if key not in known:
