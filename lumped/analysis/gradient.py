@@ -142,7 +142,7 @@ def gradient(
     *,
     of: Iterable[Functional],
     to: Iterable[Name] | None = None,
-    until: float,
+    until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
     rtol: float = 1e-8,

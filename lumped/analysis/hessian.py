@@ -84,7 +84,7 @@ def hessian(
     *,
     of: Functional,
     to: Iterable[Name],
-    until: float,
+    until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
     rtol: float = 1e-8,

@@ -26,10 +26,10 @@ def inverse(
     *,
     motion: Mapping[str, Expr | float] | Mapping[Name, Expr | float],
     drive: Name | Iterable[Name],
-    until: float,
+    until: float | str,
     parameters: Changes | None = None,
     start: Changes | OperatingPoint | None = None,
-    grid: int | Sequence[float] | np.ndarray | None = 500,
+    grid: int | Sequence[float | str] | np.ndarray | None = 500,
     rtol: float = 1e-6,
 ) -> Trajectory:
     """Torques, forces or voltages that bring about a prescribed motion.

@@ -60,7 +60,7 @@ def optimise(
     subject_to: Mapping[Key | str, Bounds] | None = None,
     intervals: int = 50,
     periodic: bool = False,
-    until: float | None = None,
+    until: float | str | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
     rtol: float = 1e-8,

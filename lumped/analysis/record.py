@@ -23,7 +23,7 @@ _Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def output_times(
-    grid: int | Sequence[float] | np.ndarray | None, until: float, begin: float = 0.0
+    grid: int | Sequence[float | str] | np.ndarray | None, until: float, begin: float = 0.0
 ) -> np.ndarray | None:
     """Output times of a run: equal intervals, those given, or None for the solver's steps.
 

@@ -176,7 +176,7 @@ def sensitivity(
     *,
     of: Iterable[Name | Functional],
     to: Iterable[Name],
-    until: float,
+    until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
     grid: int | None = 500,

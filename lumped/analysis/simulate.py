@@ -27,7 +27,7 @@ from lumped.units import in_seconds
 
 __all__ = ["simulate"]
 
-Grid = int | Sequence[float] | np.ndarray | None
+Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
 

@@ -155,7 +155,7 @@ class WorkPrecision:
 def work_precision(
     system: System,
     *,
-    until: float,
+    until: float | str,
     of: Iterable[Name] | None = None,
     methods: Sequence[Method] | None = None,
     tolerances: Sequence[float] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
