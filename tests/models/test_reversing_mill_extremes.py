@@ -89,6 +89,7 @@ class FourHigh(OpenGap):
     lower_work: lp.Component = Inertia(J=mill.J_WORK)
 
     def connections(self):
+        yield from super().connections()
         yield from lp.chain(
             self.upper.barrel,
             self.upper_contact,
