@@ -112,9 +112,9 @@ class Saltation:
         SolverError
             If there are none.
         """
-        if (old[0] == new[0]).all():
-            self._refuse_return(run, t)
         causes = self._causes(run, t, old, new, rtol * sizes)
+        if len(causes) <= 1 and (old[0] == new[0]).all():
+            self._refuse_return(run, t)
         if len(causes) <= 1:
             cause = causes[0] if causes else self._fixed(run, t, new)
             return Crossing(t, ((self._jump(run, t, old, new, cause),),))
