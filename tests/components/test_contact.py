@@ -158,4 +158,4 @@ def test_a_mass_leaves_an_elastic_gap_with_the_speed_of_the_closed_form():
     assert released == pytest.approx(FREE + lasts, rel=1e-9)
     assert end == pytest.approx(FREE + lasts + D / C, rel=1e-9)
     assert run["mass.v"][-1] == pytest.approx(-speed, rel=1e-9)
-    assert (run["gap.f"] <= 0).all()
+    assert (run["gap.f"] <= 1e-12 * np.abs(run["gap.f"]).max()).all()

@@ -61,7 +61,8 @@ class TestElasticStrip:
         text = r"T = 0 N instead of 80000 N, at t = \d\.\d+ s, coil radius R = 0\.305 m, line speed"
         with pytest.raises(SolverError, match=text) as caught:
             scenes.elastic_winding(0.0, a=6.0, until=3.0, grid=300)
-        assert caught.value.partial["strip.T"].min() == 0
+        # zero to the rounding of 80 kN where the damper is as strong as the strip
+        assert abs(caught.value.partial["strip.T"].min()) < 1e-9
         assert str(caught.value).startswith("The strip loses")
 
     def test_a_coarse_run_asks_for_a_tighter_one_before_it_blames_the_drive(self):
