@@ -196,7 +196,7 @@ def motion(law: Law, J: float, d: float, start: tuple, grid: np.ndarray, rtol=1e
         x, borders = law.nodes[k]
         # must the argument go on across the border, or does the new piece send it back?
         later = x(place(t + AHEAD, y + AHEAD * ahead, pieces))
-        if (later > borders[pieces[k] - side]) != bool(side) and len(events) > 1:
+        if (later > borders[pieces[k] - side]) != bool(side):
             raise ChatterError
         events.append(t)
         if len(events) > 300 or (len(events) > 3 and events[-1] - events[-4] < 1e-5):
