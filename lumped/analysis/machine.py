@@ -101,7 +101,8 @@ class Machine:
         if not self.integers[at.JACOBIAN]:
             from lumped.native.functions import compiled_functions
 
-            code = compiled_functions(self.system._inputs, {"jacobian": self.system.jacobian})
+            functions = {"jacobian": self.system.jacobian}
+            code = compiled_functions(self.system._inputs, functions, dense=False)
             self._codes.append(code)
             self.integers[at.JACOBIAN] = code.addresses["jacobian"]
             self.integers[at.MAY_IMPLICIT] = 1

@@ -17,7 +17,9 @@ from lumped.native.translate import translated
 __all__ = ["compiled_functions", "time_loop"]
 
 
-def compiled_functions(inputs: Sequence[ca.SX], functions: Mapping[str, ca.Function]) -> Code:
+def compiled_functions(
+    inputs: Sequence[ca.SX], functions: Mapping[str, ca.Function], dense: bool = True
+) -> Code:
     """Machine code of functions of the same four inputs.
 
     Parameters
@@ -25,14 +27,18 @@ def compiled_functions(inputs: Sequence[ca.SX], functions: Mapping[str, ca.Funct
     inputs : sequence of SX
         States, parameters, time, settings.
     functions : mapping of str to Function
-        Name under which each is found, and what it is; results are dense but for matrices.
+        Name under which each is found, and what it is.
+    dense : bool
+        Whether results of one column are written with their zeros; else as they are.
 
     Raises
     ------
     UnsupportedError
         If one cannot be had.
     """
-    full = {name: _dense(inputs, function) for name, function in functions.items()}
+    full = dict(functions)
+    if dense:
+        full = {name: _dense(inputs, function) for name, function in functions.items()}
     source = "\n".join(f"{name} {function.serialize()}" for name, function in full.items())
 
     def text() -> str:

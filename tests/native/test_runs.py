@@ -73,6 +73,22 @@ def test_the_implicit_method_takes_as_many_steps(grid, monkeypatch):
     assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, **options)), 1e-6)
 
 
+def test_the_implicit_method_knows_how_a_single_rate_depends_on_time(monkeypatch):
+    """A torque linear in time: the rate depends on no state, and every step is exact."""
+    system = lp.assemble(
+        lp.compose(
+            drive=Torque(tau=0.3 - 0.7 * lp.time),
+            body=Inertia(J=2.0),
+            connections=lambda m: lp.chain(m.drive, m.body),
+        )
+    )
+    options = {"until": 2.0, "rtol": 1e-10, "method": "implicit"}
+    a, b = by_both(monkeypatch, lambda: lp.simulate(system, **options))
+    assert_same(a, b)
+    assert b.statistics.steps < 20
+    assert b["body.w"][-1] == pytest.approx((0.3 * 2 - 0.7 * 2) / 2, rel=1e-13)
+
+
 def stiff(bodies):
     """Bodies on stiff shafts with dampers, driven slowly."""
 
