@@ -230,8 +230,11 @@ class Run:
         return settings[len(modes) :]
 
     def trajectory(self) -> Trajectory:
-        """What was computed so far."""
+        """What was computed so far; at least the start."""
         pieces, cost = self.output.pieces(), self.advance
+        if not any(len(piece.t) for piece in pieces):
+            start = (np.array([self.begin]), self.point.x[None, :], self.point.modes[None, :])
+            pieces = (Piece(self.point.system, *start),)
         return Trajectory(
             self.point.system,
             pieces,

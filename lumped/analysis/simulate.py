@@ -208,8 +208,9 @@ def simulate(
 
 def _interrupted(run: Run) -> Interrupted:
     partial = run.trajectory()
-    name, last = run.system.name, partial.t[-1] if len(partial.t) else 0.0
-    return Interrupted(f"{name}: interrupted at t = {last:.6g} s; `partial` is the run.", partial)
+    return Interrupted(
+        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.", partial
+    )
 
 
 def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
