@@ -277,12 +277,10 @@ class _Search:
     def _values(
         self, clock: Clock, times: np.ndarray, given: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Argument and slope at times, with the modes that hold there."""
-        ends = [(column, column) for column in given.T]
-        theta = [(np.array([p]),) * 2 for p in self.theta.tolist()]
-        both = bounds(clock.value, [[(times, times)], ends, theta])
-        place, slope = (np.broadcast_to(b[0][0], times.shape) for b in both)
-        return place, slope
+        """Argument and slope at times, with the modes that hold there; below all if not a number."""
+        found = clock.value(times[None, :], given.T, self.theta) if len(times) else [()] * 2
+        place, slope = (np.asarray(v, dtype=float).ravel() for v in found)
+        return np.where(np.isnan(place), -np.inf, place), slope
 
     def _even(self, clock: Clock, edges: np.ndarray, given: np.ndarray) -> np.ndarray:
         """Changes of an argument that is linear in the time."""
