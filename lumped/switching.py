@@ -400,11 +400,11 @@ class Switching:
                     tolerance = (_COARSE + shared) * size + least
                     add(ca.if_else(stuck, room, 1), tolerance, kind, h)
             if self.has_gap[h]:
-                add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)
+                add(ca.if_else(forward, self.gap[h], 1), least, "slide", h)
             elif self.has_forward[h] or self.has_backward[h]:
                 sliding = (forward - backward) * self.speed[h]
                 free = 1 - forward - backward
-                add(sliding + free, ca.SX(1e-13), "slide", h)
+                add(sliding + free, least, "slide", h)
         empty = ca.SX(0, 1)
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
 

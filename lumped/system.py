@@ -170,14 +170,14 @@ class System:
 
     def available(self, nodes: list[int], *, cyclic: bool) -> np.ndarray:
         """Which nodes depend only on states in use (on cyclic ones only if allowed)."""
-        found = uses(self._values.of(nodes), self._values).tocoo()
+        if not nodes:
+            return np.zeros(0, dtype=bool)
         states = np.array(self._reduced.states, dtype=int)
         usable = np.isin(states, self.states)
         if not cyclic:
             usable &= ~np.isin(states, list(self.cyclic))
-        result = np.ones(len(nodes), dtype=bool)
-        result[found.row[~usable[found.col]]] = False
-        return result
+        lost = self._values.states[np.flatnonzero(~usable).tolist()]
+        return ~np.array(ca.which_depends(self._values.of(nodes), lost, 1, True), dtype=bool)
 
     def _left_out(self) -> list[LeftOut]:
         aliases = self._reduced.aliases
