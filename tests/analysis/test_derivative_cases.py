@@ -155,3 +155,9 @@ def test_where_sides_differ_there_is_no_derivative_but_each_side_has_one(name):
         for label, (_, slopes) in found.items():
             expected = [labels[label][parameter][side] for parameter in slopes]
             assert list(slopes.values()) == pytest.approx(expected, rel=1e-6, abs=1e-9)
+        if "t_last" in labels:
+            later = max if side == "right" else min
+            first, second = found["t_lock_1"][1], found["t_lock_2"][1]
+            for parameter, expected in labels["t_last"].items():
+                slope = later(first[parameter], second[parameter])
+                assert slope == pytest.approx(expected[side], rel=1e-6, abs=1e-9), parameter
