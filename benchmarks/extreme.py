@@ -21,7 +21,7 @@ import lumped as lp
 from lumped.components import CrankSlider, EllipticalGear, Inertia, Spring
 from lumped.components.translation import Force
 from lumped.errors import LumpedError
-from lumped.table import table
+from lumped.support.text_table import table
 
 TURN = 2 * np.pi
 TEXT = """# What happens at the edges

@@ -32,8 +32,8 @@ from matplotlib.figure import Figure
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, SpringDamper, Torque
 from lumped.components.translation import Mass
-from lumped.expression import Equation
-from lumped.table import table
+from lumped.language.expression import Equation
+from lumped.support.text_table import table
 
 SIZES = (10, 30, 100, 300, 600, 1000, 3000, 10_000, 30_000)
 REFERENCE, COUNTED, MEASURED, LARGE = 600, 3000, 10_000, 100_000

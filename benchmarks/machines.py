@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import lumped as lp
 from benchmarks.hybrid import Coupled
 from lumped.models import MACHINES, machine
-from lumped.table import table
+from lumped.support.text_table import table
 
 
 def three_clutches(**options) -> lp.Trajectory:

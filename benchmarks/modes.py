@@ -19,7 +19,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Inertia, Spring
-from lumped.table import table
+from lumped.support.text_table import table
 
 SIZES = (1000, 3000, 10_000, 30_000, 100_000)
 COUNT, ROUNDS = 20, 3

@@ -30,7 +30,7 @@ import numpy as np
 import lumped as lp
 from benchmarks.hybrid import write
 from benchmarks.native import MASSES, Chain, Drive, by_scipy, chain, three
-from lumped.table import table
+from lumped.support.text_table import table
 
 SECONDS, ROUNDS, LIMIT = 4.0, 300, 90.0  # of the runs, at most so many; of the whole process
 

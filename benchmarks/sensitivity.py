@@ -22,7 +22,7 @@ from scipy.linalg import expm
 import lumped as lp
 from lumped import functionals
 from lumped.components import Inertia, SpringDamper, Torque
-from lumped.table import table
+from lumped.support.text_table import table
 
 COUNT, END, ROUNDS, RTOL = 100, 0.5, 40, 1e-8
 RNG = np.random.default_rng(1)

@@ -17,7 +17,7 @@ from scipy.linalg import expm
 
 import lumped as lp
 from lumped.components import Inertia, Spring, Torque
-from lumped.table import table
+from lumped.support.text_table import table
 
 KGF = 9.80665
 J = np.array([3.01, 2.45, 0.32, 5.46]) * KGF

@@ -16,7 +16,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.models.reversing_mill_stand import C_SHAFT, CREEP, RATED, CreepingGap
-from lumped.table import table
+from lumped.support.text_table import table
 
 OVER = {
     "upper.shaft.c": np.linspace(0.5, 1.5, 25) * C_SHAFT,

@@ -9,10 +9,19 @@ from dataclasses import dataclass
 from casadi import SX
 
 from lumped.errors import EquationError
-from lumped.expression import Call, Compare, Constant, Datum, Expr, Number, as_expr, walk
-from lumped.lower import lower
-from lumped.ops import exp, interpolate, maximum
-from lumped.switch import Hold, hold
+from lumped.language.expression import (
+    Call,
+    Compare,
+    Constant,
+    Datum,
+    Expr,
+    Number,
+    as_expr,
+    walk,
+)
+from lumped.language.lowering import lower
+from lumped.language.ops import exp, interpolate, maximum
+from lumped.language.switch import Hold, hold
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 

@@ -25,10 +25,10 @@ from lumped import (
     param,
     var,
 )
-from lumped.component import Outline
 from lumped.errors import EquationError
-from lumped.expression import Constant
-from lumped.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
+from lumped.language.component import Outline
+from lumped.language.expression import Constant
+from lumped.language.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
 
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import scipy
 
 from lumped.errors import EquationError
-from lumped.expression import Constant, Expr, Number, as_expr
-from lumped.ops import interpolate, maximum
+from lumped.language.expression import Constant, Expr, Number, as_expr
+from lumped.language.ops import interpolate, maximum
 
 __all__ = ["ElasticLaw", "elastic_energy", "elastic_force"]
 

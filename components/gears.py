@@ -18,8 +18,8 @@ from lumped import (
     param,
     var,
 )
-from lumped.ops import where
-from lumped.switch import Item
+from lumped.language.ops import where
+from lumped.language.switch import Item
 
 __all__ = [
     "BevelDifferential",

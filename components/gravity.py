@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, Param, Var, der, param, var
-from lumped.component import Outline
-from lumped.ops import cos, sin
+from lumped.language.component import Outline
+from lumped.language.ops import cos, sin
 
 __all__ = ["SwingingMass", "Weight"]
 

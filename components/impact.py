@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Flange, Input, Param, Var, der, hold, param, var
-from lumped.switch import Item
+from lumped.language.switch import Item
 
 __all__ = ["Backlash", "Coupling", "PickUp", "Stop"]
 

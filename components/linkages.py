@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
-from lumped.component import Outline
-from lumped.ops import asin, cos, sin, sqrt
+from lumped.language.component import Outline
+from lumped.language.ops import asin, cos, sin, sqrt
 
 __all__ = ["Bar", "Eccentric", "GuidedRod", "PlaneSpring"]
 

@@ -7,9 +7,9 @@ from itertools import pairwise
 
 from lumped import Component, Expr, Flange, Param, Var, der, hold, param, var
 from lumped.errors import EquationError
-from lumped.expression import Compare
-from lumped.ops import interpolate, maximum, minimum, where
-from lumped.switch import Hold, Item
+from lumped.language.expression import Compare
+from lumped.language.ops import interpolate, maximum, minimum, where
+from lumped.language.switch import Hold, Item
 
 __all__ = ["EfficientGear", "LossyGear"]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.characteristic import coulomb
-from lumped.switch import Item
+from lumped.language.switch import Item
 
 __all__ = ["RollingTorque"]
 

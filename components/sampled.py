@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
-from lumped.expression import Number
-from lumped.ops import where
-from lumped.switch import Item
+from lumped.language.expression import Number
+from lumped.language.ops import where
+from lumped.language.switch import Item
 
 __all__ = ["SampleHold", "SampledPI"]
 

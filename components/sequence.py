@@ -7,9 +7,9 @@ from itertools import pairwise
 
 from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, var, when
 from lumped.errors import EquationError
-from lumped.expression import Number
-from lumped.ops import maximum, sqrt, where
-from lumped.switch import Item
+from lumped.language.expression import Number
+from lumped.language.ops import maximum, sqrt, where
+from lumped.language.switch import Item
 
 __all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "Switch"]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lumped import Component, Equation, Expr, HeatPort, Input, Param, Var, der, param, var
-from lumped.switch import Item
+from lumped.language.switch import Item
 
 __all__ = ["FixedTemperature", "HeatCapacitor", "HeatFlow", "Heated", "ThermalConductor"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, LinearFlange, Param, Var, der, param, var
-from lumped.expression import Datum
-from lumped.ops import atan, exp, sin, sqrt
+from lumped.language.expression import Datum
+from lumped.language.ops import atan, exp, sin, sqrt
 
 __all__ = ["Tyre"]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from lumped.expression import Expr, Number, as_expr
-from lumped.ops import where
+from lumped.language.expression import Expr, Number, as_expr
+from lumped.language.ops import where
 
 __all__ = ["one_sided"]
 

@@ -30,9 +30,9 @@ from lumped import (
 )
 from lumped.components.characteristic import coulomb
 from lumped.components.unilateral import one_sided
-from lumped.expression import Number, Partial
-from lumped.ops import asin, atan2, cos, pi, sin, sqrt, where
-from lumped.switch import Item
+from lumped.language.expression import Number, Partial
+from lumped.language.ops import asin, atan2, cos, pi, sin, sqrt, where
+from lumped.language.switch import Item
 
 __all__ = ["Coil", "Strip", "StripPath", "pulling"]
 

@@ -1,60 +1,57 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
-from lumped import ops, profiles, transmissions
-from lumped.analysis import functionals
-from lumped.analysis.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
-from lumped.analysis.certify import Certificate
-from lumped.analysis.design import Optimum
-from lumped.analysis.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
-from lumped.analysis.energies import ModalEnergies, Node, modal_energies
-from lumped.analysis.equilibrium import equilibrium
-from lumped.analysis.equilibrium_sensitivity import (
-    EquilibriumSensitivity,
-    equilibrium_sensitivity,
-)
-from lumped.analysis.flywheel import Flywheel, flywheel
-from lumped.analysis.gradient import Gradient, gradient
-from lumped.analysis.hessian import Hessian, hessian
-from lumped.analysis.identify import Identification, identify
-from lumped.analysis.inverse import inverse
-from lumped.analysis.linearise import Linearisation, linearise
-from lumped.analysis.locus import RootLocus, root_locus
-from lumped.analysis.modes import Modes, modes
-from lumped.analysis.motion import Motion, motion
-from lumped.analysis.optimise import optimise
-from lumped.analysis.orbit import PeriodicOrbit
-from lumped.analysis.orbit_sensitivity import OrbitSensitivity
-from lumped.analysis.orders import Order, orders, turns
-from lumped.analysis.pareto import Front, pareto
-from lumped.analysis.participation import Participation, participation
-from lumped.analysis.periodic import periodic
-from lumped.analysis.response import FrequencyResponse, Peak, frequency_response
-from lumped.analysis.response_sensitivity import ResponseSensitivity, response_sensitivity
-from lumped.analysis.result import Event, OperatingPoint, Statistics, Trajectory
-from lumped.analysis.sensitivity import Sensitivity, sensitivity
-from lumped.analysis.shape_sensitivity import ShapeSensitivity, shape_sensitivity
-from lumped.analysis.simulate import simulate
-from lumped.analysis.sizing import Sizing, sizing
-from lumped.analysis.start import start_point
-from lumped.analysis.store import Saved, load
-from lumped.analysis.sweep import Sweep, sweep
-from lumped.analysis.symbolic import expression, symbolic_frequencies
-from lumped.analysis.work_precision import WorkPrecision, WorkRow, work_precision
-from lumped.assemble import assemble
-from lumped.component import Component
-from lumped.connection import Connection, chain, compose, connect
-from lumped.dimension import check_units
+from lumped.compiler.assemble import assemble
+from lumped.compiler.parameter_file import read_parameters, write_parameters
+from lumped.compiler.system import System
+from lumped.drawing.film import animate
+from lumped.drawing.page import report_html
+from lumped.drawing.schematic import schematic
 from lumped.exchange.fmu import ExportedFMU, export_fmu
 from lumped.exchange.modelica import export_modelica
-from lumped.expression import Equation, Expr, der, time
-from lumped.parameter_file import read_parameters, write_parameters
-from lumped.pictures.motion import animate
-from lumped.pictures.page import report_html
-from lumped.pictures.schematic import schematic
-from lumped.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
-from lumped.quantity import Input, Output, Param, Var, param, var
-from lumped.switch import hold, when
-from lumped.system import System
+from lumped.gradients import functionals
+from lumped.gradients.gradient import Gradient, gradient
+from lumped.gradients.hessian import Hessian, hessian
+from lumped.gradients.sensitivity import Sensitivity, sensitivity
+from lumped.language import ops, profiles, transmissions
+from lumped.language.check_units import check_units
+from lumped.language.component import Component
+from lumped.language.connection import Connection, chain, compose, connect
+from lumped.language.expression import Equation, Expr, der, time
+from lumped.language.port import Flange, HeatPort, LinearFlange, Pin, Port, lossless
+from lumped.language.quantity import Input, Output, Param, Var, param, var
+from lumped.language.switch import hold, when
+from lumped.optimisation.design import Optimum
+from lumped.optimisation.identify import Identification, identify
+from lumped.optimisation.motion import Motion, motion
+from lumped.optimisation.optimise import optimise
+from lumped.optimisation.pareto import Front, pareto
+from lumped.orbits.flywheel import Flywheel, flywheel
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.orbit_sensitivity import OrbitSensitivity
+from lumped.orbits.periodic import periodic
+from lumped.points.equilibrium import equilibrium
+from lumped.points.equilibrium_sensitivity import EquilibriumSensitivity, equilibrium_sensitivity
+from lumped.points.linearise import Linearisation, linearise
+from lumped.points.start import start_point
+from lumped.simulation.certify import Certificate
+from lumped.simulation.inverse import inverse
+from lumped.simulation.simulate import simulate
+from lumped.simulation.sizing import Sizing, sizing
+from lumped.simulation.sweep import Sweep, sweep
+from lumped.simulation.work_precision import WorkPrecision, WorkRow, work_precision
+from lumped.timeloop.result import Event, OperatingPoint, Statistics, Trajectory
+from lumped.timeloop.result_files import Saved, load
+from lumped.vibration.campbell import Campbell, CriticalSpeed, campbell, critical_speeds
+from lumped.vibration.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
+from lumped.vibration.energies import ModalEnergies, Node, modal_energies
+from lumped.vibration.modes import Modes, modes
+from lumped.vibration.order_analysis import Order, orders, turns
+from lumped.vibration.participation import Participation, participation
+from lumped.vibration.response import FrequencyResponse, Peak, frequency_response
+from lumped.vibration.response_sensitivity import ResponseSensitivity, response_sensitivity
+from lumped.vibration.root_locus import RootLocus, root_locus
+from lumped.vibration.shape_sensitivity import ShapeSensitivity, shape_sensitivity
+from lumped.vibration.symbolic import expression, symbolic_frequencies
 
 __version__ = "0.1.0"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from lumped.errors import LumpedError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
-from lumped.table import number, table
-from lumped.whole import write_text
+from lumped.support.text_table import number, table
+from lumped.support.whole_files import write_text
 
 __all__ = ["main"]
 
@@ -103,11 +103,11 @@ _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
 
 
 def _report(chosen: Machine, name: str, file: Path, changes: Changes) -> None:
-    from lumped.analysis.work_precision import work_precision
-    from lumped.assemble import assemble
+    from lumped.compiler.assemble import assemble
+    from lumped.drawing.page import report_html
     from lumped.models.about import sized
     from lumped.models.sources import constants
-    from lumped.pictures.page import report_html
+    from lumped.simulation.work_precision import work_precision
 
     about = chosen.ABOUT
     run = chosen.scene(about.until, parameters=changes, grid=4000, certify=True)

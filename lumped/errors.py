@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lumped.analysis.result import Trajectory
+    from lumped.timeloop.result import Trajectory
 
 __all__ = [
     "ConnectError",

@@ -10,15 +10,15 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-from lumped.component import Component
 from lumped.errors import UnknownNameError, nearest
-from lumped.table import compared
+from lumped.language.component import Component
+from lumped.support.text_table import compared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lumped.analysis.result import Trajectory
     from lumped.models.about import About, Measure
+    from lumped.timeloop.result import Trajectory
 
 __all__ = ["MACHINES", "MARKS", "Machine", "Row", "machine"]
 

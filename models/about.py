@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import lumped as lp
-from lumped.analysis.sizing import Limit
+from lumped.simulation.sizing import Limit
 
 __all__ = ["About", "Measure", "Motor", "extremes", "shared"]
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
+from lumped.drawing.plots import mode_shapes
 from lumped.models import reversing_mill_drives as drives
 from lumped.models import reversing_mill_scenes as scenes
 from lumped.models.reversing_mill_stand import (
@@ -25,7 +26,6 @@ from lumped.models.reversing_mill_stand import (
     eccentricity_hertz,
     strip_entry,
 )
-from lumped.plot import mode_shapes
 
 __all__ = ["figures"]
 

@@ -11,7 +11,7 @@ from lumped.components import (
     SpringDamper,
     translation,
 )
-from lumped.switch import Hold
+from lumped.language.switch import Hold
 
 ELASTIC = (Spring, SpringDamper, translation.Spring, translation.SpringDamper)
 WITHOUT_POWER = (IdealGear, Fixed, translation.Fixed)

@@ -2,7 +2,7 @@
 
 import lumped as lp
 from lumped.components import Inertia
-from lumped.ops import cos, sin
+from lumped.language.ops import cos, sin
 
 
 class FourBar(lp.Component):

@@ -15,7 +15,6 @@ import pytest
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.analysis.store import saved
 from lumped.components import (
     BearingFriction,
     Damper,
@@ -27,7 +26,8 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import Interrupted, LumpedError, OptimisationError, OptionError, SolverError
-from lumped.ops import sin, table, where
+from lumped.language.ops import sin, table, where
+from lumped.timeloop.result_files import saved
 
 
 class Rotor(lp.Component):

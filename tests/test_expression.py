@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.errors import EquationError
-from lumped.expression import text
+from lumped.language.expression import text
 
 
 class Part(lp.Component):

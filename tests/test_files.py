@@ -10,9 +10,9 @@ import pytest
 import xarray
 
 import lumped as lp
-from lumped.analysis.formats import apart, together
 from lumped.components import Fixed, Inertia, SpringDamper, Torque, translation
 from lumped.errors import OptionError, ParameterError, UnitError, UnknownNameError
+from lumped.timeloop.file_formats import apart, together
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from lumped.linear import Entry, SingularBlockError, solve
-from lumped.tape import Tape
-from lumped.template import CONSTANT, PARAMETRIC, VARYING
+from lumped.compiler.elimination import Entry, SingularBlockError, solve
+from lumped.compiler.tape import Tape
+from lumped.compiler.template import CONSTANT, PARAMETRIC, VARYING
 
 
 def system_of(matrix, kinds):

@@ -9,7 +9,7 @@ from scipy.special import ellipk
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import StartError
-from lumped.ops import cos, sin, sqrt
+from lumped.language.ops import cos, sin, sqrt
 
 
 def rocker_angle(phi):

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped import progress
-from lumped.analysis.record import Recorder
 from lumped.components import (
     BearingFriction,
     CrankSlider,
@@ -20,7 +18,9 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import Interrupted, OptionError
-from lumped.ops import where
+from lumped.language.ops import where
+from lumped.support import progress
+from lumped.timeloop.recorder import Recorder
 
 
 class Terminal(io.StringIO):
@@ -179,7 +179,7 @@ def test_an_empty_run_says_that_it_is_empty(monkeypatch, tmp_path):
         raise KeyboardInterrupt
 
     system = braked()
-    monkeypatch.setattr("lumped.analysis.simulate.start_point", interrupted)
+    monkeypatch.setattr("lumped.simulation.simulate.start_point", interrupted)
     with pytest.raises(Interrupted, match="Model: interrupted before the run began") as caught:
         lp.simulate(system, until=1.0)
     part = caught.value.partial

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from lumped.tape import Tape
+from lumped.compiler.tape import Tape
 
 OPERATORS = [operator.add, operator.sub, operator.mul, operator.truediv]
 

@@ -9,9 +9,9 @@ import pytest
 
 import lumped as lp
 from lumped.errors import SingularModelError
-from lumped.expression import Equation
-from lumped.ops import where
-from lumped.switch import Item
+from lumped.language.expression import Equation
+from lumped.language.ops import where
+from lumped.language.switch import Item
 
 GAIN = {"now": 1.0}
 BALL = {"restitution": 0.5, "strict": True, "kick": 2.0}

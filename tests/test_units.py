@@ -10,7 +10,7 @@ import lumped as lp
 from lumped.components import ConverterDrive, Inertia, SpeedSensor, Spring, Vehicle
 from lumped.errors import UnitError
 from lumped.models import MACHINES
-from lumped.units import _registry, converted
+from lumped.support.units import _registry, converted
 
 DEGREE = np.pi / 180
 

@@ -30,7 +30,7 @@ from lumped.errors import (
     SingularModelError,
     UnknownNameError,
 )
-from lumped.exchange.tables import _quoted
+from lumped.exchange.c_tables import _quoted
 
 
 def message(action, kind=LumpedError):

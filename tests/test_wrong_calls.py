@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.arguments import checked
 from lumped.components import Inertia, Speed, SpringDamper, Torque
 from lumped.errors import LumpedError, OptionError, UnitError, UnknownNameError
+from lumped.support.arguments import checked
 
 NAN, INF = float("nan"), float("inf")
 

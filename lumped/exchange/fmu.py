@@ -17,15 +17,15 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from lumped.analysis.instants import Clock, clocks
-from lumped.analysis.watch import may_be_unfit
-from lumped.arguments import checked
+from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError, OptionError
-from lumped.exchange.description import build_description, model_description
+from lumped.exchange.c_tables import coefficients, model_files
+from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface
-from lumped.exchange.tables import coefficients, model_files
-from lumped.system import Changes, Name, System
-from lumped.whole import whole_file
+from lumped.support.arguments import checked
+from lumped.support.whole_files import whole_file
+from lumped.timeloop.guards import may_be_unfit
+from lumped.timeloop.instants import Clock, clocks
 
 __all__ = ["ExportedFMU", "export_fmu"]
 

@@ -10,12 +10,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.analysis.advance import nominals
-from lumped.analysis.response import needing_rates
-from lumped.analysis.start import StartForm, start_form, start_point
+from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.quantity import Param
-from lumped.system import Changes, Name, System
+from lumped.language.quantity import Param
+from lumped.points.start import StartForm, start_form, start_point
+from lumped.timeloop.advance import nominals
+from lumped.vibration.response import needing_rates
 
 __all__ = ["Interface", "Shown", "limits_of", "rate_unit"]
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from lumped.arguments import checked
+from lumped.compiler.switching import Condition
+from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError
 from lumped.exchange.interface import Interface, Shown
-from lumped.exchange.terms import Term, Writer, real
-from lumped.switching import Condition
-from lumped.system import Changes, Name, System
-from lumped.whole import write_text
+from lumped.exchange.modelica_terms import Term, Writer, real
+from lumped.support.arguments import checked
+from lumped.support.whole_files import write_text
 
 __all__ = ["export_modelica"]
 

@@ -8,8 +8,6 @@ from scipy.integrate import simpson
 from scipy.linalg import expm
 
 import lumped as lp
-from lumped.analysis.advance import Advance
-from lumped.analysis.compare import compared
 from lumped.components import (
     BearingFriction,
     Damper,
@@ -21,7 +19,9 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import EquationError, Interrupted, SolverError
-from lumped.ops import sin, where
+from lumped.language.ops import sin, where
+from lumped.simulation.compare import compared
+from lumped.timeloop.advance import Advance
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "exact"])
@@ -74,7 +74,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
             return super().through(*args)
 
     monkeypatch.setenv("LUMPED_NATIVE", "0")
-    monkeypatch.setattr("lumped.analysis.simulate.Advance", Impatient)
+    monkeypatch.setattr("lumped.simulation.simulate.Advance", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
@@ -266,7 +266,7 @@ def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("lumped.analysis.simulate.audited", interrupted)
+    monkeypatch.setattr("lumped.simulation.simulate.audited", interrupted)
     with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
         lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
     assert caught.value.partial.t[-1] == 1.0

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.analysis.moving import moving
 from lumped.models import carrousel_coiler_scenes as coiler
 from lumped.models import eccentric_shear_scenes as shear
 from lumped.models import pilger_mill_drive as pilger
 from lumped.models import rotary_arm_control as arm
 from lumped.models.reversing_mill_stand import CreepingGap
+from lumped.points.vibrating_states import moving
 
 
 def rolling():

@@ -5,7 +5,6 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.analysis import equilibrium_search as module
 from lumped.components import (
     Backlash,
     Brake,
@@ -21,6 +20,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import SolverError, StartError
+from lumped.points import equilibrium_search as module
 
 
 def loaded(**load):

@@ -9,7 +9,6 @@ from scipy.linalg import eigh, expm
 from scipy.sparse import csc_array
 
 import lumped as lp
-from lumped.analysis.modal import ClosedForm, _phis
 from lumped.components import (
     BearingFriction,
     EllipticalGear,
@@ -20,6 +19,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import OptionError, SolverError
+from lumped.language.ops import sin, where
 from lumped.models.reversing_mill_stand import (
     C_SHAFT,
     C_SPINDLE,
@@ -31,7 +31,7 @@ from lumped.models.reversing_mill_stand import (
     OpenGap,
     strip_entry,
 )
-from lumped.ops import sin, where
+from lumped.numerics.closed_form import ClosedForm, _phis
 
 EPS = np.finfo(float).eps
 

@@ -5,7 +5,6 @@ import pytest
 from scipy.optimize import brentq
 
 import lumped as lp
-from lumped.analysis.optimise_modes import equilibrium_again
 from lumped.components import (
     Backlash,
     Brake,
@@ -24,6 +23,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError, SolverError
+from lumped.optimisation.optimise_modes import equilibrium_again
 
 
 def derivatives(point, of, to):

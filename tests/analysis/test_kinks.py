@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import lumped as lp
-from lumped.analysis.bounds import bounds
 from lumped.components import Inertia, Position, SpringDamper, Torque
 from lumped.errors import SolverError
+from lumped.numerics.interval_bounds import bounds
 
 ops, t = lp.ops, lp.time
 METHODS = ("auto", "explicit", "implicit")

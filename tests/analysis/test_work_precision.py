@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.analysis.compare import compared
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptionError
-from lumped.ops import sin, where
+from lumped.language.ops import sin, where
+from lumped.simulation.compare import compared
 
 W = np.sqrt(450.0)
 

@@ -47,8 +47,8 @@ from lumped.components import (
     winding,
 )
 from lumped.components import compliance as rotation
-from lumped.quantity import Quantity
-from lumped.switch import Hold, When
+from lumped.language.quantity import Quantity
+from lumped.language.switch import Hold, When
 
 STATES = 25
 TOLERANCE = 1e-12

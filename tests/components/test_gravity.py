@@ -16,7 +16,7 @@ from lumped.components import (
     Torque,
     Weight,
 )
-from lumped.ops import where
+from lumped.language.ops import where
 
 G = 9.80665
 

@@ -18,8 +18,8 @@ from lumped.components import (
     Torque,
     translation,
 )
+from lumped.drawing.film import moving_lines
 from lumped.errors import SolverError
-from lumped.pictures.motion import moving_lines
 
 RADIUS, LENGTH = 0.25, 3.4
 

@@ -19,8 +19,8 @@ from lumped.components import (
     Torque,
     translation,
 )
+from lumped.language.ops import where
 from lumped.models.reversing_mill_scenes import RATED, JoinedGap
-from lumped.ops import where
 
 
 def instants(found):

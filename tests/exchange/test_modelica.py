@@ -8,7 +8,6 @@ import specification_gear  # noqa: F401 - loads
 from specification import build, read
 
 import lumped as lp
-from lumped.analysis.instants import clocks, modes_at
 from lumped.components import (
     BearingFriction,
     IdealGear,
@@ -18,7 +17,8 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import ExportError
-from lumped.ops import where
+from lumped.language.ops import where
+from lumped.timeloop.instants import clocks, modes_at
 
 TOKEN = re.compile(
     r"\s*('(?:[^'\\]|\\.)*'|\d+\.?\d*(?:e[+-]?\d+)?|[A-Za-z_]\w*|<=|>=|[-+*/^(),<>=;])"

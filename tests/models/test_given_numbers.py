@@ -8,7 +8,7 @@ import pytest
 
 from lumped.models import MACHINES, MARKS, machine
 from lumped.models.sources import Given, constants
-from lumped.units import dimension
+from lumped.support.units import dimension
 
 
 def test_a_number_counts_as_a_float_and_keeps_its_words():

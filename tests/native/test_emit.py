@@ -9,8 +9,8 @@ from machine_scenes import SCENES
 
 pytest.importorskip("llvmlite")
 
-from lumped.native.emit import UnsupportedError, assembly
-from lumped.native.functions import compiled_functions
+from lumped.kernel.emit_llvm import UnsupportedError, assembly
+from lumped.kernel.functions import compiled_functions
 
 _CALL = ctypes.CFUNCTYPE(
     None,
@@ -126,7 +126,7 @@ def test_operations_of_two_numbers(name, symbols):
 @pytest.mark.parametrize("on_stack", [True, False])
 def test_a_function_longer_than_a_chunk_hands_its_numbers_on(on_stack, symbols, monkeypatch):
     if not on_stack:
-        monkeypatch.setattr("lumped.native.emit._MOST_ON_STACK", 0)
+        monkeypatch.setattr("lumped.kernel.emit_llvm._MOST_ON_STACK", 0)
     x, p, t, m = symbols
     values, rng = [x[0], x[1], p, t, m], np.random.default_rng(3 + on_stack)
     for _ in range(3000):

@@ -331,10 +331,10 @@ def test_how_often_the_loop_comes_back_changes_nothing(grid, monkeypatch):
     system = lp.assemble(rubbing(3))
     whole = lp.simulate(system, method="steps", until=5.0, grid=grid)
     system.made["machine"].attempts = 1
-    monkeypatch.setattr("lumped.analysis.flight._PIECES", 1)
-    monkeypatch.setattr("lumped.analysis.flight._CHANGES", 0)
-    monkeypatch.setattr("lumped.analysis.flight._ROWS", 5)
-    monkeypatch.setattr("lumped.analysis.flight._ROOM", 5)
+    monkeypatch.setattr("lumped.timeloop.native_run._PIECES", 1)
+    monkeypatch.setattr("lumped.timeloop.native_run._CHANGES", 0)
+    monkeypatch.setattr("lumped.timeloop.native_run._ROWS", 5)
+    monkeypatch.setattr("lumped.timeloop.native_run._ROOM", 5)
     parts = lp.simulate(system, method="steps", until=5.0, grid=grid)
     assert parts.events == whole.events
     assert len(parts.events) > 5

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("llvmlite")
 
-from lumped.native import store
+from lumped.kernel import code_cache as store
 
 SCRIPT = """
 import lumped as lp

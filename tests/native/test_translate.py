@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("llvmlite")
 
-from lumped.native.objects import Code, compiled
-from lumped.native.translate import TranslationError, translated
-from lumped.native.words import Integers, Kernel, Numbers, at, kernel
+from lumped.kernel.machine_code import Code, compiled
+from lumped.kernel.translate import TranslationError, translated
+from lumped.kernel.words import Integers, Kernel, Numbers, at, kernel
 
 TABLE = (0.5, -1.25, 3e-7, 1e300)
 OFFSET = 3

@@ -14,15 +14,15 @@ import pytest
 import lumped as lp
 import lumped.components
 from lumped.components import Fixed, Inertia, Spring, SpringDamper, Torque
-from lumped.connection import label
+from lumped.drawing.netlist import netlist
+from lumped.drawing.placing import place
+from lumped.drawing.routing import Routed, route
+from lumped.drawing.symbols import SYMBOLS
+from lumped.language.connection import label
+from lumped.language.port import Port
 from lumped.models import MACHINES, machine
 from lumped.models.carrousel_coiler_turret import Turret
 from lumped.models.reversing_mill_scenes import StripGap, TrimmedStand
-from lumped.pictures.netlist import netlist
-from lumped.pictures.placing import place
-from lumped.pictures.routing import Routed, route
-from lumped.pictures.symbols import SYMBOLS
-from lumped.port import Port
 
 SVG = "{http://www.w3.org/2000/svg}"
 HALF = 0.2  # inch, within every symbol's cell

@@ -1,1 +1,0 @@
-"""Analyses of an assembled system, one verb each."""

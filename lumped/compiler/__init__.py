@@ -1,0 +1,1 @@
+"""From a component tree to a system, step by step."""

@@ -1,0 +1,87 @@
+"""Parts that do nothing where they stand: connected to nothing, or with all ends in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy
+
+from lumped.compiler.flatten import FlatModel, Group
+from lumped.compiler.sparse_graph import links
+from lumped.compiler.tree import Node
+from lumped.language.expression import Ref
+
+__all__ = ["idle"]
+
+
+def idle(flat: FlatModel) -> list[str]:
+    """Texts on parts that do nothing, with their paths.
+
+    A part is connected to nothing if it has ports and others are connected. The ends of a part are
+    in one place if connections, and equations ``a == b`` of rigid parts, join them; a part that
+    joins its own ends, such as an inertia, is not meant.
+    """
+    joined = np.array([pair[:2] for pair in flat.joints.equal], dtype=int).reshape(-1, 2)
+    touched = np.zeros(flat.tree.unknown_count, dtype=bool)
+    touched[joined] = True
+    return [*_alone(flat, touched), *_closed(flat, joined, touched)]
+
+
+def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
+    """Parts connected to nothing."""
+    parts = [n for n in flat.tree.nodes if n.layout.ports and not n.children and n.parent >= 0]
+    for node in parts if touched.any() else ():
+        if not touched[node.first_unknown : node.first_unknown + len(node.layout.names)].any():
+            yield f"{node.label} is connected to nothing. Connect it, or leave it out."
+
+
+def _may_move(node: Node, loose: list[int]) -> bool:
+    """Whether one of the open ends is a free end, so that the part may move there."""
+    ports = node.component._ports
+    return any(ports[node.layout.ports[i]].free for i in loose)
+
+
+def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterator[str]:
+    """Parts whose ends are all in one place."""
+    tree, pairs, rigid = flat.tree, [joined], set[int]()
+    for group in flat.groups:
+        columns, count = _same(flat, group), len(group.template.unknowns)
+        pairs += [group.unknowns[:, pair] for pair in columns]
+        layout = tree.nodes[group.nodes[0]].layout
+        potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
+        own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
+        if len(set(_places(columns, count)[own])) < len(own):
+            rigid.update(group.nodes)
+    place = _places(np.concatenate(pairs), tree.unknown_count)
+    for number, node in enumerate(tree.nodes):
+        ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
+        loose = [i for i in range(len(node.layout.ports)) if i not in ends]
+        if len(ends) < 2 or node.children or number in rigid or _may_move(node, loose):
+            continue
+        if len(set(place[[node.first_unknown + 2 * i for i in ends]])) == 1:
+            names = " and ".join(node.layout.ports[i] for i in ends)
+            yield (
+                f"{node.label} does nothing: its {names} are joined to one another. Connect one "
+                "of them to something else, or leave the part out."
+            )
+
+
+def _places(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Number of the set that each of `count` things is in, if pairs of them are joined."""
+    graph = links(pairs[:, 0], pairs[:, 1], (count, count))
+    found: np.ndarray = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    return found
+
+
+def _same(flat: FlatModel, group: Group) -> np.ndarray:
+    """Columns of unknowns that an equation of a group makes equal, shape (k, 2)."""
+    tree, scope = flat.tree, flat.tree.nodes[group.nodes[0]]
+    local = {key: i for i, key in enumerate(group.template.unknowns)}
+    found = []
+    for equation in group.equations:
+        sides = [s for s in (equation.left, equation.right) if isinstance(s, Ref)]
+        if all(side.quantity.kind in ("potential", "variable") for side in sides):
+            keys = [(tree.below(side.owner, scope) or "", side.name) for side in sides]
+            found.append([local[key] for key in keys if key in local])
+    return np.array([pair for pair in found if len(pair) == 2], dtype=int).reshape(-1, 2)

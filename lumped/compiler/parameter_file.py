@@ -1,0 +1,103 @@
+"""Parameters in files that people edit."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+from lumped.compiler.system import Changes, System
+from lumped.errors import OptionError, ParameterError
+from lumped.support.arguments import checked
+from lumped.support.whole_files import write_text
+
+__all__ = ["read_parameters", "write_parameters"]
+
+
+@checked
+def write_parameters(system: System, path: str | Path, parameters: Changes | None = None) -> Path:
+    """Write all parameters of a system with their units, as TOML or JSON.
+
+    Each line reads ``"shaft.c" = "30000.0 N.m/rad"``; numbers are written in full.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    path : str or Path
+        Its ending, .toml or .json, says the format.
+    parameters : mapping of name to value, optional
+        Those that are changed from the model.
+
+    Raises
+    ------
+    OptionError
+        If the ending is neither.
+    """
+    path = Path(path)
+    _check_ending(path)
+    p = system._flat.parameters
+    values = zip(p.free, system.theta(parameters).tolist(), strict=True)
+    texts = {p.names[i]: f"{value!r} {p.declared[i].unit}" for i, value in values}
+    if path.suffix == ".json":
+        written = json.dumps(texts, indent=2, ensure_ascii=False) + "\n"
+    else:
+        lines = (f"{json.dumps(name)} = {json.dumps(text)}\n" for name, text in texts.items())
+        written = f"# {system.name}\n" + "".join(lines)
+    write_text(path, written)
+    return path
+
+
+@checked
+def read_parameters(system: System, path: str | Path) -> dict[str, float]:
+    """Read parameters, to give to an analysis as ``parameters=``.
+
+    A text is a number with a unit, a number is in the unit of the parameter. Tables of a TOML file
+    and objects in JSON stand for parts: ``[shaft]`` and ``c = 3e4`` is ``shaft.c``.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`; names and units are those of its parameters.
+    path : str or Path
+        Its ending, .toml or .json, says the format; it may hold some of the parameters.
+
+    Raises
+    ------
+    OptionError
+        If the ending is neither, or the file is not of that format.
+    UnknownNameError
+        If a parameter does not exist, or is bound to others.
+    UnitError
+        If a value has a unit of another dimension.
+    ParameterError
+        If a value is no number, or out of range.
+    """
+    path = Path(path)
+    _check_ending(path)
+    held = path.read_bytes()
+    try:
+        text = held.decode()
+        found = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (ValueError, RecursionError) as fault:
+        raise OptionError(f"{path} is no {path.suffix[1:].upper()}: {fault}") from None
+    if not isinstance(found, dict):
+        raise OptionError(f"{path}: names with values are needed, not {found!r:.60}.")
+    changes = dict(_flat("", found))
+    for name, value in changes.items():
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise ParameterError(f"{path}: {name} = {value!r}: a number or a text is needed.")
+    theta = system.theta(changes)  # type: ignore[arg-type]
+    return dict(zip(changes, theta[system.places(changes)].tolist(), strict=True))
+
+
+def _flat(path: str, part: object) -> list[tuple[str, object]]:
+    if not isinstance(part, dict):
+        return [(path, part)]
+    prefix = f"{path}." if path else ""
+    return [pair for name, inner in part.items() for pair in _flat(prefix + name, inner)]
+
+
+def _check_ending(path: Path) -> None:
+    if path.suffix not in (".toml", ".json"):
+        raise OptionError(f"{path.name}: the ending must be .toml or .json.")

@@ -1,0 +1,460 @@
+"""What decides modes: functions of time, conditions on states, holds, changes of states.
+
+The one place that decides what becomes of a kink. A condition that depends on the time and on
+parameters only changes at instants that are known before the run (`timed`); any other has a margin
+that a run watches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.evaluation import Values
+from lumped.compiler.flatten import Group
+from lumped.compiler.incidence import Occurrence
+from lumped.compiler.template import Jump, Relation, Template
+from lumped.errors import SingularModelError
+from lumped.language.lowering import has_steps
+from lumped.language.pieces import Pieces
+
+__all__ = ["Condition", "Switching", "is_even"]
+
+_SHARP, _COARSE = 1e-12, 1e-10
+"""Relative tolerances of conditions and of limits of reactions, far above rounding."""
+
+_SHARED = 1e-7
+"""The same where redundant constraints share a reaction, above the rounding of the shares."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Jumps:
+    """State changes of one `when`: mode of its condition, nodes, signs, places in the values."""
+
+    name: str
+    mode: int
+    nodes: list[int]
+    signs: list[float]
+    first: int
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """A relation of an instance.
+
+    Attributes
+    ----------
+    name : str
+        Its component.
+    mode : int
+        Its mode, or the first of the settings of its piece.
+    greater, less : SX
+        Its sides, as expressions of states, parameters, time and modes.
+    relation : Relation
+        What it is an instance of.
+    active : SX, optional
+        1 while it matters, as it stands in a branch that another condition chooses.
+    """
+
+    name: str
+    mode: int
+    greater: ca.SX
+    less: ca.SX
+    relation: Relation
+    active: ca.SX | None
+
+    @property
+    def pieces(self) -> Pieces | None:
+        """Those of a piecewise polynomial."""
+        return self.relation.pieces
+
+    @property
+    def argument(self) -> ca.SX:
+        """What passes zero, or the borders of the pieces."""
+        return self.greater if self.pieces is not None else self.greater - self.less
+
+    @property
+    def modes(self) -> range:
+        """All its modes."""
+        return range(self.mode, self.mode + (1 if self.pieces is None else self.pieces.width))
+
+
+class Switching:
+    """Relations, holds and jumps of all instances as expressions, in order of declaration.
+
+    Attributes
+    ----------
+    timed : list of Condition
+        Those that depend on the time and on parameters only, each after those that it needs.
+    needs : list of list of int
+        Numbers of those that each of them needs.
+    conditions : list of Condition
+        All others.
+    relation_modes : ndarray of int, shape (r,)
+        Mode of each of these, or first setting of its piece.
+    strict : ndarray of bool, shape (r,)
+        Conditions that are false where both sides are equal.
+    greater, less : SX, shape (r, 1)
+        Their sides, far apart and in favour of the mode as it is where the condition does not
+        matter; or the argument of a table, and the begin of the piece it is in.
+    first_modes : ndarray of int, shape (h,)
+        First of the five modes of each hold (see `lumped.template.Stick`).
+    engaged : ndarray of int, shape (h,)
+        Mode of the condition under which a hold acts, -1 for always.
+    has_upper, has_lower, has_forward, has_backward, has_gap : ndarray of bool, shape (h,)
+        What limits and laws there are.
+    names : list of str
+        Components of the holds.
+    gap_units : list of str
+        Units of their gaps.
+    speeds : list of int
+        Node of the speed of each hold, -1 if it is always zero.
+    speed_signs : list of float
+        Sign of the speed relative to its node.
+    speed, acceleration, reaction, upper, lower, gap, restitution : SX, shape (h, 1)
+        Their quantities.
+    jumps : list
+        Changes of states.
+    values : SX
+        New values of all jumps.
+    rows : list of (str, int)
+        What each margin is: "relation", "upper", "lower" or "slide", and number of the relation
+        or hold.
+    """
+
+    def __init__(self, values: Values, *, foresee: bool = True) -> None:
+        self._values, self.flat = values, values.flat
+        self.rows: list[tuple[str, int]] = []
+        found_conditions: list[Condition] = []
+        first_modes: list[int] = []
+        engaged: list[int] = []
+        quantities: list[ca.SX] = []
+        limits: list[tuple[bool, ...]] = []
+        self.names: list[str] = []
+        self.gap_units: list[str] = []
+        self.speeds: list[int] = []
+        self.speed_signs: list[float] = []
+        self.jumps: list[_Jumps] = []
+        new_values: list[ca.SX] = []
+        for group in self.flat.groups:
+            template = group.template
+            if not (template.relations or template.sticks or template.jumps):
+                continue
+            wanted = _wanted(template)
+            count, width = len(group.nodes), len(template.modes)
+            found = self._instances(group, ca.vertcat(*wanted))
+            offset = len(template.relations)
+            for i in range(count):
+                own, mode = found[:, i], group.first_mode + i * width
+                name = group.names[i] or self.flat.name
+                for k, relation in enumerate(template.relations):
+                    greater, less = own[2 * k], own[2 * k + 1]
+                    place = mode + relation.mode
+                    active = self._active(template, relation, mode)
+                    found_conditions.append(Condition(name, place, greater, less, relation, active))
+                for k, stick in enumerate(template.sticks):
+                    place = 2 * offset + 7 * k
+                    quantities.append(own[place : place + 7].T)
+                    first_modes.append(mode + stick.first)
+                    engaged.append(-1 if stick.engaged is None else mode + stick.engaged)
+                    limits.append(stick.given)
+                    self.names.append(name)
+                    unknown = int(group.unknowns[i, stick.speed[0]])
+                    unit = self.flat.tree.quantity(unknown).unit
+                    self.gap_units.append(unit.removesuffix("/s"))
+                    node = values.reduced.node(unknown)
+                    self.speeds.append(-1 if node is None else node + stick.speed[1])
+                    self.speed_signs.append(float(values.reduced.aliases.signs[unknown]))
+                place = 2 * offset + 7 * len(template.sticks)
+                for jump in template.jumps:
+                    self.jumps.append(self._jump(group, i, jump, name, mode, len(new_values)))
+                    new_values += ca.vertsplit(own[place : place + len(jump.values)])
+                    place += len(jump.values)
+        self.timed, self.conditions = self._sorted(found_conditions, foresee)
+        self.relation_modes = np.array([c.mode for c in self.conditions], dtype=int)
+        self.strict = np.array([c.relation.strict for c in self.conditions], dtype=bool)
+        sides = [self._guarded(c) for c in self.conditions]
+        self.greater = ca.vertcat(ca.SX(0, 1), *(greater for greater, _ in sides))
+        self.less = ca.vertcat(ca.SX(0, 1), *(less for _, less in sides))
+        self.first_modes = np.array(first_modes, dtype=int)
+        self.engaged = np.array(engaged, dtype=int)
+        flags = np.array(limits, dtype=bool).reshape(-1, 5).T
+        self.has_upper, self.has_lower, self.has_forward, self.has_backward, self.has_gap = flags
+        table = ca.vertcat(ca.SX(0, 7), *quantities)
+        (
+            self.speed,
+            self.acceleration,
+            self.reaction,
+            self.upper,
+            self.lower,
+            self.gap,
+            self.restitution,
+        ) = ca.horzsplit(table)
+        self.values = ca.vertcat(ca.SX(0, 1), *new_values)
+
+    def __bool__(self) -> bool:
+        return bool(len(self.relation_modes) or len(self.first_modes) or self.jumps)
+
+    def _active(self, template: Template, relation: Relation, first: int) -> ca.SX | None:
+        """1 while a relation of an instance matters; None if it always does."""
+        branches = template.branches.get(relation.mode, ())
+        if not branches or relation.pieces is not None:
+            return None
+        parts = [self._values.modes[first + k] for k, _ in branches]
+        factors = [m if holds else 1 - m for m, (_, holds) in zip(parts, branches, strict=True)]
+        product = factors[0]
+        for factor in factors[1:]:
+            product = product * factor
+        return product
+
+    def _guarded(self, condition: Condition) -> tuple[ca.SX, ca.SX]:
+        greater, less, active = condition.greater, condition.less, condition.active
+        if active is None:
+            return greater, less
+        as_is = 2 * self._values.modes[condition.mode] - 1
+        return ca.if_else(active, greater, as_is), ca.if_else(active, less, 0)
+
+    def _sorted(
+        self, found: list[Condition], foresee: bool
+    ) -> tuple[list[Condition], list[Condition]]:
+        """Those that depend on the time alone, in the order of their needs, and the others."""
+        self.needs: list[list[int]] = []
+        if not found:
+            return [], []
+        owner = {mode: k for k, condition in enumerate(found) for mode in condition.modes}
+        v = self._values
+        inputs = [v.states, v.guesses, v.modes, self.flat.parameters.theta, v.time]
+        needs = _needs(ca.Function("sides", inputs, [c.argument for c in found]), owner)
+        if not foresee:
+            for k, condition in enumerate(found):
+                if needs[k] is not None and not is_even(condition.argument, v.time):
+                    needs[k] = None
+        timed: dict[int, int] = {}
+        count = -1
+        while count < len(timed):
+            count = len(timed)
+            for k, need in enumerate(needs):
+                if k not in timed and need is not None and need <= timed.keys():
+                    timed[k] = len(timed)
+        self.needs = [sorted(timed[i] for i in needs[k] or ()) for k in timed]
+        return [found[k] for k in timed], [c for k, c in enumerate(found) if k not in timed]
+
+    def _instances(self, group: Group, expressions: ca.SX) -> ca.SX:
+        """Expressions of a template for all its instances, one column each."""
+        template, values = group.template, self._values
+        keys = template.present(expressions)
+        locals_ = np.array([k[0] for k in keys], dtype=int)
+        orders = np.array([k[1] for k in keys], dtype=int)
+        aliases, reduced = values.reduced.aliases, values.reduced
+        unknowns = group.unknowns[:, locals_]
+        classes = aliases.classes[unknowns]
+        shifted = orders + aliases.shifts[unknowns]
+        high = (classes >= 0) & (shifted > reduced.highest[classes])
+        if high.any():
+            i, k = np.argwhere(high)[0]
+            raise SingularModelError(
+                f"{self.flat.name}: a condition or hold of {group.names[i]} uses derivative "
+                f"{orders[k]} of {template.unknowns[locals_[k]][1]}, which no equation determines."
+            )
+        seen = Occurrence(
+            group,
+            template.residual(0),
+            np.arange(len(group.nodes)),
+            classes,
+            shifted,
+            aliases.signs[unknowns],
+        )
+        symbols = template.inputs(keys)
+        function = ca.Function("switching", symbols, [expressions])
+        result: ca.SX = function(*values.arguments(seen))
+        count = len(group.nodes)
+        return result if result.columns() == count else ca.repmat(result, 1, count)
+
+    def _jump(self, group: Group, i: int, jump: Jump, name: str, mode: int, first: int) -> _Jumps:
+        reduced = self._values.reduced
+        nodes, signs = [], []
+        for local in jump.targets:
+            unknown = int(group.unknowns[i, local])
+            node = reduced.node(unknown)
+            if node is None or node not in reduced.states:
+                shown = self.flat.tree.unknown_name(unknown)
+                raise SingularModelError(
+                    f"{self.flat.name}: {name} changes {shown} when {jump.condition}, but it "
+                    "is not a state: other quantities determine it. Declare it with "
+                    "state='always', or change the states that it follows from."
+                )
+            nodes.append(node)
+            signs.append(float(reduced.aliases.signs[unknown]))
+        return _Jumps(name, mode + jump.mode, nodes, signs, first)
+
+    def relation_text(self, number: int, mode: float) -> tuple[str, str]:
+        """Component of a condition, and what its mode or the number of its piece says in words."""
+        condition = self.conditions[number]
+        relation, pieces = condition.relation, condition.pieces
+        left, right = relation.sides
+        if pieces is None:
+            yes, no = (">", "<=") if relation.strict else (">=", "<")
+            return condition.name, f"{left} {yes if mode > 0.5 else no} {right}"
+        piece = int(mode)
+        parts = [f"{left} >= {pieces.begins[piece]:.6g}"] if piece > 0 else []
+        if piece + 1 < pieces.count:
+            parts.append(f"{left} < {pieces.begins[piece + 1]:.6g}")
+        return condition.name, " and ".join(parts)
+
+    @cached_property
+    def is_table(self) -> np.ndarray:
+        """Whether each condition chooses a piece of a table, shape (r,)."""
+        return np.array([c.pieces is not None for c in self.conditions], dtype=bool)
+
+    @cached_property
+    def tables(self) -> list[tuple[int, Pieces]]:
+        """Numbers of the conditions that choose a piece of a table, and the pieces."""
+        return [(k, c.pieces) for k, c in enumerate(self.conditions) if c.pieces is not None]
+
+    def begin(self, modes: np.ndarray, greater: np.ndarray, less: np.ndarray) -> None:
+        """Set the modes of all conditions by their sides, with a slack in favour of false."""
+        slack = _SHARP * (np.abs(greater) + np.abs(less)) + 1e-13
+        modes[self.relation_modes] = greater - less > slack
+        for k, pieces in self.tables:
+            modes[self.conditions[k].modes] = pieces.settings(pieces.number(greater[k]))
+
+    def wrong(self, modes: np.ndarray, run: np.ndarray, slack: np.ndarray) -> np.ndarray:
+        """Which conditions do not say what their sides say, with the differences of these."""
+        on = modes[self.relation_modes] > 0.5
+        found: np.ndarray = np.where(on, run < -slack, run > slack)
+        for k, _ in self.tables:
+            k0, k1, k2 = modes[self.relation_modes[k] + 2 :][:3]
+            found[k] = k0 + run[k] * (k1 + k2 * run[k]) < -slack[k]
+        return found
+
+    def positions(self, modes: np.ndarray) -> np.ndarray:
+        """What tells the positions of conditions and holds apart: modes without their rounding."""
+        found = np.asarray(modes != 0, dtype=float)
+        for k, _ in self.tables:
+            own = self.conditions[k].modes
+            found[own] = 0.0
+            found[own[0]] = modes[own[0]]
+        return found
+
+    def turn(self, modes: np.ndarray, number: int, run: float) -> None:
+        """Change a condition: to its contrary, or to the next piece."""
+        condition = self.conditions[number]
+        pieces, mode = condition.pieces, condition.mode
+        if pieces is None:
+            modes[mode] = 1.0 - modes[mode]
+            return
+        _, k1, k2 = modes[mode + 2 : mode + 5]
+        onward = k1 < 0 or k2 * run < -0.5
+        piece = int(modes[mode]) + (1 if onward else -1)
+        modes[condition.modes] = pieces.settings(np.array(min(max(piece, 0), pieces.count - 1)))
+
+    def held(self, modes: np.ndarray) -> list[int]:
+        """Nodes of the speeds that are held at zero in these modes."""
+        stuck = modes[self.first_modes] > 0.5
+        return [node for node, holds in zip(self.speeds, stuck, strict=True) if holds]
+
+    def needed(self) -> ca.SX:
+        """All that must be computable to decide on modes."""
+        finite = [self.greater, self.less, self.speed, self.acceleration, self.reaction]
+        for limit in (self.upper, self.lower, self.gap, self.restitution):
+            finite.append(limit)
+        return ca.vertcat(*finite, self.values)
+
+    @cached_property
+    def margins(self) -> tuple[ca.SX, ca.SX]:
+        """What is negative as soon as a mode must change, and how far it may be; (k, 1) each."""
+        modes = self._values.modes
+        found: list[ca.SX] = []
+        tolerances: list[ca.SX] = []
+        rows = self.rows
+
+        def add(margin: ca.SX, tolerance: ca.SX, kind: str, number: int) -> None:
+            found.append(margin)
+            tolerances.append(tolerance)
+            rows.append((kind, number))
+
+        for k, condition in enumerate(self.conditions):
+            greater, less, mode = self.greater[k], self.less[k], condition.mode
+            size = ca.fabs(greater) + ca.fabs(less)
+            if condition.pieces is None:
+                margin = (2 * modes[mode] - 1) * (greater - less)
+            else:
+                run, (k0, k1, k2) = greater - less, ca.vertsplit(modes[mode + 2 : mode + 5])
+                margin = k0 + run * (k1 + k2 * run)
+            add(margin, _SHARP * size + 1e-13, "relation", k)
+        for h, first in enumerate(self.first_modes.tolist()):
+            stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
+            shared = ca.if_else(compliance > 0, _SHARED, 0)
+            least = ca.if_else(compliance > 0, 1e-9, 1e-13)  # as where modes settle
+            reaction = self.reaction[h]
+            for kind, given, limit, sign in (
+                ("upper", self.has_upper[h], self.upper[h], 1),
+                ("lower", self.has_lower[h], self.lower[h], -1),
+            ):
+                if given:
+                    size = ca.fabs(limit) + ca.fabs(reaction)
+                    room = sign * (limit - reaction) + shared * size
+                    tolerance = (_COARSE + shared) * size + least
+                    add(ca.if_else(stuck, room, 1), tolerance, kind, h)
+            if self.has_gap[h]:
+                add(ca.if_else(forward, self.gap[h], 1), least, "slide", h)
+            elif self.has_forward[h] or self.has_backward[h]:
+                sliding = (forward - backward) * self.speed[h]
+                free = 1 - forward - backward
+                add(sliding + free, least, "slide", h)
+        empty = ca.SX(0, 1)
+        return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
+
+
+def is_even(argument: ca.SX, time: ca.SX) -> bool:
+    """Whether an expression is linear in the time between changes of modes."""
+    slope = ca.jacobian(argument, time)
+    return not ca.depends_on(slope, time) and not has_steps(argument, time)
+
+
+def _needs(sides: ca.Function, owner: dict[int, int]) -> list[set[int] | None]:
+    """Conditions that each condition depends on; None if it depends on states or holds too.
+
+    A function of steps has no derivative, so dependence is followed through the operations.
+    """
+    states = 1
+    held: list[int] = [0] * sides.sz_w()
+    found = [0] * sides.n_out()
+    for i in range(sides.n_instructions()):
+        inputs, outputs = sides.instruction_input(i), sides.instruction_output(i)
+        operation = sides.instruction_id(i)
+        if operation == ca.OP_INPUT:
+            which, entry = inputs
+            if which == 2:
+                held[outputs[0]] = 2 << owner[entry] if entry in owner else states
+            else:
+                held[outputs[0]] = states if which < 2 else 0
+        elif operation == ca.OP_OUTPUT:
+            found[outputs[0]] |= held[inputs[0]]
+        elif operation == ca.OP_CONST:
+            held[outputs[0]] = 0
+        else:
+            bits = 0
+            for place in inputs:
+                bits |= held[place]
+            held[outputs[0]] = bits
+    return [
+        None if bits & states else {k - 1 for k in range(1, bits.bit_length()) if bits >> k & 1}
+        for bits in found
+    ]
+
+
+def _wanted(template: Template) -> list[ca.SX]:
+    """Sides of relations, quantities of holds, new values of jumps, in one column."""
+    found: list[ca.SX] = []
+    for relation in template.relations:
+        found += [relation.greater, relation.less]
+    for stick in template.sticks:
+        found += [template.symbol(*k) for k in (stick.speed, stick.acceleration, stick.reaction)]
+        found += [stick.upper, stick.lower, stick.gap, stick.restitution]
+    for jump in template.jumps:
+        found += jump.values
+    return found

@@ -1,0 +1,343 @@
+"""The component tree of a model: who is where, and the number of every quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from lumped.errors import UnknownNameError, nearest
+from lumped.language.component import Component, path_of, steps
+from lumped.language.expression import Expr, Ref
+from lumped.language.port import Port
+from lumped.language.quantity import Param, Quantity, Var
+
+__all__ = ["Layout", "Node", "Tree", "key_of"]
+
+
+class Layout:
+    """Names of the unknowns and parameters of a component class, in fixed order.
+
+    Attributes
+    ----------
+    unknowns : dict of str to int
+        Local number of each unknown: port potentials and flows, signals, variables.
+    quantities : list of Quantity
+        Their declarations.
+    parameters : dict of str to int
+        Local number of each parameter.
+    variables : int
+        Number of variables proper, ports and signals not counted.
+    """
+
+    def __init__(self, cls: type[Component]) -> None:
+        names: list[tuple[str, Quantity]] = []
+        for name, port in cls._ports.items():
+            names.append((f"{name}.{port.potential_name}", port.potential))
+            names.append((f"{name}.{port.flow_name}", port.flow))
+        names += [(n, q) for n, q in cls._quantities.items() if not isinstance(q, Param)]
+        self.unknowns = {name: i for i, (name, _) in enumerate(names)}
+        self.names = [name for name, _ in names]
+        self.quantities = [quantity for _, quantity in names]
+        self.ports = list(cls._ports)
+        self.declared: dict[str, Param] = {
+            n: q for n, q in cls._quantities.items() if isinstance(q, Param)
+        }
+        self.parameters = {name: i for i, name in enumerate(self.declared)}
+        self.variables = sum(isinstance(q, Var) for q in self.quantities)
+
+
+@dataclass(eq=False)
+class Node:
+    """One component of a model.
+
+    Attributes
+    ----------
+    component : Component
+        The instance.
+    path : str
+        Dotted path below the model; "" for the model itself.
+    parent : int
+        Number of the parent node, -1 for the model.
+    first_unknown, first_parameter, first_port : int
+        Number of its first unknown, parameter and port.
+    children : dict of str to int
+        Node number of each part.
+    """
+
+    component: Component
+    path: str
+    parent: int
+    layout: Layout
+    first_unknown: int
+    first_parameter: int
+    first_port: int
+    children: dict[str, int] = field(default_factory=dict)
+
+    def name(self, local: str) -> str:
+        """Dotted name of a quantity of this component."""
+        return f"{self.path}.{local}" if self.path else local
+
+    @property
+    def label(self) -> str:
+        """How texts call the component."""
+        kind = type(self.component).__name__
+        return f"{self.path} ({kind})" if self.path else kind
+
+
+class Tree:
+    """All components of a model in declaration order, parents before parts.
+
+    Parameters
+    ----------
+    model : Component
+        The top of the tree.
+    freed : frozenset of str
+        Inputs that are unknowns though they are given.
+
+    Attributes
+    ----------
+    nodes : list of Node
+        The components.
+    unknown_count, parameter_count, port_count : int
+        How many there are.
+    input_parameters : dict of str to int
+        Number of the parameter that each input given as a number became.
+    """
+
+    def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
+        self.model, self.freed = model, freed
+        self.nodes: list[Node] = []
+        self.unknown_count = self.parameter_count = self.port_count = 0
+        self._layouts: dict[type[Component], Layout] = {}
+        self._number: dict[int, int] = {}
+        self._origins: dict[int, dict[int, str]] = {}
+        self.input_parameters: dict[str, int] = {}
+        stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
+        while stack:
+            component, path, parent, own_name = stack.pop()
+            number = self._add(component, path, parent)
+            if parent >= 0:
+                self.nodes[parent].children[own_name] = number
+            parts = [
+                (part, f"{path}.{name}" if path else name, number, name)
+                for name, part in component._children()
+            ]
+            stack.extend(reversed(parts))
+
+    def _add(self, component: Component, path: str, parent: int) -> int:
+        cls = type(component)
+        layout = self._layouts.get(cls)
+        if layout is None:
+            layout = self._layouts[cls] = Layout(cls)
+        number = len(self.nodes)
+        self._number[id(component)] = number
+        self.nodes.append(
+            Node(
+                component,
+                path,
+                parent,
+                layout,
+                self.unknown_count,
+                self.parameter_count,
+                self.port_count,
+            )
+        )
+        self.unknown_count += len(layout.names)
+        self.parameter_count += len(layout.parameters)
+        self.port_count += len(layout.ports)
+        return number
+
+    def find(self, component: Component, scope: Node) -> Node | None:
+        """Node of a component named inside `scope`, or None if it is not a part of it.
+
+        Both the part itself and the object it was made from (as used in `compose`) are known.
+        """
+        number = self._number.get(id(component))
+        if number is not None:
+            return self.nodes[number]
+        places = self._origins.get(id(scope.component))
+        if places is None:
+            places = self._origins[id(scope.component)] = _origins(scope.component)
+        names: list[str] = []
+        current = component
+        while True:
+            origin = places.get(id(current))
+            if origin is not None:
+                names.append(origin)
+                break
+            if current._place is None:
+                return None
+            current, name = current._place
+            names.append(name)
+        node = scope
+        for name in reversed(names):
+            node = self.nodes[node.children[name]]
+        return node
+
+    def below(self, component: Component, scope: Node) -> str | None:
+        """Path of a component relative to `scope`: "" for itself, None if it is not a part."""
+        node = self.find(component, scope)
+        if node is None or not (node is scope or self._inside(node, scope)):
+            return None
+        return node.path[len(scope.path) :].lstrip(".")
+
+    def _inside(self, node: Node, scope: Node) -> bool:
+        while node.parent >= 0:
+            node = self.nodes[node.parent]
+            if node is scope:
+                return True
+        return False
+
+    def at(self, path: str, scope: Node) -> Node:
+        """Node at a path relative to `scope`."""
+        node = scope
+        for name in steps(path):
+            node = self.nodes[node.children[name]]
+        return node
+
+    def key(self, name: str | Ref | Expr) -> str:
+        """Dotted name of what the user asked for by name or by reference."""
+        return key_of(name)
+
+    def unknown(self, name: str | Expr) -> int:
+        """Number of an unknown.
+
+        Raises
+        ------
+        UnknownNameError
+            If the model has no such unknown; the text lists the nearest names.
+        """
+        key = self.key(name)
+        found = self._look_up(key)
+        if found is not None and found[1] in found[0].layout.unknowns:
+            return found[0].first_unknown + found[0].layout.unknowns[found[1]]
+        if found is not None and found[1] in found[0].layout.parameters:
+            raise UnknownNameError(f"'{key}' is a parameter, not an unknown of the model.")
+        raise UnknownNameError(
+            f"{type(self.model).__name__} has no quantity '{key}'. "
+            + nearest(key, self.unknown_names())
+        )
+
+    def parameter(self, name: str | Expr) -> int:
+        """Number of a parameter.
+
+        Raises
+        ------
+        UnknownNameError
+            If the model has no such parameter; the text lists the nearest names.
+        """
+        key = self.key(name)
+        if key in self.input_parameters:
+            return self.input_parameters[key]
+        found = self._look_up(key)
+        if found is not None and found[1] in found[0].layout.parameters:
+            return found[0].first_parameter + found[0].layout.parameters[found[1]]
+        if found is not None and found[1] in found[0].layout.unknowns:
+            raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
+        raise UnknownNameError(
+            f"{type(self.model).__name__} has no parameter '{key}'. "
+            + nearest(key, self.parameter_names())
+        )
+
+    def _look_up(self, key: str) -> tuple[Node, str] | None:
+        node = self.nodes[0]
+        found = steps(key)
+        for i, step in enumerate(found):
+            if step in node.children:
+                node = self.nodes[node.children[step]]
+            else:
+                return node, ".".join(found[i:])
+        return None
+
+    def unknown_names(self) -> Iterator[str]:
+        """Names of all unknowns."""
+        for node in self.nodes:
+            for local in node.layout.names:
+                yield node.name(local)
+
+    def parameter_names(self) -> Iterator[str]:
+        """Names of all parameters."""
+        for node in self.nodes:
+            for local in node.layout.parameters:
+                yield node.name(local)
+        yield from self.input_parameters
+
+    def node_of_unknown(self, number: int) -> Node:
+        """Component that declares an unknown."""
+        low, high = 0, len(self.nodes) - 1
+        while low < high:
+            middle = (low + high + 1) // 2
+            if self.nodes[middle].first_unknown <= number:
+                low = middle
+            else:
+                high = middle - 1
+        return self.nodes[low]
+
+    def unknown_name(self, number: int) -> str:
+        """Dotted name of an unknown."""
+        node = self.node_of_unknown(number)
+        return node.name(node.layout.names[number - node.first_unknown])
+
+    def quantity(self, number: int) -> Quantity:
+        """Declaration of an unknown."""
+        node = self.node_of_unknown(number)
+        return node.layout.quantities[number - node.first_unknown]
+
+    def port_name(self, node: Node, port: int) -> str:
+        """Dotted name of a port of a node."""
+        return node.name(node.layout.ports[port])
+
+    def port(self, node: Node, port: int) -> Port:
+        """Declaration of a port of a node."""
+        return node.component._ports[node.layout.ports[port]]
+
+
+def _why_none(node: Node, local: str) -> str:
+    """Why an unknown is no parameter, and what could be named instead."""
+    if node.layout.quantities[node.layout.unknowns[local]].kind != "input":
+        return ": the model computes it. Name a parameter."
+    if local in node.component._values:
+        return (
+            f", as it is given as the expression {node.component._values[local]!r}. Name a "
+            "parameter of the expression, or give a number instead of it."
+        )
+    return ", as it is connected to a signal. Name a parameter of what gives the signal."
+
+
+def key_of(name: str | Expr) -> str:
+    """Dotted name of what is meant by a name or a reference.
+
+    Raises
+    ------
+    UnknownNameError
+        If it is neither.
+    """
+    if isinstance(name, str):
+        return name
+    if isinstance(name, Ref):
+        path = path_of(name.owner)
+        return f"{path}.{name.name}" if path else name.name
+    raise UnknownNameError(
+        f"{name!r} is neither a name nor a reference to a quantity; give one of these. "
+        "run.table([...]) takes several."
+    )
+
+
+def _origins(scope: Component) -> dict[int, str]:
+    """Objects that the parts of a component were made from, and their place.
+
+    What a class declared for a part stands for it in the classes that inherit from it, too.
+    """
+    bases = [base for base in reversed(type(scope).__mro__) if issubclass(base, Component)]
+    declared = [item for base in bases for item in base._parts.items()]
+    places: dict[int, str] = {}
+    for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
+        if slot not in scope._parts:
+            continue
+        if isinstance(held, Component):
+            places[id(held)] = slot
+        elif isinstance(held, dict):
+            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
+        else:
+            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
+    return places

@@ -1,0 +1,1 @@
+"""Plots, schematics, films and report pages."""

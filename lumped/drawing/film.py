@@ -1,0 +1,172 @@
+"""Linkages in motion: the outlines of components over a run, as a film."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.tree import Node
+from lumped.errors import OptionError, UnknownNameError
+from lumped.language.expression import Expr, Ref, as_expr
+from lumped.language.lowering import lower
+from lumped.language.quantity import Param
+from lumped.support.arguments import checked
+
+if TYPE_CHECKING:
+    from lumped.timeloop.result import Trajectory
+
+__all__ = ["animate", "moving_lines"]
+
+MOST = 300  # frames
+SIZE = (5.0, 4.0)  # inch
+DOTS = 70  # per inch
+
+
+@checked
+def animate(run: Trajectory, path: str | Path, *, frames: int = 80, seconds: float = 4.0) -> Path:
+    """Film of the linkages in a run: cranks, rods, arms and sliders in their plane.
+
+    Parameters
+    ----------
+    run : Trajectory
+        From `lumped.simulate`.
+    path : str or Path
+        File to write: .gif, or .mp4 if the program ffmpeg is there.
+    frames : int
+        Pictures, evenly spaced over the time of the run; at most 300.
+    seconds : float
+        Duration of the film.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OptionError
+        If no component moves in a plane, or the options make no sense.
+    UnknownNameError
+        If positions were left out of the system; the text says how to keep them.
+    """
+    from matplotlib import animation
+    from matplotlib.figure import Figure
+
+    target = Path(path)
+    if not (isinstance(frames, int) and 2 <= frames <= MOST):
+        raise OptionError(f"animate: frames = {frames!r}; from 2 to {MOST} are possible.")
+    if not 0 < seconds < float("inf"):
+        raise OptionError(f"animate: seconds = {seconds!r}; a positive duration is needed.")
+    if target.suffix not in (".gif", ".mp4"):
+        raise OptionError(f"animate: '{target.name}' ends neither in .gif nor in .mp4.")
+    if target.suffix == ".mp4" and not animation.FFMpegWriter.isAvailable():
+        raise OptionError(
+            f"animate: '{target.name}' needs the program ffmpeg, which is not on the PATH. Write "
+            "a .gif instead."
+        )
+    times = np.linspace(run.t[0], run.t[-1], frames)
+    lines = moving_lines(run, times)
+    if not lines:
+        raise OptionError(
+            f"{run.system.name}: no component has an outline; there is nothing to move. A "
+            "component class tells its points by a method `outline`."
+        )
+    figure = Figure(SIZE, layout="constrained")
+    axis = figure.subplots()
+    everything = np.concatenate([points.reshape(-1, 2) for points in lines.values()])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    middle, size = (low + high) / 2, high - low
+    half = np.maximum(size, 0.5 * size.max()) * 0.56
+    axis.set_aspect("equal")
+    axis.set(xlim=middle[0] + half[0] * np.array([-1, 1]), xlabel="x, m")
+    axis.set(ylim=middle[1] + half[1] * np.array([-1, 1]), ylabel="y, m")
+    axis.grid(alpha=0.3)
+    owners = list(dict.fromkeys(name.rpartition(".")[0] for name in lines))
+    drawn = []
+    for name, points in lines.items():
+        style = "s" if points.shape[1] == 1 else "o-"
+        colour = f"C{owners.index(name.rpartition('.')[0]) % 10}"
+        size = 8 if points.shape[1] == 1 else 4
+        drawn.append(axis.plot([], [], style, color=colour, markersize=size, linewidth=2)[0])
+    writer = animation.PillowWriter if target.suffix == ".gif" else animation.FFMpegWriter
+    film = writer(fps=frames / seconds)  # type: ignore[arg-type]
+    with film.saving(figure, str(target), DOTS):
+        for k, time in enumerate(times):
+            for curve, points in zip(drawn, lines.values(), strict=True):
+                curve.set_data(*points[k].T)
+            axis.set_title(f"{run.system.name}, t = {time:.3f} s", fontsize="medium")
+            film.grab_frame()
+    return target
+
+
+def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
+    """Outlines of all components at given times.
+
+    Parameters
+    ----------
+    run : Trajectory
+        From `lumped.simulate`.
+    times : ndarray, shape (k,)
+        Times within the run, s; quantities are straight between output points.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (k, points, 2)
+        Positions in m, by the component's path and the name of the line.
+    """
+    tree = run.system._tree
+    parameters = run.system._flat.parameters
+    values = parameters.all(run.theta)
+    symbols: dict[str, ca.SX] = {}
+
+    def leaf(ref: Expr, scope: Node) -> ca.SX:
+        assert isinstance(ref, Ref)
+        owner = tree.find(ref.owner, scope)
+        assert owner is not None
+        name = owner.name(ref.name)
+        if isinstance(ref.quantity, Param):
+            return ca.SX(values[tree.parameter(name)])
+        return symbols.setdefault(name, ca.SX.sym(name))
+
+    shapes: dict[str, int] = {}
+    coordinates: list[ca.SX] = []
+    for node in tree.nodes:
+        for name, points in node.component.outline():
+            shapes[node.name(name)] = len(points)
+            coordinates += [
+                lower(as_expr(value), partial(leaf, scope=node))
+                for point in points
+                for value in point
+            ]
+    if not shapes:
+        return {}
+    function = ca.Function(
+        "outlines", [ca.vertcat(ca.SX(0, 1), *symbols.values())], [ca.vertcat(*coordinates)]
+    )
+    _refuse_missing(run, list(symbols))
+    inputs = np.array([np.interp(times, run.t, run[name]) for name in symbols])
+    found = np.asarray(function(inputs.reshape(len(symbols), len(times)))).T
+    lines = {}
+    begin = 0
+    for name, count in shapes.items():
+        lines[name] = found[:, begin : begin + 2 * count].reshape(len(times), count, 2)
+        begin += 2 * count
+    return lines
+
+
+def _refuse_missing(run: Trajectory, names: list[str]) -> None:
+    missing = []
+    for name in names:
+        try:
+            run.system.expressions([name])
+        except UnknownNameError:
+            missing.append(name)
+    if missing:
+        raise UnknownNameError(
+            f"{run.system.name}: positions to be drawn were left out of the system. Ask for them: "
+            f"assemble(model, keep={missing})."
+        )

@@ -1,0 +1,238 @@
+"""A report on a model as one page that needs nothing but a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from lumped.compiler.system import System
+from lumped.drawing.inline import inline
+from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
+from lumped.drawing.schematic import schematic
+from lumped.support.arguments import checked
+from lumped.support.text_table import number
+from lumped.support.whole_files import write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lumped.simulation.sizing import Sizing
+    from lumped.simulation.work_precision import WorkPrecision
+    from lumped.timeloop.result import Trajectory
+
+__all__ = ["Given", "Told", "report_html"]
+
+Section = tuple[str, str]
+
+
+class Given(Protocol):
+    """A number of a source; `float` gives its value."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+    @property
+    def mark(self) -> str:
+        """Letter that says how it is known."""
+
+    @property
+    def text(self) -> str:
+        """What it is, in words."""
+
+    def __float__(self) -> float:
+        """Its value."""
+
+
+@checked
+def report_html(
+    system: System,
+    path: str | Path,
+    *,
+    title: str | None = None,
+    text: Mapping[str, str | Sequence[str]] | None = None,
+    compared: Iterable[Told] = (),
+    given: Iterable[Given] = (),
+    marks: Mapping[str, str] | None = None,
+    figures: Mapping[str, Figure] | None = None,
+    runs: Mapping[str, Trajectory] | None = None,
+    sizing: Mapping[str, Sizing] | None = None,
+    accuracy: WorkPrecision | None = None,
+) -> Path:
+    """Write a report on a model, and on runs of it if there are any.
+
+    It begins with the texts, goes on with results, and ends with the model, its parameters and
+    what was left out. The page loads nothing. Without scripts it shows all but the zoom.
+
+    Parameters
+    ----------
+    system : System
+        From `lumped.assemble`.
+    path : str or Path
+        File to write.
+    title : str, optional
+        Title of the page; default is the name of the model.
+    text : mapping of str to str or sequence of str, optional
+        Sections to begin with, by their headings: a paragraph, or items of a list.
+    compared : iterable of Told, optional
+        Numbers of the model, published ones beside them where there are any.
+    given : iterable of Given, optional
+        Numbers of the source.
+    marks : mapping of str to str, optional
+        What the letters in brackets behind places and numbers mean.
+    figures : mapping of str to Figure, optional
+        Pictures to show, by their captions, such as ``{"Run-up": run.plot()}``.
+    runs : mapping of str to Trajectory, optional
+        Runs whose events are told, by what happens in them; with ``certify=True`` their energy
+        balance too.
+    sizing : mapping of str to Sizing, optional
+        What runs ask of motors, by their names, from `lumped.sizing`.
+    accuracy : WorkPrecision, optional
+        Error against run time, from `lumped.work_precision`.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    name = title or system.name
+    sections: list[Section] = [(head, _prose(body)) for head, body in (text or {}).items()]
+    sections += comparison(list(compared), marks or {})
+    sections.append(
+        ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic"))
+    )
+    if figures:
+        drawn = [
+            inline(f, caption, f"figure-{i}") for i, (caption, f) in enumerate(figures.items())
+        ]
+        sections.append(("Figures", "\n".join(drawn)))
+    for head, found in (("Events", events(runs or {})), ("Energy balance", energy(runs or {}))):
+        if found:
+            sections.append((head, found))
+    if sizing:
+        sections.append(("Sizing of motors", sizes(sizing)))
+    numbers = list(given)
+    if numbers:
+        sections.append(("Numbers of the source", _numbers(numbers, marks or {})))
+    sections += [("Model", _model(system)), ("Parameters", _parameters(system))]
+    if accuracy is not None:
+        sections.append(("Error and run time", _accuracy(accuracy)))
+    sections.append(("Left out", _left_out(system)))
+    target = Path(path)
+    write_text(target, _page(name, sections))
+    return target
+
+
+def _page(name: str, sections: list[Section]) -> str:
+    anchors = [f"section-{i}" for i in range(len(sections))]
+    links = "".join(
+        f'<li><a href="#{a}">{escape(t)}</a></li>'
+        for a, (t, _) in zip(anchors, sections, strict=True)
+    )
+    body = "".join(
+        f'<section aria-labelledby="{a}">\n<h2 id="{a}">{escape(t)}</h2>\n{content}\n</section>\n'
+        for a, (t, content) in zip(anchors, sections, strict=True)
+    )
+    parts = files("lumped.drawing")
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<link rel="icon" href="data:,">\n'
+        f"<title>{escape(name)}</title>\n<style>\n{(parts / 'page.css').read_text()}</style>\n"
+        f"</head>\n<body>\n<h1>{escape(name)}</h1>\n<nav><ul>{links}</ul></nav>\n{body}"
+        f"<script>\n{(parts / 'page.js').read_text()}</script>\n</body>\n</html>\n"
+    )
+
+
+def _prose(body: str | Sequence[str]) -> str:
+    if isinstance(body, str):
+        return f"<p>{escape(body)}</p>"
+    return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in body) + "</ul>"
+
+
+def _model(system: System) -> str:
+    report = system.report()
+    counts = table(("", "count"), [(k, str(v)) for k, v in report.counts.items()], (1,))
+    states = table(
+        ("state", "unit", "why it is one"),
+        [(n, _unit(system, n), why) for n, why in report.states.items()],
+    )
+    return f"{counts}\n<h3>States</h3>\n{states}\n<h3>Components</h3>\n{_tree(system)}"
+
+
+def _unit(system: System, name: str) -> str:
+    return "" if name.startswith("der(") else system.quantity(name).unit
+
+
+def _tree(system: System) -> str:
+    """Components as nested lists, composites that can be folded."""
+    nodes = system._tree.nodes
+    texts: list[str] = []
+    for node in nodes:
+        cls = type(node.component)
+        above = nodes[node.parent].path if node.parent >= 0 else ""
+        own = node.path.removeprefix(above).lstrip(".") or cls.__name__
+        first = (cls.__doc__ or "").strip().partition("\n")[0]
+        texts.append(
+            f"<b>{escape(own)}</b> <span class='kind'>{escape(cls.__name__)}</span> "
+            f"{escape(first.replace('``', ''))}"
+        )
+    inner: dict[int, str] = {}
+    for i in range(len(nodes) - 1, -1, -1):
+        parts = nodes[i].children.values()
+        if parts:
+            below = "".join(inner.pop(p) for p in parts)
+            fold = f"<details open><summary>{texts[i]}</summary><ul>{below}</ul></details>"
+            inner[i] = f"<li>{fold}</li>"
+        else:
+            inner[i] = f"<li>{texts[i]}</li>"
+    return f'<div class="tree"><ul>{inner[0]}</ul></div>'
+
+
+def _parameters(system: System) -> str:
+    parameters = system._flat.parameters
+    free = set(parameters.free)
+    rows = [
+        (p.text, name, number(value), p.unit, "" if i in free else "follows from others")
+        for i, (name, value, p) in enumerate(
+            zip(parameters.names, parameters.numbers, parameters.declared, strict=True)
+        )
+    ]
+    return table(("what it is", "parameter", "value", "unit", ""), rows, (2,))
+
+
+def _numbers(given: list[Given], marks: Mapping[str, str]) -> str:
+    rows = [(n.text, number(float(n)), n.unit, marks.get(n.mark, n.mark)) for n in given]
+    return table(("what it is", "value", "unit", "how it is known"), rows, (1,))
+
+
+def _left_out(system: System) -> str:
+    if not system.left_out:
+        return "<p>Nothing.</p>"
+    return table(("what", "why"), [(item.what, item.why) for item in system.left_out])
+
+
+def _accuracy(found: WorkPrecision) -> str:
+    rows = [
+        (
+            r.method,
+            f"{r.rtol:g}",
+            number(r.error, 2),
+            number(1e3 * r.seconds, 3),
+            *counts,
+            r.outcome,
+        )
+        for r in found.rows
+        for counts in [(str(r.steps), str(r.evaluations), str(r.events))]
+    ]
+    head = ("method", "rtol", "error", "ms", "steps", "evaluations", "events", "outcome")
+    text = (
+        f"<p>Largest difference from the reference ({escape(found.reference)}, whose own error is "
+        f"{found.reference_error:.1g}) relative to the ranges of the quantities.</p>"
+    )
+    return f"{text}\n{table(head, rows, range(1, 7))}\n" + inline(
+        found.plot(), "Run time over error", "accuracy"
+    )

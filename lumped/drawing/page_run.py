@@ -1,0 +1,171 @@
+"""Results on a report's page: published and computed numbers, events, energies, motors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from itertools import groupby
+from typing import TYPE_CHECKING, Protocol
+
+from lumped.support.text_table import number
+
+if TYPE_CHECKING:
+    from lumped.simulation.sizing import Sizing
+    from lumped.timeloop.result import Event, Trajectory
+
+__all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
+
+_MOST = 200
+"""Rows of a table of events."""
+
+
+class Told(Protocol):
+    """A number of the model, beside a published one where there is one."""
+
+    @property
+    def quantity(self) -> str:
+        """What it is."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+    @property
+    def printed(self) -> bool:
+        """Whether the source gives a value or a range."""
+
+    @property
+    def texts(self) -> tuple[str, str, str]:
+        """Published value, computed value, and what lies between them."""
+
+    @property
+    def place(self) -> str:
+        """Where the published value stands, or what the computed one rests on."""
+
+    @property
+    def remark(self) -> str:
+        """What explains a deviation."""
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """A table; columns in `numbers` stand to the right."""
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        texts = (
+            f'<{tag} class="number">{c}</{tag}>' if i in numbers else f"<{tag}>{c}</{tag}>"
+            for i, c in enumerate(map(escape, cells))
+        )
+        return f"<tr>{''.join(texts)}</tr>"
+
+    body = "\n".join(line(row, "td") for row in rows)
+    return (
+        f'<div class="wide"><table>\n<thead>{line(head, "th")}</thead>\n'
+        f"<tbody>\n{body}\n</tbody>\n</table></div>"
+    )
+
+
+def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Sections with published numbers, and apart from them with those of the model alone."""
+    printed, own = [r for r in rows if r.printed], [r for r in rows if not r.printed]
+    used = {
+        m: text for m, text in marks.items() if any(f"[{m}]" in r.place + r.remark for r in rows)
+    }
+    key = "; ".join(f"[{m}] {text}" for m, text in used.items())
+    key = f"<p>{escape(key)}</p>\n" if key else ""
+    if printed:
+        head = ("quantity", "unit", "published", "computed", "deviation, %", "place", "remark")
+        cells = [(r.quantity, r.unit, *r.texts, r.place, r.remark) for r in printed]
+        yield "Published and computed", key + table(head, cells, (2, 3, 4))
+    if own:
+        columns = ("quantity", "unit", "computed", "rests on", "found otherwise, or remark")
+        alone = [(r.quantity, r.unit, r.texts[1], r.place, r.remark) for r in own]
+        yield "Computed besides", ("" if printed else key) + table(columns, alone, (2,))
+
+
+def events(runs: Mapping[str, Trajectory]) -> str:
+    """Tables of events, a row for each instant."""
+    found = []
+    for what, run in runs.items():
+        rows = []
+        for time, group in groupby(run.events, lambda event: event.time):
+            same = list(group)
+            loss = sum(event.loss for event in same)
+            rows.append((number(time, 7), _changes(same), number(loss) if loss else ""))
+        lead = f"<p>{escape(what)}</p>\n" if what else ""
+        more = f"<p>{len(rows) - _MOST} more.</p>" if len(rows) > _MOST else ""
+        head = ("time, s", "what changes", "energy lost, J")
+        found.append(lead + (table(head, rows[:_MOST], (0, 2)) if rows else "<p>None.</p>") + more)
+    return "\n".join(found)
+
+
+def _changes(same: list[Event]) -> str:
+    """What happens at an instant: each change once, with the components that it concerns.
+
+    Where a component changes a mode that has a name, the condition behind it is left out.
+    """
+    named = {event.component for event in same if event.after.isalpha()}
+    found: dict[str, list[str]] = {}
+    for event in same:
+        if event.component in named and not event.after.isalpha():
+            continue
+        change = f"{event.before} \u2192 {event.after}" if event.after else "the next piece begins"
+        where = found.setdefault(change, [])
+        if event.component not in where:
+            where.append(event.component)
+    return "; ".join(f"{', '.join(where)}: {change}" for change, where in found.items())
+
+
+def energy(runs: Mapping[str, Trajectory]) -> str:
+    """Energy balances of certified runs."""
+    found = []
+    for what, run in runs.items():
+        audit = run.certificate.energy if run.certificate else None
+        if audit is None:
+            continue
+        most = max((abs(work) for _, work in audit.works), default=0.0)
+        told = [(path, work) for path, work in audit.works if abs(work) > 1e-6 * most]
+        rows = [(f"work of {path}", number(work)) for path, work in told]
+        if len(told) < len(audit.works):
+            rest = sum(work for _, work in audit.works) - sum(work for _, work in told)
+            rows.append((f"work of {len(audit.works) - len(told)} others", number(rest)))
+        rows += [
+            ("sum of these works", number(audit.supplied)),
+            ("stored at the end, less that at the begin", number(audit.change)),
+            ("dissipated by those that store", number(audit.dissipated)),
+            ("lost by them in impacts", number(audit.impacts)),
+            ("gap of the balance, at most", number(audit.error * audit.turnover, 2)),
+        ]
+        text = (
+            f"Energy of the {len(audit.components)} components that say what they store "
+            f"({', '.join(audit.components)}). Work is positive where a component gives energy, "
+            "negative where it takes or dissipates it; what a component stores without saying so "
+            "counts in its work. The gap is the error of the run."
+        )
+        lead = f"<p>{escape(what)}</p>\n" if what else ""
+        found.append(f"{lead}<p>{escape(text)}</p>\n" + table(("energy", "J"), rows, (1,)))
+    return "\n".join(found)
+
+
+def sizes(sizing: Mapping[str, Sizing]) -> str:
+    """One table with a column for each motor."""
+    names = list(sizing)
+    torque, speed = sizing[names[0]].units
+    rows = [
+        ("peak torque", torque, [number(s.peak_torque) for s in sizing.values()]),
+        ("RMS torque", torque, [number(s.rms_torque) for s in sizing.values()]),
+        ("peak speed", speed, [number(s.peak_speed) for s in sizing.values()]),
+        ("mean speed", speed, [number(s.mean_speed) for s in sizing.values()]),
+        ("peak power", "W", [number(s.peak_power) for s in sizing.values()]),
+        ("peak power taken back", "W", [number(s.peak_regeneration) for s in sizing.values()]),
+        ("mean power", "W", [number(s.mean_power) for s in sizing.values()]),
+    ]
+    loads = (
+        ("RMS torque over rated torque", [s.thermal for s in sizing.values()]),
+        ("torque over greatest torque", [s.peak for s in sizing.values()]),
+    )
+    for what, found in loads:
+        if any(load is not None for load in found):
+            texts = ["" if load is None else number(100 * load.ratio, 4) for load in found]
+            rows.append((what, "%", texts))
+    head = ("what the run asks", "unit", *names)
+    return table(head, [(a, u, *values) for a, u, values in rows], range(2, 2 + len(names)))

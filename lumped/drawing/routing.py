@@ -1,0 +1,392 @@
+"""Wires of a schematic: vertical and horizontal runs in the channels between cells.
+
+Every net gets lanes of its own, so wires of different nets cross but never lie on each other.
+Coordinates are first coarse: channel ``c`` (before column or row ``c``) is ``2 c``, the cell
+itself ``2 c + 1``, give or take half; inches follow when the lanes are counted.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+from lumped.drawing.netlist import Frame, Item, Netlist
+from lumped.drawing.placing import Placed
+from lumped.drawing.terminals import Terminal, terminals
+
+__all__ = ["CELL", "Point", "Routed", "route"]
+
+Point = tuple[float, float]
+
+CELL = (0.62, 0.56)  # inch, of a symbol with its leads and without its label
+LABEL = 0.15  # inch below the symbol
+LETTER = 0.063  # inch
+PITCH, BORDER, TITLE, GAP = 0.1, 0.08, 0.2, 0.09  # inch
+
+
+@dataclass(eq=False)
+class Routed:
+    """A schematic in inches, y downwards.
+
+    Attributes
+    ----------
+    centres : dict of Item to Point
+        Centres of the symbols.
+    ports : list of (Terminal, Point)
+        Ports at the edge of their cells.
+    wires : list of list of (Point, Point)
+        Straight pieces of each net; they meet only at their ends.
+    frames : list of (Frame, Point, Point)
+        Top left and bottom right corners.
+    size : Point
+        Width and height.
+    """
+
+    centres: dict[Item, Point]
+    ports: list[tuple[Terminal, Point]]
+    wires: list[list[tuple[Point, Point]]]
+    frames: list[tuple[Frame, Point, Point]]
+    size: Point
+
+
+@dataclass(eq=False)
+class _Run:
+    """A straight run of a net in a channel."""
+
+    net: int
+    marks: set[float]  # coarse places at which something joins it
+    zone: int = 0
+    lane: int = 0
+    before: list[_Run] = field(default_factory=list)  # runs whose lanes come first
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return min(self.marks), max(self.marks)
+
+
+@dataclass(eq=False)
+class _Plan:
+    """Runs by channel and net, nets that are one straight line, and passes through empty cells."""
+
+    columns: dict[tuple[int, int], _Run] = field(default_factory=dict)
+    rows: dict[tuple[int, int], _Run] = field(default_factory=dict)
+    straight: set[int] = field(default_factory=set)
+    passes: list[tuple[int, int, int, float]] = field(default_factory=list)
+    """Net, channel on the left and on the right, and coarse height."""
+
+
+_Runs = dict[tuple[int, int], _Run]
+
+
+def route(plan: Netlist, placed: Placed) -> Routed:
+    """Wires of all nets, and the places of everything."""
+    ports = terminals(plan.nets, placed.cells)
+    for shift in range(len(ports) + 1):
+        runs = _runs(plan, placed, ports)
+        stuck = _ordered(runs, ports, placed)
+        if stuck is None:
+            break
+        for port in ports:
+            if port.item is stuck and port.side in "LR":
+                port.offset += 0.11 / (shift + 1)
+    zones = _Zones(plan, placed)
+    x = _Axis(placed.width, runs.columns, zones, 0, _widths(placed))
+    y = _Axis(placed.height, runs.rows, zones, 1, [CELL[1] + LABEL] * placed.height)
+    return _drawn(plan, placed, ports, runs, (x, y), zones)
+
+
+def _widths(placed: Placed) -> list[float]:
+    widths = [CELL[0]] * placed.width
+    for item, (column, _) in placed.cells.items():
+        widths[column] = max(widths[column], LETTER * len(item.label))
+    return widths
+
+
+def _coarse(port: Terminal, placed: Placed) -> tuple[int, float]:
+    """Channel that a port faces, and its place along it."""
+    column, row = placed.cells[port.item]
+    if port.side in "LR":
+        return column + (port.side == "R"), 2 * row + 1 + port.offset
+    return row + (port.side == "B"), 2 * column + 1 + port.offset
+
+
+def _runs(plan: Netlist, placed: Placed, ports: list[Terminal]) -> _Plan:
+    """Runs of each net in vertical and in horizontal channels."""
+    found = _Plan()
+    columns, rows = found.columns, found.rows
+    taken = set(placed.cells.values())
+    upright: list[dict[int, set[float]]] = [defaultdict(set) for _ in plan.nets]
+    flat: list[dict[int, set[float]]] = [defaultdict(set) for _ in plan.nets]
+    for port in ports:
+        if port.net >= 0:
+            channel, place = _coarse(port, placed)
+            (upright if port.side in "LR" else flat)[port.net][channel].add(place)
+    for n, (across, along) in enumerate(zip(upright, flat, strict=True)):
+        if not along and len(across) == 1:
+            ((channel, marks),) = across.items()
+            if len(marks) > 1:
+                columns[channel, n] = _Run(n, marks)
+            else:
+                found.straight.add(n)
+            continue
+        if not across and len(along) == 1:
+            ((channel, marks),) = along.items()
+            rows[channel, n] = _Run(n, marks)
+            continue
+        if not along and _passes(n, across, taken, found):
+            continue
+        spine = _spine(across, along)
+        rows[spine, n] = _Run(n, along.pop(spine, set()))
+        for channel, marks in along.items():
+            # to the spine by the vertical channel that is nearest to the first port
+            first = min(marks)
+            by = min(across, key=lambda c: abs(2 * c - first), default=int(first) // 2)
+            marks.add(2.0 * by)
+            rows[channel, n] = _Run(n, marks)
+            across[by].add(2.0 * channel)
+        for channel, marks in across.items():
+            marks.add(2.0 * spine)
+            columns[channel, n] = _Run(n, marks)
+            rows[spine, n].marks.add(2.0 * channel)
+    return found
+
+
+def _passes(
+    n: int, across: dict[int, set[float]], taken: set[tuple[int, int]], found: _Plan
+) -> bool:
+    """Join the vertical runs of a net straight through empty cells, if there are some."""
+    steps: list[tuple[int, int, int, float]] = []
+    cells: set[tuple[int, int]] = set()
+    channels = sorted(across)
+    for left, right in itertools.pairwise(channels):
+        for mark in sorted(across[left] | across[right]):
+            way = {(column, int(mark) // 2) for column in range(left, right)}
+            if way.isdisjoint(taken) and way.isdisjoint(cells):
+                break
+        else:
+            return False
+        cells |= way
+        steps.append((n, left, right, mark))
+    taken |= cells
+    for step in steps:
+        across[step[1]].add(step[3])
+        across[step[2]].add(step[3])
+    found.passes += steps
+    found.columns.update({(channel, n): _Run(n, across[channel]) for channel in channels})
+    return True
+
+
+def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
+    """Horizontal channel that joins all vertical ones."""
+    if along:
+        return max(along, key=lambda c: (len(along[c]), -c))
+    marks = sorted(mark for found in across.values() for mark in found)
+    middle = marks[len(marks) // 2]
+    return int(middle + 1) // 2
+
+
+def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
+    """Note which lane must be left of which; where that contradicts itself, an item to move.
+
+    Where ports of two nets face each other, the net from the left must turn first.
+    """
+    facing: dict[tuple[int, float], dict[str, tuple[int, Item | None]]] = defaultdict(dict)
+    for n, left, right, mark in runs.passes:
+        facing[left, mark]["L"] = facing[right, mark]["R"] = (n, None)
+    for port in ports:
+        if port.side in "LR" and port.net >= 0:
+            facing[_coarse(port, placed)][port.side] = (port.net, port.item)
+    columns = runs.columns
+    after: dict[_Run, list[tuple[_Run, Item | None]]] = defaultdict(list)
+    count: dict[_Run, int] = dict.fromkeys(columns.values(), 0)
+    for (channel, _), pair in facing.items():
+        if len(pair) == 2 and pair["L"][0] != pair["R"][0]:
+            first, second = (columns[channel, pair[side][0]] for side in "RL")
+            second.before.append(first)
+            after[first].append((second, pair["L"][1] or pair["R"][1]))
+            count[second] += 1
+    ready = [run for run, waits in count.items() if not waits]
+    for run in ready:
+        for other, _ in after[run]:
+            count[other] -= 1
+            if not count[other]:
+                ready.append(other)
+    if len(ready) == len(count):
+        return None
+    blocked = set(count) - set(ready)
+    found = (item for run in blocked for other, item in after[run] if other in blocked and item)
+    return next(found)
+
+
+class _Zones:
+    """On which side of the borders of frames a run stands."""
+
+    def __init__(self, plan: Netlist, placed: Placed) -> None:
+        self.area = {id(f): (first, last) for f, first, last in placed.frames}
+        above: dict[Item, list[Frame]] = {}
+        self.depth: dict[int, int] = {}
+        stack: list[tuple[Frame, list[Frame]]] = [(plan.top, [])]
+        while stack:
+            frame, around = stack.pop()
+            inside = [*around, frame] if frame.path else around
+            self.depth[id(frame)] = len(inside)
+            above.update(dict.fromkeys(frame.items, inside))
+            stack.extend((inner, inside) for inner in frame.frames)
+        self.common: list[list[Frame]] = []
+        for net in plan.nets:
+            shared = above[net.ends[0][0]]
+            for item, _, _ in net.ends[1:]:
+                other = above[item]
+                same = sum(a is b for a, b in zip(shared, other, strict=False))
+                shared = shared[:same]
+            self.common.append(shared)
+        self.borders: tuple[dict[int, set[float]], ...] = (defaultdict(set), defaultdict(set))
+        for frame, first, last in placed.frames:
+            depth = self.depth[id(frame)]
+            for axis in (0, 1):
+                self.borders[axis][first[axis]].add(depth - 0.5)
+                self.borders[axis][last[axis] + 1].add(0.5 - depth)
+
+    def zone(self, net: int, axis: int, channel: int) -> int:
+        """Depth of the border that encloses the net at a channel; negative at its far side."""
+        for frame in reversed(self.common[net]):
+            first, last = self.area[id(frame)]
+            if last[axis] + 1 == channel:
+                return -self.depth[id(frame)]
+            if first[axis] == channel:
+                return self.depth[id(frame)]
+        return 0
+
+
+class _Axis:
+    """Inches of cells, lanes and borders along one direction."""
+
+    def __init__(
+        self, count: int, runs: _Runs, zones: _Zones, axis: int, sizes: list[float]
+    ) -> None:
+        here: dict[int, list[_Run]] = defaultdict(list)
+        for (channel, net), run in runs.items():
+            run.zone = zones.zone(net, axis, channel)
+            here[channel].append(run)
+        self.lanes: dict[tuple[int, int, int], float] = {}
+        self.borders: dict[tuple[int, float], float] = {}
+        self.centres: list[float] = []
+        at = 0.0
+        for channel in range(count + 1):
+            _assign(here[channel])
+            marks: set[tuple[float, int]] = {(run.zone, run.lane) for run in here[channel]}
+            marks |= {(zone, -1) for zone in zones.borders[axis][channel]}
+            at += GAP
+            for zone, lane in sorted(marks):
+                if lane >= 0:
+                    at += PITCH
+                    self.lanes[channel, int(zone), lane] = at
+                else:
+                    at += BORDER
+                    self.borders[channel, zone] = at
+                    at += TITLE - BORDER if axis and zone > 0 else 0.0
+            at += GAP
+            if channel < count:
+                self.centres.append(at + sizes[channel] / 2)
+                at += sizes[channel]
+        self.size = at
+
+    def lane(self, channel: int, run: _Run) -> float:
+        return self.lanes[channel, run.zone, run.lane]
+
+
+def _assign(runs: list[_Run]) -> None:
+    """Lanes of the runs in a channel: none touches another in its lane, and the order is kept."""
+    waiting = {run: len(run.before) for run in runs}
+    after: dict[_Run, list[_Run]] = defaultdict(list)
+    for run in runs:
+        for other in run.before:
+            after[other].append(run)
+    queue = sorted((r for r in runs if not waiting[r]), key=lambda r: (r.zone, r.ends))
+    used: dict[int, list[list[tuple[float, float]]]] = defaultdict(list)
+    for run in queue:
+        lanes = used[run.zone]
+        low, high = run.ends
+        lane = max((b.lane + 1 for b in run.before if b.zone == run.zone), default=0)
+        while lane < len(lanes) and any(lo <= high and low <= hi for lo, hi in lanes[lane]):
+            lane += 1
+        while len(lanes) <= lane:
+            lanes.append([])
+        lanes[lane].append((low, high))
+        run.lane = lane
+        for other in after[run]:
+            waiting[other] -= 1
+            if not waiting[other]:
+                queue.append(other)
+
+
+def _drawn(
+    plan: Netlist,
+    placed: Placed,
+    ports: list[Terminal],
+    runs: _Plan,
+    axes: tuple[_Axis, _Axis],
+    zones: _Zones,
+) -> Routed:
+    columns, rows = runs.columns, runs.rows
+    x, y = axes
+    centres = {
+        item: (x.centres[c], y.centres[r] - LABEL / 2) for item, (c, r) in placed.cells.items()
+    }
+    wires: list[list[tuple[Point, Point]]] = [[] for _ in plan.nets]
+    on: dict[_Run, set[float]] = defaultdict(set)  # where something joins it, in inches
+    places, facing = [], defaultdict(list)
+    for port in ports:
+        cx, cy = centres[port.item]
+        sign = -1 if port.side in "LT" else 1
+        channel, _ = _coarse(port, placed)
+        if port.side in "LR":
+            point = (cx + sign * CELL[0] / 2, cy + port.offset * CELL[1])
+            run = columns.get((channel, port.net))
+            end = point if run is None else (x.lane(channel, run), point[1])
+        else:
+            point = (cx + port.offset * CELL[0], cy + sign * CELL[1] / 2)
+            run = rows.get((channel, port.net))
+            end = point if run is None else (point[0], y.lane(channel, run))
+        places.append((port, point))
+        if run is not None:
+            wires[port.net].append((point, end))
+            on[run].add(end[1] if port.side in "LR" else end[0])
+        elif port.net in runs.straight:
+            facing[port.net].append(point)
+    for net, points in facing.items():
+        wires[net].append((points[0], points[1]))
+    crossings = [
+        (run, other, channel, row)
+        for (channel, net), run in columns.items()
+        for row in {int(m) // 2 for m in run.marks if m == int(m) and int(m) % 2 == 0}
+        if (other := rows.get((row, net))) is not None
+    ]
+    for run, other, channel, row in crossings:
+        on[run].add(y.lane(row, other))
+        on[other].add(x.lane(channel, run))
+    for n, left, right, mark in runs.passes:
+        row = int(mark) // 2
+        height = y.centres[row] - LABEL / 2 + (mark - 2 * row - 1) * CELL[1]
+        ends = [(x.lane(channel, columns[channel, n]), height) for channel in (left, right)]
+        wires[n].append((ends[0], ends[1]))
+        for channel in (left, right):
+            on[columns[channel, n]].add(height)
+    for group, axis in ((columns, x), (rows, y)):
+        for (channel, net), run in group.items():
+            at = axis.lane(channel, run)
+            marks = sorted(on[run])
+            for a, b in itertools.pairwise(marks):
+                wires[net].append(((at, a), (at, b)) if axis is x else ((a, at), (b, at)))
+    corners = []
+    for frame, first, last in placed.frames:
+        low, high = zones.depth[id(frame)] - 0.5, 0.5 - zones.depth[id(frame)]
+        corners.append(
+            (
+                frame,
+                (x.borders[first[0], low], y.borders[first[1], low]),
+                (x.borders[last[0] + 1, high], y.borders[last[1] + 1, high]),
+            )
+        )
+    return Routed(centres, places, wires, corners, (x.size, y.size))

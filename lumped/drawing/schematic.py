@@ -1,0 +1,248 @@
+"""A model as a drive-train schematic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lumped.compiler.system import System
+from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
+from lumped.drawing.placing import place
+from lumped.drawing.routing import CELL, Point, Routed, route
+from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
+from lumped.drawing.terminals import Terminal
+from lumped.errors import OptionError
+from lumped.language.component import Component
+from lumped.support.arguments import checked
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw", "schematic"]
+
+READABLE = 60  # symbols
+SCALE = 0.25  # inch, half of a symbol
+MARGIN = 0.12  # inch
+HEAD, FOOT = 0.34, 0.24  # inch
+STYLES = {  # colour, width in points, name in the legend
+    "rotational flange": ("black", 1.5, "shaft"),
+    "translational flange": ("#8a4b08", 1.5, "straight motion"),
+    "electrical pin": ("#1f4fd8", 0.8, "electrical"),
+    "thermal port": ("#c4261d", 0.8, "heat"),
+    SIGNAL: ("#2b7a3d", 0.7, "signal"),
+}
+OTHER = ("#5b2a86", 1.0, "other")
+
+
+@checked
+def schematic(
+    model: Component | System, path: str | Path | None = None, *, depth: int | None = None
+) -> Figure:
+    """Drive-train schematic: symbols along the shaft line, frames around composites.
+
+    The longest chain of parts runs from left to right, and goes on below if it is long. Branches
+    stand above and below it, signals are thin lines with arrows, electrical wires thin lines.
+
+    Parameters
+    ----------
+    model : Component or System
+        What to draw.
+    path : str or Path, optional
+        File to write: .svg, .png, .pdf.
+    depth : int, optional
+        Composites below this depth are drawn as one symbol; 1 shows the parts of the model only.
+
+    Raises
+    ------
+    OptionError
+        If the depth is less than 1, a component names a symbol that does not exist, or the ending
+        of the path is no format of pictures.
+    ConnectError
+        If connections are faulty.
+    """
+    if depth is not None and not (isinstance(depth, int) and depth >= 1):
+        raise OptionError(
+            f"schematic: depth = {depth!r}; 1 shows the parts of the model, 2 theirs too."
+        )
+    plan = netlist(model, depth)
+    for item in plan.top.all_items():
+        if item.symbol not in SYMBOLS:
+            raise OptionError(
+                f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
+                f"Known: {', '.join(SYMBOLS)}."
+            )
+    figure = draw(plan, route(plan, place(plan)))
+    if path is not None:
+        import matplotlib as mpl
+
+        ending = Path(path).suffix.removeprefix(".")
+        if ending not in figure.canvas.get_supported_filetypes():
+            raise OptionError(
+                f"schematic: path = {str(path)!r}: give an ending such as .svg or .png."
+            )
+        with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": plan.name}):
+            figure.savefig(path, dpi=100, metadata={"Date": None} if _is_svg(path) else None)
+    return figure
+
+
+def _is_svg(path: str | Path) -> bool:
+    return Path(path).suffix.lower() == ".svg"
+
+
+def draw(plan: Netlist, routed: Routed) -> Figure:
+    """Draw what was placed and routed."""
+    from matplotlib.figure import Figure
+
+    width = max(routed.size[0] + 2 * MARGIN, 3.2)
+    height = routed.size[1] + HEAD + FOOT
+    figure = Figure((width, height))
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(-MARGIN, width - MARGIN), ylim=(routed.size[1] + FOOT, -HEAD))
+    axes.axis("off")
+    for frame, (x0, y0), (x1, y1) in routed.frames:
+        _path(axes, [[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]], "#8a94a0", 0.7, "-", 1)
+        axes.patches[-1].set_gid(frame.path)
+        axes.text(x0 + 0.04, y0 + 0.03, frame.label, size=6.5, va="top", color="#4a5560")
+    for net, wires in zip(plan.nets, routed.wires, strict=True):
+        colour, thick, _ = STYLES.get(net.kind, OTHER)
+        _path(axes, [list(wire) for wire in wires], colour, thick, "-", 3)
+        axes.patches[-1].set_gid(" = ".join(_name(item, port) for item, port, _ in net.ends))
+        dots = _dots(wires)
+        if dots:
+            axes.plot(*zip(*dots, strict=True), ".", color=colour, ms=3 + 2 * thick, zorder=3)
+    ends: dict[Item, list[tuple[Terminal, Point]]] = {item: [] for item in routed.centres}
+    for port, point in routed.ports:
+        ends[port.item].append((port, point))
+    for item, centre in routed.centres.items():
+        _symbol(axes, item, centre, ends[item])
+    _texts(axes, plan, routed)
+    return figure
+
+
+def _name(item: Item, port: str) -> str:
+    if item.symbol == "port":
+        return item.path
+    return f"{item.path}.{port}" if item.path else port
+
+
+def _texts(axes: Axes, plan: Netlist, routed: Routed) -> None:
+    axes.text(0, -HEAD + 0.08, plan.name, size=10, weight="bold", va="top")
+    count = len(routed.centres)
+    if count > READABLE:
+        note = f"{count} symbols are more than can be read well: draw parts, or with depth=1"
+        axes.text(1.0 + 0.09 * len(plan.name), -HEAD + 0.1, note, size=7, va="top", color="#c4261d")
+    at = 0.0
+    for kind in dict.fromkeys(net.kind for net in plan.nets):
+        colour, thick, text = STYLES.get(kind, OTHER)
+        y = routed.size[1] + FOOT / 2
+        axes.plot([at, at + 0.2], [y, y], color=colour, linewidth=thick)
+        axes.text(at + 0.25, y, text, size=6, va="center")
+        at += 0.45 + 0.06 * len(text)
+
+
+def _path(
+    axes: Axes,
+    lines: Iterable[list[Point]],
+    colour: str,
+    thick: float,
+    style: str,
+    order: float,
+    fill: str = "none",
+) -> None:
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    points: list[Point] = []
+    codes: list[int] = []
+    for line in lines:
+        points += line
+        codes += [int(Outline.MOVETO), *[int(Outline.LINETO)] * (len(line) - 1)]
+    outline = Outline(points, codes)
+    axes.add_patch(
+        PathPatch(
+            outline,
+            facecolor=fill,
+            edgecolor=colour,
+            linewidth=thick,
+            linestyle=style,
+            zorder=order,
+            capstyle="projecting" if fill == "none" else "butt",
+        )
+    )
+
+
+def _dots(wires: list[tuple[Point, Point]]) -> list[Point]:
+    """Points where three or more pieces meet."""
+    count: dict[Point, int] = {}
+    for a, b in wires:
+        if a != b:
+            count[a] = count.get(a, 0) + 1
+            count[b] = count.get(b, 0) + 1
+    return [point for point, pieces in count.items() if pieces > 2]
+
+
+def _symbol(axes: Axes, item: Item, centre: Point, ends: list[tuple[Terminal, Point]]) -> None:
+    symbol = SYMBOLS[item.symbol]
+    x, y = centre
+    first = next((port for port, _ in ends if port.side in "LR"), None)
+    sides = {port.side for port, _ in ends}
+    turn = -1 if first is not None and first.side == "R" and "L" in sides else 1
+    for port, point in ends:
+        _lead(axes, symbol, centre, port, point)
+    for i, stroke in enumerate(symbol.strokes):
+        line = [(x + turn * SCALE * a, y - SCALE * b) for a, b in stroke.points]
+        _path(axes, [line], "black", 0.9, "-", 4, stroke.fill or "none")
+        if not i:
+            axes.patches[-1].set_gid(item.path)
+    text = symbol.text
+    if item.symbol == "box":
+        text = item.kind if len(item.kind) <= 9 else item.kind[:8] + "."
+    if text:
+        size = 8 if len(text) < 3 else 6 if len(text) < 6 else 4.6
+        axes.text(x, y, text, size=size, ha="center", va="center", zorder=5)
+    low = y + CELL[1] / 2 - 0.01
+    axes.text(x, low, item.label, size=6, ha="center", va="top", zorder=6, bbox=_HALO)
+
+
+_HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}
+
+
+def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Point) -> None:
+    """Line from the edge of the cell to the symbol; ground below a port that holds itself."""
+    x, y = centre
+    if port.net < 0:
+        point = (point[0], y + SCALE * symbol.height + 0.05)
+    solid = bool(symbol.strokes[0].fill)
+    reach, height = SCALE * symbol.reach, SCALE * symbol.height
+    if port.side in "LR":
+        sign = -1 if port.side == "L" else 1
+        near = (x + sign * reach, point[1])
+        inside = (near[0], min(max(point[1], y - height), y + height))
+    else:
+        sign = -1 if port.side == "T" else 1
+        near = (point[0], y + sign * height)
+        inside = (min(max(point[0], x - reach), x + reach), near[1])
+    line = [point, near, inside]
+    if solid:
+        line.append((x, inside[1]) if port.side in "LR" else (inside[0], y))
+    colour, thick, _ = STYLES.get(port.kind, OTHER)
+    _path(axes, [line], colour, thick, "-", 3.5)
+    if port.net < 0:
+        for stroke in GROUND.strokes:
+            ground = [
+                (point[0] + 0.55 * SCALE * a, point[1] - 0.55 * SCALE * b) for a, b in stroke.points
+            ]
+            _path(axes, [ground], "black", 0.8, "-", 4)
+    if port.role == "in":
+        dx, dy = (near[0] - point[0], 0.0) if port.side in "LR" else (0.0, near[1] - point[1])
+        size = 0.06 / max(abs(dx), abs(dy), 1e-9)
+        ux, uy = dx * size, dy * size
+        tip = near
+        head = [
+            (tip[0] - ux - uy / 2, tip[1] - uy - ux / 2),
+            tip,
+            (tip[0] - ux + uy / 2, tip[1] - uy + ux / 2),
+        ]
+        _path(axes, [[*head, head[0]]], colour, 0.5, "-", 4.5, colour)

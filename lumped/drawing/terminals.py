@@ -1,0 +1,93 @@
+"""At which side of its symbol each port of a schematic is joined, and where on that side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lumped.drawing.netlist import Item, Net
+from lumped.drawing.placing import MECHANICAL, Cell
+
+__all__ = ["Terminal", "terminals"]
+
+SPREAD = 0.62  # share of a side over which its ports are spread
+
+
+@dataclass(eq=False)
+class Terminal:
+    """A port at its symbol.
+
+    Attributes
+    ----------
+    side : str
+        "L", "R", "T" (top) or "B" (bottom).
+    offset : float
+        Place on that side, from -0.5 to 0.5, downwards or to the right.
+    net : int
+        Number of its net; -1 for a port that is left open and holds itself.
+    role : str
+        "line", "support", "in" or "out".
+    kind : str
+        Kind of the port.
+    """
+
+    item: Item
+    port: str
+    role: str
+    net: int
+    kind: str
+    side: str = "B"
+    offset: float = 0.0
+
+
+def terminals(nets: list[Net], cells: dict[Item, Cell]) -> list[Terminal]:
+    """Sides and places of all ports."""
+    found: dict[Item, list[tuple[float, float, Terminal]]] = {item: [] for item in cells}
+    for n, net in enumerate(nets):
+        columns = sum(cells[item][0] for item, _, _ in net.ends)
+        rows = sum(cells[item][1] for item, _, _ in net.ends)
+        others = len(net.ends) - 1
+        for item, port, role in net.ends:
+            column, row = cells[item]
+            ahead = (columns - column) / others - column
+            below = (rows - row) / others - row
+            found[item].append((ahead, below, Terminal(item, port, role, n, net.kind)))
+    result = []
+    for item, ends in found.items():
+        for port, kind in item.grounded.items():
+            ends.append((0.0, 0.0, Terminal(item, port, "support", -1, kind)))
+        _choose_sides(ends)
+        for side in "LRTB":
+            here = [end for end in ends if end[2].side == side]
+            # along a vertical side from top to bottom, along a horizontal one from left to right
+            here.sort(key=lambda end: end[1] if end[2].side in "LR" else _rank(end))
+            for i, (_, _, terminal) in enumerate(here):
+                terminal.offset = SPREAD * ((2 * i + 1) / (2 * len(here)) - 0.5)
+                # what faces a port at the bottom from below never stands at the same place
+                terminal.offset += 0.013 * (side == "B")
+        result += [terminal for _, _, terminal in ends]
+    return result
+
+
+_End = tuple[float, float, Terminal]  # how far its partners are to the right and below
+
+
+def _rank(end: _End) -> tuple[bool, float]:
+    return end[2].role == "out", end[0]
+
+
+def _choose_sides(ends: list[_End]) -> None:
+    lines = sorted((end for end in ends if end[2].role == "line"), key=lambda end: end[0])
+    shafts = [end for end in lines if end[2].kind in MECHANICAL]
+    lines = shafts or lines  # wires of a motor come from below
+    if len(lines) == 1:
+        lines[0][2].side = "L" if lines[0][0] < 0 else "R"
+    elif len(lines) == 3:
+        for (_, _, terminal), side in zip(lines, "LTR", strict=True):
+            terminal.side = side
+    else:
+        for i, (_, _, terminal) in enumerate(lines):
+            terminal.side = "L" if 2 * i < len(lines) else "R"
+    fixed = lines or any(end[2].role == "support" for end in ends)
+    sides = {"in": "T", "out": "T"} if fixed else {"in": "L", "out": "R"}
+    for _, _, terminal in ends:
+        terminal.side = sides.get(terminal.role, terminal.side)

@@ -1,0 +1,1 @@
+"""Derivatives of runs, and the numbers that sum up a run."""

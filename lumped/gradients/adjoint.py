@@ -1,0 +1,381 @@
+"""A sweep backwards over the steps of a run: derivatives by all parameters at once.
+
+The discrete adjoint: each accepted step is differentiated as it was made, its length held, which
+is exact up to the error of the run (Hairer, Norsett, Wanner, vol. I, II.6). Instants at which the
+run stopped are crossed by the transposed matrices of `Saltation`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.gradients.backward_steps import CHUNKS, backwards, chained, step_function
+from lumped.gradients.jumps import Crossing, Jump, Side
+from lumped.gradients.saltation import Saltation
+from lumped.numerics.inside_step import Method
+from lumped.timeloop.calls import Call
+from lumped.timeloop.guards import exchange_fault
+from lumped.timeloop.result import Trajectory
+
+__all__ = [
+    "Leg",
+    "Point",
+    "Seeds",
+    "Steps",
+    "Swept",
+    "crossings_of",
+    "legs_of",
+    "placed",
+    "sweep",
+]
+
+_AT_ONCE = 1e-10
+"""Part of a run within which changes are at the same instant."""
+
+_MOST = 16
+"""Orders of coinciding changes that are followed in one run."""
+
+
+@dataclass
+class Leg:
+    """A smooth part of a run at the ends of its steps: times, states, settings."""
+
+    t: np.ndarray
+    x: np.ndarray
+    settings: np.ndarray
+
+    def state(self, run: Trajectory, steps: Steps, t: float) -> Side:
+        """States and settings at a time: those of a shorter step."""
+        i = int(np.searchsorted(self.t, t, "right")) - 1
+        if self.t[i] == t:
+            return self.x[i], self.settings[i]
+        implicit = self.t[i] >= run.statistics.implicit_from
+        step = steps.step("implicit" if implicit else "explicit")
+        x, _ = step(self.x[i], run.theta, self.t[i], t - self.t[i], self.settings[i])
+        return np.asarray(x).ravel(), self.settings[i]
+
+    def margins(self, run: Trajectory) -> np.ndarray:
+        """Greatest size of each margin at the ends of the steps."""
+        found, _ = run.system.margins(self.x.T, run.theta, self.t[None, :], self.settings.T)
+        largest: np.ndarray = np.abs(np.asarray(found)).reshape(-1, len(self.t)).max(axis=1)
+        return largest
+
+    def cut(self, run: Trajectory, steps: Steps, t: float) -> None:
+        """Make an instant inside the leg the end of a step."""
+        if t in self.t:
+            return
+        x, settings = self.state(run, steps, t)
+        place = int(np.searchsorted(self.t, t))
+        self.t = np.insert(self.t, place, t)
+        self.x = np.insert(self.x, place, x, axis=0)
+        self.settings = np.insert(self.settings, place, settings, axis=0)
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a result owes to one instant of a run.
+
+    Attributes
+    ----------
+    leg : int
+        Number of the smooth part.
+    time : float
+        Where in it, s.
+    column : int
+        Number of the result.
+    by_states, by_parameters : ndarray, shapes (n,) and (p,)
+        Derivatives of the result at that instant.
+    edge : int
+        Number of the leg with whose begin the instant moves; 0 if it does not move.
+    late : float
+        Derivative of the result by that begin.
+    name : str
+        Component whose change this is about, if others may change at the same instant.
+    """
+
+    leg: int
+    time: float
+    column: int
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    edge: int = 0
+    late: float = 0.0
+    name: str = ""
+
+
+class Swept(NamedTuple):
+    """What a sweep finds: derivatives of results by states at the time zero and by parameters.
+
+    Attributes
+    ----------
+    by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
+        The derivatives, if coinciding changes come in one of their orders.
+    """
+
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+
+
+class Steps:
+    """Steps of one system with integrals of some products, and the same backwards.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    products : tuple of tuple of str
+        Factors of what is integrated.
+    """
+
+    def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
+        self.system = system
+        factors = [ca.vertsplit(system.expressions(names)) for names in products]
+        self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
+        self._steps: dict[Method, ca.Function] = {}
+        self._backs: dict[tuple[Method, int], ca.Function] = {}
+        self._calls: dict[tuple[Method, int, int], Call] = {}
+
+    @classmethod
+    def of(cls, system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
+        """Those of a system, made once."""
+        key = ("steps", products)
+        if key not in system.made:
+            system.made[key] = cls(system, products)
+        made: Steps = system.made[key]
+        return made
+
+    def step(self, method: Method) -> ca.Function:
+        """One step (see `step_function`)."""
+        if method not in self._steps:
+            self._steps[method] = step_function(self.system, method, self.integrands)
+        return self._steps[method]
+
+    def back(self, method: Method, count: int, results: int) -> Call:
+        """Several steps backwards (see `chained`)."""
+        key = method, count, results
+        if key not in self._calls:
+            parameters = self.system._inputs[1].numel()
+            self._calls[key] = chained(self.single(method, results), parameters, count)
+        return self._calls[key]
+
+    def single(self, method: Method, results: int) -> ca.Function:
+        """One step backwards (see `backwards`)."""
+        if (method, results) not in self._backs:
+            self._backs[method, results] = backwards(self.step(method), results)
+        return self._backs[method, results]
+
+    @cached_property
+    def integrated(self) -> ca.Function:
+        """What is integrated: (x, p, t, m)."""
+        return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
+
+
+def legs_of(run: Trajectory) -> list[Leg]:
+    """Smooth parts of a run that was recorded at the steps of the solver.
+
+    Raises
+    ------
+    SolverError
+        If states change places.
+    """
+    legs = []
+    for piece in (p for p in run.pieces if len(p.t)):
+        if piece.system is not run.system:
+            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
+        new = np.append(True, np.diff(piece.t) > 0)
+        legs.append(Leg(piece.t[new], piece.x[new], piece.settings[new]))
+    return legs
+
+
+def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing]:
+    """How derivatives jump where each leg but the first begins.
+
+    Raises
+    ------
+    SolverError
+        Where the run has no derivatives.
+    """
+    saltation, found = Saltation.of(run.system), []
+    for last, leg in itertools.pairwise(legs):
+        old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
+        found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))
+    soon = _AT_ONCE * float(legs[-1].t[-1])
+    for k in range(len(found) - 1):
+        if found[k + 1].t - found[k].t <= soon and found[k].orders:
+            accuracy = max(rtol, _AT_ONCE) * legs[k].margins(run)
+            both = saltation.joined(run, found[k], found[k + 1], accuracy)
+            if both is not None:
+                found[k], found[k + 1] = Crossing(found[k].t, ()), both
+    return found
+
+
+class Seeds(NamedTuple):
+    """What results owe to integrals.
+
+    Attributes
+    ----------
+    chosen : ndarray, shape (integrals, k)
+        Derivatives of the results by the integrals.
+    spans : ndarray, shape (integrals, 2)
+        Begin and end of each, which are ends of steps, s.
+    """
+
+    chosen: np.ndarray
+    spans: np.ndarray
+
+    def at(self, t: float) -> np.ndarray:
+        """Those of integrals that extend over a time."""
+        inside = (self.spans[:, 0] < t) & (t < self.spans[:, 1])
+        found: np.ndarray = self.chosen * inside[:, None]
+        return found
+
+
+def sweep(
+    run: Trajectory,
+    legs: list[Leg],
+    crossings: list[Crossing],
+    steps: Steps,
+    seeds: Seeds,
+    points: list[Point],
+) -> list[Swept]:
+    """Derivatives of results by states at the time zero and by parameters.
+
+    Where different changes coincide, there is one answer for each order in which they can come.
+
+    Parameters
+    ----------
+    legs : list of Leg
+        From `legs_of`, with the instants of the points and spans among their times.
+    """
+    count = seeds.chosen.shape[1]
+    found = [Swept(np.zeros((len(run.system.states), count)), np.zeros((len(run.theta), count)))]
+    for number in reversed(range(len(legs))):
+        found = [_over(run, legs[number], number, steps, seeds, points, s) for s in found]
+        if number:
+            crossing = crossings[number - 1]
+            if not crossing.orders:
+                continue
+            found = [
+                _across(run, steps, seeds, points, number, crossing, order, s)
+                for s in found
+                for order in crossing.orders
+            ]
+            found = _different(found)
+            if len(found) > _MOST:
+                raise SolverError(
+                    f"{run.system.name}: up to t = {crossing.t:.9g} s different changes coincide "
+                    "too often for all their orders to be followed. Change a parameter a little.",
+                    run,
+                )
+    return found
+
+
+def _different(found: list[Swept]) -> list[Swept]:
+    """Answers that are not the same."""
+    kept: list[Swept] = []
+    for one in found:
+        both = np.vstack(one)
+        if not any(
+            (np.abs(both - (known := np.vstack(other))) <= 1e-9 * np.abs(known).max(axis=0)).all()
+            for other in kept
+        ):
+            kept.append(one)
+    return kept
+
+
+def _over(
+    run: Trajectory,
+    leg: Leg,
+    number: int,
+    steps: Steps,
+    seeds: Seeds,
+    points: list[Point],
+    after: Swept,
+) -> Swept:
+    """Back over one leg."""
+    adjoint, by_parameters = after.by_states.copy(), after.by_parameters.copy()
+    here = [(int(np.searchsorted(leg.t, p.time)), p) for p in points if p.leg == number]
+    end = len(leg.t) - 1
+    borders = [int(i) for t in seeds.spans.ravel() for i in np.flatnonzero(leg.t == t)]
+    for stop in sorted({place for place, _ in here} | {0, end, *borders}, reverse=True):
+        if stop < end:
+            chosen = seeds.at(0.5 * (leg.t[stop] + leg.t[end]))
+            adjoint, by_p = _through(run, leg, steps, (stop, end), chosen, adjoint)
+            by_parameters += by_p
+        end = stop
+        for place, point in here:
+            if place == stop:
+                adjoint[:, point.column] += point.by_states
+                by_parameters[:, point.column] += point.by_parameters
+    return Swept(adjoint, by_parameters)
+
+
+def _through(
+    run: Trajectory,
+    leg: Leg,
+    steps: Steps,
+    span: tuple[int, int],
+    chosen: np.ndarray,
+    adjoint: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Back over steps of one leg: adjoints, derivatives by parameters."""
+    begin, end = span
+    n, k = adjoint.shape
+    by_parameters = np.zeros((len(run.theta), k))
+    change = int(np.searchsorted(leg.t[:end], run.statistics.implicit_from))
+    parts: list[tuple[Method, int]] = [("implicit", max(begin, change)), ("explicit", begin)]
+    flat, seeds = adjoint.ravel(order="F"), chosen.ravel(order="F")
+    for method, first in parts:
+        while end > first:
+            count = next(c for c in CHUNKS if c <= end - first)
+            t, x, m = (v[end - count : end] for v in (leg.t, leg.x, leg.settings))
+            lengths = np.diff(leg.t[end - count : end + 1])
+            back = steps.back(method, count, k)
+            flat, by_p, _ = back(flat, x.ravel(), run.theta, t, lengths, m.ravel(), seeds)
+            by_parameters += by_p.reshape(k, -1).T
+            end -= count
+    return flat.reshape(k, n).T.copy(), by_parameters
+
+
+def _across(
+    run: Trajectory,
+    steps: Steps,
+    seeds: Seeds,
+    points: list[Point],
+    number: int,
+    crossing: Crossing,
+    order: tuple[Jump, ...],
+    after: Swept,
+) -> Swept:
+    """Back over the changes at which a leg begins."""
+    adjoint, by_parameters = after
+    for place, jump in reversed(list(enumerate(order))):
+        late = np.zeros(adjoint.shape[1])
+        for point in points:
+            if point.edge == number and place == placed(point, number, order):
+                late[point.column] += point.late
+        if len(seeds.chosen):
+            rates = [
+                np.asarray(steps.integrated(x, run.theta, crossing.t, m)).ravel()
+                for x, m in (jump.before, jump.after)
+            ]
+            late += (rates[0] - rates[1]) @ seeds.at(crossing.t)
+        adjoint, by_p = jump.backward(adjoint, late)
+        by_parameters = by_parameters + by_p
+    return Swept(adjoint, by_parameters)
+
+
+def placed(point: Point, number: int, order: tuple[Jump, ...]) -> int:
+    """Which of the jumps at the begin of a leg a result hangs on."""
+    if point.name:
+        return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)
+    return len(order) - 1 if point.leg == number else 0

@@ -1,0 +1,330 @@
+"""Derivatives of states along a given run, exact across its events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, cast
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.gradients.adjoint import Leg, crossings_of
+from lumped.gradients.jumps import Crossing
+from lumped.numerics.inside_step import Method
+from lumped.timeloop.advance import nominals
+from lumped.timeloop.guards import exchange_fault
+from lumped.timeloop.result import Piece, Trajectory
+from lumped.timeloop.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
+
+__all__ = ["Followed", "Forward", "Instant", "coincide"]
+
+_AGREE = 1e-6
+"""Relative difference up to which derivatives to both sides are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Augmented:
+    """States and their sensitivities, as a stepper wants a system."""
+
+    states: list[int]
+    _inputs: list[ca.SX]
+    rhs: ca.Function
+    jacobian: ca.Function
+    closure: ca.Function
+    made: dict[object, object]
+    switching: tuple[()] = ()
+
+
+class Instant(NamedTuple):
+    """An instant at which a run stopped.
+
+    Attributes
+    ----------
+    t : float
+        When, s.
+    slopes : ndarray, shape (k,)
+        Its derivatives.
+    components : tuple of str
+        What changes there.
+    shared : bool
+        Statically indeterminate constraints let go; their shares are held fixed.
+    number : int
+        Of the smooth part that begins there.
+    """
+
+    t: float
+    slopes: np.ndarray
+    components: tuple[str, ...]
+    shared: bool
+    number: int
+
+
+class Followed(NamedTuple):
+    """Derivatives along a run.
+
+    Attributes
+    ----------
+    states : list of ndarray, shape (len(t), n, k)
+        Derivatives of the states, for each smooth part.
+    integrals : list of ndarray, shape (len(t), q, k)
+        Derivatives of the integrals since its begin.
+    jumps : list of ndarray, shape (q, k)
+        What integrals gain where each part but the first begins, as the instant moves.
+    instants : list of Instant
+        At which the run stopped.
+    """
+
+    states: list[np.ndarray]
+    integrals: list[np.ndarray]
+    jumps: list[np.ndarray]
+    instants: list[Instant]
+
+
+def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
+    """What is raised where derivatives depend on which of several changes comes first."""
+    texts = [f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in crossings if len(c.orders) > 1]
+    return SolverError(
+        f"{run.system.name}: different changes coincide at {'; '.join(texts)}; which comes first "
+        "depends on the parameters, so the run has no derivative there.",
+        run,
+    )
+
+
+class Forward:
+    """Sensitivity equations of one system, ``der(S) == f_x S + f_p``, for any of its runs.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    seed : ndarray, shape (parameters, k)
+        Derivatives of the parameters by what is varied.
+    rtol : float
+        Relative tolerance.
+    integrands : SX, shape (q, 1), optional
+        Expressions of the states whose integrals are differentiated too.
+    sizes : ndarray, shape (q,), optional
+        Sizes of these integrals.
+
+    Attributes
+    ----------
+    evaluations : int
+        Evaluations of the right-hand side with its derivatives, in all runs so far.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        seed: np.ndarray,
+        rtol: float,
+        integrands: ca.SX | None = None,
+        sizes: np.ndarray | None = None,
+    ) -> None:
+        self.system, self.seed, self.rtol = system, seed, rtol
+        self.n, self.k = len(system.states), seed.shape[1]
+        self.integrands = ca.SX(0, 1) if integrands is None else integrands
+        self.q = int(self.integrands.numel())
+        self.sizes = np.ones(self.q) if sizes is None else sizes
+        self.S = ca.SX.sym("S", self.n, self.k)
+        self.augmented = self._augment()
+        self._steppers: dict[Method, Stepper] = {}
+        self.evaluations = 0
+
+    def courses(self, run: Trajectory, S: np.ndarray) -> tuple[list[np.ndarray], list[Instant]]:
+        """Follow the derivatives along the pieces of a run.
+
+        Parameters
+        ----------
+        S : ndarray, shape (n, k)
+            Derivatives of the states at its start.
+
+        Returns
+        -------
+        list of ndarray, shape (len(piece.t), n, k)
+            For each piece that holds points.
+        list of Instant
+            At which the run stopped.
+
+        Raises
+        ------
+        SolverError
+            Where the run has no derivative, or none that is followed.
+        """
+        pieces = self.pieces(run)
+        crossings = self.crossings(run, pieces)
+        found = self.follow(run, pieces, crossings, S, 1)
+        if any(len(crossing.orders) > 1 for crossing in crossings):
+            other = self.follow(run, pieces, crossings, S, -1)
+            for right, left in zip(found.states, other.states, strict=True):
+                if np.abs(right - left).max(initial=0.0) > _AGREE * np.abs(right).max(initial=0.0):
+                    raise coincide(run, crossings)
+        return found.states, found.instants
+
+    def pieces(self, run: Trajectory) -> list[Piece]:
+        """Smooth parts of a run.
+
+        Raises
+        ------
+        SolverError
+            If states change places.
+        """
+        pieces = [piece for piece in run.pieces if len(piece.t)]
+        for piece in pieces:
+            if piece.system is not self.system:
+                raise SolverError(exchange_fault(run, float(piece.t[0])), run)
+        return pieces
+
+    def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:
+        """How derivatives jump between the pieces."""
+        legs = [Leg(piece.t, piece.x, piece.settings) for piece in pieces]
+        return crossings_of(run, legs, self.rtol)
+
+    def follow(
+        self,
+        run: Trajectory,
+        pieces: list[Piece],
+        crossings: list[Crossing],
+        S: np.ndarray,
+        side: int,
+    ) -> Followed:
+        """Follow the derivatives to one side: what is varied grows (1) or shrinks (-1)."""
+        method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
+        if (self.n or self.q) and method not in self._steppers:
+            self._steppers[method] = Stepper.build(self.augmented, method, True)
+        found = Followed([], [], [], [])
+        for number, piece in enumerate(pieces):
+            if number:
+                S = self._across(run, crossings[number - 1], number, S, side, found)
+            course = [(S, np.zeros((self.q, self.k)))] * len(piece.t)
+            if (self.n or self.q) and piece.t[-1] > piece.t[0]:
+                course = self._through(self._steppers[method], run, piece, S)
+            S = course[-1][0]
+            found.states.append(np.array([own[0] for own in course]))
+            found.integrals.append(np.array([own[1] for own in course]))
+        return found
+
+    def _across(
+        self,
+        run: Trajectory,
+        crossing: Crossing,
+        number: int,
+        S: np.ndarray,
+        side: int,
+        found: Followed,
+    ) -> np.ndarray:
+        """Sensitivities after a crossing; notes its instants and what integrals gain."""
+        gains = np.zeros((self.q, self.k))
+        if not crossing.orders:
+            found.jumps.append(gains)
+            return S
+        passed = crossing.forward(S, self.seed, side)
+        for jump, slopes, _ in passed.parts:
+            found.instants.append(Instant(crossing.t, slopes, jump.names, jump.shared, number))
+        for jump, _, slopes in passed.gains if self.q else ():
+            rates = [
+                np.asarray(self._integrated(x, run.theta, crossing.t, m)).ravel()
+                for x, m in (jump.before, jump.after)
+            ]
+            gains += np.outer(rates[0] - rates[1], slopes)
+        found.jumps.append(gains)
+        return passed.S
+
+    @cached_property
+    def _integrated(self) -> ca.Function:
+        return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
+
+    def along(
+        self, run: Trajectory, courses: list[np.ndarray], names: tuple[str, ...]
+    ) -> np.ndarray:
+        """Derivatives of quantities, shape (len(run.t), len(names), k)."""
+        y = self.system.expressions(names)
+        inputs = [self.system._inputs[0], self.S, *self.system._inputs[1:]]
+        output = ca.Function("output", inputs, [ca.vec(self._along(y))])
+        values = []
+        pieces = [piece for piece in run.pieces if len(piece.t)]
+        for piece, course in zip(pieces, courses, strict=True):
+            count = len(piece.t)
+            found = output.map(count)(
+                piece.x.T,
+                course.transpose(1, 0, 2).reshape(self.n, count * self.k),
+                np.repeat(run.theta[:, None], count, axis=1),
+                piece.t[None, :],
+                piece.settings.T,
+            )
+            rows = np.asarray(found).T.reshape(count, self.k, len(names))
+            values.append(rows.transpose(0, 2, 1))
+        return np.concatenate(values)
+
+    def _along(self, expression: ca.SX) -> ca.SX:
+        """Derivatives of an expression along the columns of S and the parameters."""
+        x, p, _, _ = self.system._inputs
+        seed = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
+        return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), seed))
+
+    def _augment(self) -> System:
+        x, p, t, m = self.system._inputs
+        Q = ca.SX.sym("Q", self.q, 1 + self.k)
+        both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
+        slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(self.integrands))
+        rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], self.integrands, slopes[1]))
+        inputs = [both, p, t, m]
+        closed = self.system.closure(x, p, t, m)
+        found = _Augmented(
+            list(range(both.numel())),
+            inputs,
+            ca.Function("rhs", inputs, [ca.densify(rates)]),
+            ca.Function(
+                "jacobian", inputs, [ca.jacobian(rates, both), ca.densify(ca.jacobian(rates, t))]
+            ),
+            ca.Function("closure", inputs, list(closed)),
+            {},
+        )
+        return cast(System, found)
+
+    def _through(
+        self, stepper: Stepper, run: Trajectory, piece: Piece, S: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """S and derivatives of integrals at all times of a piece, from S at the first."""
+        count = self.system._flat.mode_count
+        modes, guess = np.split(piece.settings[0], [count])
+        t, end = float(piece.t[0]), float(piece.t[-1])
+        x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(self.q * (1 + self.k))])
+        f = np.asarray(self.augmented.rhs(x, run.theta, t, piece.settings[0])).ravel()
+        sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
+        atol = max(self.rtol * 1e-3, 1e-12) * np.concatenate(sizes)
+        scale = atol + self.rtol * np.abs(x)
+        first = first_step(
+            self.augmented, run.theta, (t, end), x, f, np.concatenate([modes, guess]), scale
+        )
+        head = np.concatenate([[t, first, 0, 0, 0, 0], guess])
+        courses = [(S, np.zeros((self.q, self.k)))]
+        while head[0] < end:
+            found = stepper.many(head, x, f, run.theta, modes, end, self.rtol, atol)
+            log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, len(x) + len(guess))
+            accepted = np.flatnonzero(log[2] == ACCEPTED)
+            self.evaluations += int((log[2] != IDLE).sum()) * stepper.evaluations
+            if found[0][5] == GIVEN_UP or not len(accepted):
+                raise SolverError(
+                    f"{self.system.name}: the derivatives grow without bound or are not finite "
+                    f"near t = {found[0][0]:.9g} s.",
+                    run,
+                )
+            ends = log[1][accepted]
+            wanted = piece.t[len(courses) : int(np.searchsorted(piece.t, ends[-1], "right"))]
+            step = accepted[np.searchsorted(ends, wanted, "left")]
+            before, after = np.vstack([x, xs[:-1, : len(x)]])[step], xs[step, : len(x)]
+            dense = found[5].reshape(log.shape[1], -1, len(x))
+            fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
+            inside = stepper.interpolate(fraction, before, after, dense[step])
+            courses += [self._parted(row) for row in inside]
+            head, x, f = found[:3]
+        return courses
+
+    def _parted(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """S and derivatives of the integrals among all states."""
+        n, k, q = self.n, self.k, self.q
+        S, Q = row[n : n + n * k], row[n + n * k + q :]
+        return S.reshape(n, k, order="F"), Q.reshape(q, k, order="F")

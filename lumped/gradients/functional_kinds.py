@@ -1,0 +1,288 @@
+"""Kinds of numbers that sum up a run or its modes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError
+
+__all__ = [
+    "At",
+    "AtEvent",
+    "Between",
+    "Clearance",
+    "Damping",
+    "Designed",
+    "Final",
+    "Frequency",
+    "Functional",
+    "Impact",
+    "Instant",
+    "Integral",
+    "Modal",
+    "Peak",
+    "Swing",
+]
+
+Between = tuple[float, float]
+"""First and last instant of a part of a run, s."""
+
+
+@dataclass(frozen=True)
+class Final:
+    """Value of a quantity at the end of a run."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"final({self.name})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Extreme value of a quantity: largest size, highest or lowest value."""
+
+    name: str
+    kind: Literal["peak", "highest", "lowest"]
+    between: Between | None = None
+
+    def __str__(self) -> str:
+        return f"{self.kind}({self.name}{_part(self.between)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
+
+
+@dataclass(frozen=True)
+class Integral:
+    """Integral over time of a product of quantities, its mean, or the root of that of its square.
+
+    Attributes
+    ----------
+    names : tuple of names
+        The factors.
+    """
+
+    names: tuple[str, ...]
+    kind: Literal["integral", "mean", "rms"]
+    between: Between | None = None
+
+    def __str__(self) -> str:
+        return f"{self.kind}({', '.join(self.names)}{_part(self.between)})"
+
+    @property
+    def name(self) -> str:
+        """The only factor.
+
+        Raises
+        ------
+        OptionError
+            If there are several.
+        """
+        if len(self.names) > 1:
+            raise OptionError(f"{self}: a single quantity is needed here, not a product.")
+        return self.names[0]
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        units = [system.quantity(name).unit for name in self.names]
+        return " ".join([*units, "s"] if self.kind == "integral" else units)
+
+    def outcome(self, integral: float, until: float) -> tuple[float, float, float]:
+        """Value, and its first and second derivatives by the integral of what is integrated.
+
+        Parameters
+        ----------
+        integral : float
+            Of the product, or of its square.
+        until : float
+            End of the run, s.
+
+        Raises
+        ------
+        OptionError
+            If a root mean square is zero, where it has a kink.
+        """
+        span = until if self.between is None else self.between[1] - self.between[0]
+        if self.kind == "integral":
+            return integral, 1.0, 0.0
+        if self.kind == "mean":
+            return integral / span, 1.0 / span, 0.0
+        if not integral > 0:
+            raise OptionError(
+                f"{self}: this is zero throughout the run, where "
+                "a root mean square has no derivative. Take the integral instead."
+            )
+        value = math.sqrt(integral / span)
+        return value, 0.5 / (span * value), -0.25 / (span**2 * value**3)
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Instant of an event, s.
+
+    Attributes
+    ----------
+    component, after : str
+        As in `Event`; an empty `after` means any.
+    number : int
+        Which of these, from 0; negative numbers count from the last.
+    """
+
+    component: str
+    after: str
+    number: int
+
+    def __str__(self) -> str:
+        return f"instant({_event(self.component, self.after, self.number)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return "s"
+
+
+@dataclass(frozen=True)
+class At:
+    """Sum of a product of quantities over given instants.
+
+    Attributes
+    ----------
+    times : tuple of float
+        Instants, s.
+    names : tuple of names
+        The factors.
+    """
+
+    times: tuple[float, ...]
+    names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        times = " + ".join(f"{t:.9g}" for t in self.times[:3])
+        more = f" + {len(self.times) - 3} more" if len(self.times) > 3 else ""
+        return f"at({times}{more}, {', '.join(self.names)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        return " ".join(system.quantity(name).unit for name in self.names)
+
+
+@dataclass(frozen=True)
+class AtEvent:
+    """A quantity, or a product, just before or after an event.
+
+    Attributes
+    ----------
+    names : tuple of names
+        The factors.
+    component, after : str
+        As in `Event`; an empty `after` means any.
+    number : int or None
+        Which of these, from 0; negative numbers count from the last; None for the sum over all.
+    side : str
+        Side of the event.
+    """
+
+    names: tuple[str, ...]
+    component: str
+    after: str
+    number: int | None
+    side: Literal["before", "after"]
+
+    def __str__(self) -> str:
+        what = _event(self.component, self.after, self.number)
+        return f"at_event({', '.join(self.names)}, {what}, {self.side})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value: those of the factors beside each other."""
+        return " ".join(system.quantity(name).unit for name in self.names)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What an impact takes: energy, J, or impulse, N.s or N.m.s.
+
+    Attributes
+    ----------
+    component : str
+        As in `Event`.
+    number : int or None
+        Which of its impacts, from 0; negative numbers count from the last; None for their sum.
+    """
+
+    component: str
+    number: int | None
+    kind: Literal["loss", "impulse"]
+
+    def __str__(self) -> str:
+        return f"{self.kind}({_event(self.component, '', self.number)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        if self.kind == "loss":
+            return "J"
+        switching = system.switching
+        units = dict(zip(switching.names, switching.gap_units, strict=True))
+        return "N.m.s" if units.get(self.component) == "rad" else "N.s"
+
+
+@dataclass(frozen=True)
+class Swing:
+    """From trough to crest of a quantity, ``max y - min y``."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"swing({self.name})"
+
+
+@dataclass(frozen=True)
+class Frequency:
+    """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
+
+    mode: int
+
+    def __str__(self) -> str:
+        return f"frequency({self.mode})"
+
+
+@dataclass(frozen=True)
+class Damping:
+    """Damping ratio of a mode; modes count from 0, the lowest first."""
+
+    mode: int
+
+    def __str__(self) -> str:
+        return f"damping({self.mode})"
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Least relative distance ``|f / excitation - 1|`` of all modes from excitations, Hz."""
+
+    excitations: tuple[float, ...]
+
+    def __str__(self) -> str:
+        return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
+
+
+Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
+Designed = Final | Peak | Integral | Swing
+Modal = Frequency | Damping | Clearance
+
+
+def _event(component: str, after: str, number: int | None) -> str:
+    """An event in words."""
+    what = f"{component}, {after}" if after else component
+    return f"{what}, {'all' if number is None else number}"
+
+
+def _part(between: Between | None) -> str:
+    return "" if between is None else f", {between[0]:.9g} to {between[1]:.9g} s"

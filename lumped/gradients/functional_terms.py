@@ -1,0 +1,428 @@
+"""What functionals of a run are, and what they owe to its instants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.gradients.adjoint import Leg, Point, Steps
+from lumped.gradients.extremes import extremes
+from lumped.gradients.functionals import (
+    At,
+    AtEvent,
+    Final,
+    Functional,
+    Impact,
+    Instant,
+    Integral,
+    Peak,
+)
+from lumped.gradients.jumps import Crossing, Jump
+from lumped.gradients.saltation import Saltation
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["Course", "Owed", "Way", "factors", "product"]
+
+_AT_ONCE = 1e-10
+"""Part of a run within which a change counts as happening at a given instant."""
+
+_FLIGHT = 1e-6
+"""Part of a run that a flight must last for its length to be known well."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way in which a functional can hang on a run.
+
+    Attributes
+    ----------
+    value : float
+        What it is.
+    points : tuple of Point
+        What it owes to single instants.
+    by_end : float
+        Its derivative by the end of the run.
+    """
+
+    value: float
+    points: tuple[Point, ...] = ()
+    by_end: float = 0.0
+
+
+class Owed(NamedTuple):
+    """A functional of a run.
+
+    Attributes
+    ----------
+    ways : tuple of Way
+        The only one, or several: extremes of one height, or a change at the very instant.
+    pick : str
+        Which of several ways it goes: of the greatest or least derivative; or the second one
+        where the change comes later.
+    guard : tuple of Point
+        The instant of the change, if ways differ by it.
+    where : str
+        In words, where the ways part.
+    """
+
+    ways: tuple[Way, ...]
+    pick: Literal["", "greatest", "least", "later"] = ""
+    guard: tuple[Point, ...] = ()
+    where: str = ""
+
+
+class _Look(NamedTuple):
+    """A quantity: value, derivatives by states and parameters, by time along the run."""
+
+    value: float
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    rate: float
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A run in its smooth parts, which functionals look at.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run.
+    legs, crossings : list
+        Its smooth parts, and what happens between them.
+    steps : Steps
+        How it was made.
+    rtol : float
+        Its accuracy.
+    """
+
+    run: Trajectory
+    legs: list[Leg]
+    crossings: list[Crossing]
+    steps: Steps
+    rtol: float
+
+    def owed(self, functional: Functional) -> Owed:
+        """What a functional is, if it is no integral.
+
+        Raises
+        ------
+        OptionError
+            If it asks for what is not in the run.
+        SolverError
+            If it has no derivative.
+        """
+        if isinstance(functional, Final):
+            last = self._at(str(functional), (self.until,), (functional.name,))
+            ways = tuple(replace(way, by_end=self._rate(way, functional.name)) for way in last.ways)
+            return last._replace(ways=ways)
+        if isinstance(functional, At):
+            return self._at(str(functional), functional.times, functional.names)
+        if isinstance(functional, Peak):
+            return self._extreme(functional)
+        if isinstance(functional, Instant):
+            return self._instant(functional)
+        if isinstance(functional, AtEvent):
+            return Owed((_sum(list(self._at_events(functional))),))
+        if isinstance(functional, Impact):
+            return Owed((_sum(list(self._impacts(functional))),))
+        raise TypeError(functional)
+
+    @property
+    def until(self) -> float:
+        """End of the run, s."""
+        return float(self.legs[-1].t[-1])
+
+    def ends(self, functional: Functional) -> bool:
+        """Whether a functional looks at the very end of the run."""
+        if isinstance(functional, At):
+            return self.until - max(functional.times) <= _AT_ONCE * self.until
+        return isinstance(functional, Final | Peak) and not getattr(functional, "between", None)
+
+    def cut(self, functional: Functional) -> None:
+        """Make instants that a functional names ends of steps."""
+        times: tuple[float, ...] = ()
+        if isinstance(functional, At):
+            times = functional.times
+        elif isinstance(functional, Peak | Integral):
+            times = functional.between or ()
+        for t in times:
+            if not t <= self.until * (1 + _AT_ONCE):
+                raise OptionError(
+                    f"{self.run.system.name}: {functional}: the run ends at {self.until:g} s."
+                )
+            for leg in self.legs:
+                if leg.t[0] < t < leg.t[-1]:
+                    leg.cut(self.run, self.steps, t)
+
+    # -- at given instants -------------------------------------------------------------------
+
+    def _at(self, label: str, times: tuple[float, ...], names: tuple[str, ...]) -> Owed:
+        """Sum of a product over instants."""
+        ways: list[list[Way]] = []
+        guards: list[Point] = []
+        where = ""
+        for t in times:
+            number, near = self._leg(t)
+            own = [self._way(number, t, names)]
+            if near and any(
+                j.instant.any() for order in self.crossings[number - 1].orders for j in order
+            ):
+                own.append(self._way(number - 1, t, names))
+                guards.append(self._moving(number))
+                where = (
+                    f"t = {t:.9g} s, where {', '.join(self.crossings[number - 1].names)} changes"
+                )
+            ways.append(own)
+        if guards and len(times) > 1:
+            raise SolverError(
+                f"{self.run.system.name}: {label}: a change coincides with {where}; there is no "
+                "derivative. Take other instants.",
+                self.run,
+            )
+        if guards:
+            return Owed(tuple(ways[0]), "later", tuple(guards), where)
+        return Owed((_sum([own[0] for own in ways]),))
+
+    def _leg(self, t: float) -> tuple[int, bool]:
+        """Leg in which an instant lies, the later one on a border; whether one is so near."""
+        soon = _AT_ONCE * self.until
+        number = max((k for k, leg in enumerate(self.legs) if leg.t[0] <= t + soon), default=0)
+        near = number > 0 and abs(float(self.legs[number].t[0]) - t) <= soon
+        return number, near
+
+    def _way(self, number: int, t: float, names: tuple[str, ...]) -> Way:
+        leg = self.legs[number]
+        t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
+        look = self._look(number, t, names)
+        point = Point(number, t, 0, look.by_states, look.by_parameters)
+        return Way(look.value, (point,))
+
+    def _rate(self, way: Way, name: str) -> float:
+        """Slope of a quantity at the instant of a way."""
+        return self._look(way.points[0].leg, way.points[0].time, (name,)).rate
+
+    def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
+        x, m = self.legs[number].state(self.run, self.steps, t)
+        found = _differentiated(self.run.system, names)(x, self.run.theta, t, m)
+        y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
+        return _Look(float(y[0]), by_x, by_p, float(rate[0]))
+
+    def _moving(self, number: int, name: str = "") -> Point:
+        """The instant at which a leg begins."""
+        none = np.zeros(len(self.run.system.states)), np.zeros(len(self.run.theta))
+        return Point(number, float(self.legs[number].t[0]), 0, *none, number, 1.0, name)
+
+    # -- extremes ----------------------------------------------------------------------------
+
+    def _extreme(self, functional: Peak) -> Owed:
+        name = self.run.system.key(functional.name)
+        ways, times = [], []
+        for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
+            leg = self.legs[top.leg]
+            leg.cut(self.run, self.steps, top.time)
+            look = self._look(top.leg, top.time, (name,))
+            sign = top.sign if functional.kind == "peak" else 1.0
+            point = Point(top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters)
+            if top.edge:
+                edge = self._joined(top.edge)
+                point = replace(point, edge=edge, late=sign * look.rate)
+            last = top.time == self.until and functional.between is None
+            ways.append(Way(sign * look.value, (point,), sign * look.rate if last else 0.0))
+            times.append(f"{top.time:.9g}")
+        pick: Literal["greatest", "least"] = "least" if functional.kind == "lowest" else "greatest"
+        return Owed(tuple(ways), pick, (), f"t = {', '.join(times)} s, all equally high")
+
+    # -- at events ---------------------------------------------------------------------------
+
+    def _events(self, label: str, component: str, after: str, number: int | None) -> list[int]:
+        """Legs that begin at the events meant."""
+        run = self.run
+        times = [
+            event.time
+            for event in run.events
+            if component in (event.component, *event.component.split(", "))
+            and after in ("", event.after)
+        ]
+        if not times or (number is not None and not -len(times) <= number < len(times)):
+            known = sorted(
+                {f"{e.component}, {e.after}" if e.after else e.component for e in run.events}
+            )
+            raise OptionError(
+                f"{run.system.name}: {label}: there are {len(times)} such events in this run. "
+                f"Events are: {'; '.join(known[:8]) or 'none'}."
+            )
+        begins: dict[float, list[int]] = {}
+        for k, leg in enumerate(self.legs):
+            if k:
+                begins.setdefault(float(leg.t[0]), []).append(k)
+        found = []
+        for i in range(len(times)) if number is None else [number % len(times)]:
+            if times[i] not in begins:
+                raise OptionError(
+                    f"{run.system.name}: {label} is at t = {times[i]:g} s, where the run begins or "
+                    "ends; this instant does not move."
+                )
+            # several changes one after the other at the same instant
+            legs = begins[times[i]]
+            found.append(self._joined(legs[min(times[:i].count(times[i]), len(legs) - 1)]))
+        return found
+
+    def _joined(self, number: int) -> int:
+        """The leg at whose begin all is told that happens where a leg begins."""
+        while not self.crossings[number - 1].orders:
+            number += 1
+        return number
+
+    def _instant(self, functional: Instant) -> Owed:
+        label = str(functional)
+        component = functional.component
+        (number,) = self._events(label, component, functional.after, functional.number)
+        crossing = self.crossings[number - 1]
+        if len(crossing.orders) > 1 and component not in crossing.names:
+            raise self._coincident(label, crossing)
+        if any(jump.settles and component in jump.names for jump in crossing.orders[0]):
+            bounces = self._bounces(component, number)
+            if len(bounces) == 3:
+                return Owed((self._accumulation(bounces, component),))
+        return Owed((Way(crossing.t, (self._moving(number, component),)),))
+
+    def _bounces(self, component: str, number: int) -> list[int]:
+        """Legs that begin at the last three impacts before a rest whose flights are resolved."""
+        found = []
+        for k in range(1, number):
+            for jump in (j for order in self.crossings[k - 1].orders[:1] for j in order):
+                blow = jump.act[1]
+                if component in jump.names and blow is not None and any(b for _, b in blow.hits):
+                    found.append(k)
+        times = [self.crossings[k - 1].t for k in found]
+        least = _FLIGHT * self.until
+        while len(found) > 3 and times[-1] - times[-2] < least:
+            found.pop()
+            times.pop()
+        return found[-3:]
+
+    def _accumulation(self, bounces: list[int], component: str) -> Way:
+        """Where impacts accumulate: the limit of a geometric series of flights.
+
+        A run leaves out the bounces that are too small for it.
+        """
+        times = [self.crossings[k - 1].t for k in bounces]
+        weights = [
+            _limit(*(t + 1e-30j * (i == k) for i, t in enumerate(times))).imag / 1e-30
+            for k in range(3)
+        ]
+        points = [
+            replace(self._moving(k, component), late=weight)
+            for k, weight in zip(bounces, weights, strict=True)
+        ]
+        return Way(float(_limit(*times).real), tuple(points))
+
+    def _at_events(self, functional: AtEvent) -> Iterator[Way]:
+        label, f = str(functional), functional
+        for number in self._events(label, f.component, f.after, f.number):
+            if len(self.crossings[number - 1].orders) > 1:
+                raise self._coincident(label, self.crossings[number - 1])
+            leg = number - (f.side == "before")
+            t = float(self.legs[leg].t[-1 if f.side == "before" else 0])
+            look = self._look(leg, t, f.names)
+            slopes = look.by_states, look.by_parameters
+            yield Way(look.value, (Point(leg, t, 0, *slopes, number, look.rate),))
+
+    def _impacts(self, functional: Impact) -> Iterator[Way]:
+        label, run = str(functional), self.run
+        names = run.system.switching.names
+        found: list[tuple[int, Jump, list[int]]] = []
+        for number, crossing in enumerate(self.crossings, 1):
+            for jump in (j for order in crossing.orders[:1] for j in order):
+                blow = jump.act[1]
+                holds = [
+                    h for h in (blow.members if blow else ()) if names[h] == functional.component
+                ]
+                struck = [h for h in holds if self._is_struck(jump, h, functional)]
+                if struck:
+                    found.append((number, jump, struck))
+        chosen = found
+        if functional.number is not None:
+            if not -len(found) <= functional.number < len(found):
+                raise OptionError(
+                    f"{run.system.name}: {label}: there are {len(found)} impacts of "
+                    f"{functional.component} in this run."
+                )
+            chosen = [found[functional.number]]
+        elif not found:
+            raise OptionError(
+                f"{run.system.name}: {label}: there are no impacts of {functional.component} in "
+                "this run."
+            )
+        for number, jump, holds in chosen:
+            if len(self.crossings[number - 1].orders) > 1:
+                raise self._coincident(label, self.crossings[number - 1])
+            for h in holds:
+                y, by_x, by_p, along = self._impact(functional.kind, jump, h)
+                t = float(self.legs[number - 1].t[-1])
+                yield Way(
+                    float(y[0]), (Point(number - 1, t, 0, by_x, by_p, number, float(along[0])),)
+                )
+
+    def _is_struck(self, jump: Jump, hold: int, functional: Impact) -> bool:
+        return bool(self._impact("impulse", jump, hold)[0][0] != 0)
+
+    def _impact(self, kind: str, jump: Jump, hold: int) -> list[np.ndarray]:
+        jumps, blow = jump.act
+        assert blow is not None
+        changes = Saltation.of(self.run.system).changes
+        function = changes.impact(kind, hold, jumps, blow, jump.after[1])
+        t = next(c.t for c in self.crossings if any(jump is j for o in c.orders for j in o))
+        x, m = jump.before
+        return [np.asarray(v).ravel() for v in function(x, self.run.theta, t, m)]
+
+    def _coincident(self, label: str, crossing: Crossing) -> SolverError:
+        return SolverError(
+            f"{self.run.system.name}: {label}: at t = {crossing.t:.9g} s changes of "
+            f"{', '.join(crossing.names)} coincide; there is no derivative. Change a parameter a "
+            "little, or leave it out of `of`.",
+            self.run,
+        )
+
+
+def factors(system: System, functional: Integral) -> tuple[str, ...]:
+    """Factors of what is integrated."""
+    names = tuple(system.key(name) for name in functional.names)
+    return names * (2 if functional.kind == "rms" else 1)
+
+
+def _limit(a: complex, b: complex, c: complex) -> complex:
+    """Limit of a geometric series from three of its sums (Aitken)."""
+    return c + (c - b) ** 2 / ((b - a) - (c - b))
+
+
+def product(system: System, names: tuple[str, ...]) -> ca.SX:
+    """Product of quantities, as an expression."""
+    return ca.SX(math.prod(ca.vertsplit(system.expressions(names))))
+
+
+def _sum(ways: list[Way]) -> Way:
+    points = tuple(point for way in ways for point in way.points)
+    return Way(sum(w.value for w in ways), points, sum(w.by_end for w in ways))
+
+
+def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
+    """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
+    keys = tuple(system.key(name) for name in names)
+    key = ("differentiated", keys)
+    if key not in system.made:
+        x, p, t, _ = system._inputs
+        y = product(system, keys)
+        along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+        results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
+        system.made[key] = ca.Function("differentiated", system._inputs, results)
+    found: ca.Function = system.made[key]
+    return found

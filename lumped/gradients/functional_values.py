@@ -1,0 +1,304 @@
+"""Functionals of one run: their values, and their derivatives from those of its states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.gradients.adjoint import (
+    Point,
+    Seeds,
+    Steps,
+    Swept,
+    crossings_of,
+    legs_of,
+    placed,
+    sweep,
+)
+from lumped.gradients.forward import Followed
+from lumped.gradients.functional_terms import Course, Owed, Way, factors
+from lumped.gradients.functionals import Functional, Integral
+from lumped.gradients.quadrature import resolve, totals
+from lumped.gradients.touches import refuse_touches
+from lumped.gradients.varied import END
+from lumped.timeloop.result import Piece, Trajectory
+
+__all__ = ["END", "Summed", "check", "differ", "refuse"]
+
+_AGREE = 1e-5
+"""Relative difference up to which derivatives to both sides are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Summed:
+    """Functionals of a run.
+
+    Attributes
+    ----------
+    course : Course
+        The run in its smooth parts, every instant that counts an end of a step.
+    wanted : tuple of functionals
+        What they are.
+    owed : tuple of Owed
+        What each owes to single instants.
+    integrals : tuple of int
+        Which of them are integrals.
+    slopes : ndarray, shape (len(wanted),)
+        Their derivatives by these; 1 for others.
+    seeds : Seeds
+        Which integral each owes to, and over which part of the run.
+    sizes : ndarray, shape (len(integrals),)
+        Integrals of the sizes of what is integrated.
+    """
+
+    course: Course
+    wanted: tuple[Functional, ...]
+    owed: tuple[Owed, ...]
+    integrals: tuple[int, ...]
+    slopes: np.ndarray
+    seeds: Seeds
+    sizes: np.ndarray
+
+    @classmethod
+    def of(cls, run: Trajectory, wanted: Sequence[Functional], rtol: float) -> Summed:
+        """Functionals of a run that was recorded at the steps of the solver.
+
+        Raises
+        ------
+        OptionError
+            If one asks for what is not in the run.
+        SolverError
+            If the run, or one of them, has no derivative.
+        """
+        system, legs = run.system, legs_of(run)
+        integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
+        steps = Steps.of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
+        course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
+        refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
+        for functional in wanted:
+            course.cut(functional)
+        until = course.until
+        spans = np.array([getattr(wanted[k], "between", None) or (0.0, until) for k in integrals])
+        spans = spans.reshape(-1, 2)
+        owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
+        resolve(run, legs, steps, rtol)
+        sums, sizes = totals(run, legs, steps, spans)
+        slopes = np.ones(len(wanted))
+        last = legs[-1].x[-1], run.theta, until, legs[-1].settings[-1]
+        rates = np.asarray(steps.integrated(*last)).ravel()
+        for place, k in enumerate(integrals):
+            functional = wanted[k]
+            assert isinstance(functional, Integral)
+            value, slopes[k], _ = functional.outcome(float(sums[place]), until)
+            by_end = 0.0
+            if functional.between is None:
+                # a mean falls with the time over which it is taken
+                change = 0.0 if functional.kind == "integral" else float(sums[place]) / until
+                by_end = float(slopes[k] * (rates[place] - change))
+            owed[k] = Owed((Way(value, (), by_end),))
+        chosen = np.zeros((len(integrals), len(wanted)))
+        chosen[np.arange(len(integrals)), integrals] = 1.0
+        return cls(
+            course,
+            tuple(wanted),
+            tuple(owed[k] for k in range(len(wanted))),
+            tuple(integrals),
+            slopes,
+            Seeds(chosen, spans),
+            np.where(sizes > 0, sizes, 1.0),
+        )
+
+    @property
+    def values(self) -> np.ndarray:
+        """What the functionals are."""
+        return np.array([owed.ways[0].value for owed in self.owed])
+
+    @property
+    def shared(self) -> tuple[float, ...]:
+        """Instants at which statically indeterminate constraints let go, s."""
+        crossings = self.course.crossings
+        return tuple(
+            c.t for c in crossings if any(jump.shared for order in c.orders[:1] for jump in order)
+        )
+
+    @property
+    def parted(self) -> bool:
+        """Whether a functional can go several ways."""
+        return any(len(owed.ways) > 1 for owed in self.owed)
+
+    @property
+    def by_end(self) -> np.ndarray:
+        """Derivatives by the end of the run, one row for each way."""
+        return np.array([way.by_end for owed in self.owed for way in owed.ways])
+
+    # -- backwards ---------------------------------------------------------------------------
+
+    def swept(self) -> tuple[list[Swept], list[slice], list[int | None]]:
+        """Derivatives by states at the time zero and parameters, for all ways of all functionals.
+
+        Returns
+        -------
+        list of Swept
+            For all orders of changes that coincide.
+        list of slice
+            Columns of the ways of each functional.
+        list of int or None
+            Column of the instant that decides between ways.
+        """
+        points: list[Point] = []
+        columns, guards, count = [], [], 0
+        scaled = []
+        for k, owed in enumerate(self.owed):
+            columns.append(slice(count, count + len(owed.ways)))
+            for way in owed.ways:
+                points += [replace(point, column=count) for point in way.points]
+                scaled.append(self.seeds.chosen[:, k] * self.slopes[k])
+                count += 1
+            guards.append(count if owed.guard else None)
+            for point in owed.guard:
+                points.append(replace(point, column=count))
+                scaled.append(np.zeros(len(self.integrals)))
+                count += 1
+        chosen = np.array(scaled).T.reshape(len(self.integrals), count)
+        c = self.course
+        seeds = Seeds(chosen, self.seeds.spans)
+        return sweep(c.run, c.legs, c.crossings, c.steps, seeds, points), columns, guards
+
+    # -- forwards ----------------------------------------------------------------------------
+
+    @property
+    def pieces(self) -> list[Piece]:
+        """The smooth parts, as a run has them."""
+        system = self.course.run.system
+        return [Piece(system, leg.t, leg.x, leg.settings) for leg in self.course.legs]
+
+    def forward(self, found: Followed, seed: np.ndarray, side: int) -> np.ndarray:
+        """Derivatives to one side from those of the states, shape (len(wanted), k)."""
+        rows = []
+        for k, owed in enumerate(self.owed):
+            if k in self.integrals:
+                rows.append(self.slopes[k] * self._integral(found, self.integrals.index(k)))
+                continue
+            ways = np.array(
+                [sum(self._point(found, seed, p) for p in way.points) for way in owed.ways]
+            )
+            rows.append(self._picked(owed, ways, found, seed, side))
+        return np.array(rows)
+
+    def _picked(
+        self, owed: Owed, ways: np.ndarray, found: Followed, seed: np.ndarray, side: int
+    ) -> np.ndarray:
+        """The way that a functional goes to one side."""
+        if owed.pick in ("greatest", "least"):
+            upward = (owed.pick == "greatest") == (side > 0)
+            chosen: np.ndarray = ways.max(axis=0) if upward else ways.min(axis=0)
+            return chosen
+        if owed.pick == "later":
+            moved = side * np.sum([self._point(found, seed, p) for p in owed.guard], axis=0)
+            later = moved > 1e-12 * np.abs(moved).max(initial=0.0)
+            picked: np.ndarray = np.where(later, ways[1], ways[0])
+            return picked
+        first: np.ndarray = ways[0]
+        return first
+
+    def _integral(self, found: Followed, place: int) -> np.ndarray:
+        """Derivatives of one integral."""
+        begin, end = self.seeds.spans[place]
+        total = np.zeros(found.integrals[0].shape[2])
+        for number, (leg, Q) in enumerate(zip(self.course.legs, found.integrals, strict=True)):
+            if number and begin < leg.t[0] < end:
+                total = total + found.jumps[number - 1][place]
+            if leg.t[-1] <= begin or leg.t[0] >= end:
+                continue
+            ends = (
+                int(np.searchsorted(leg.t, min(max(t, leg.t[0]), leg.t[-1]))) for t in (begin, end)
+            )
+            first, last = ends
+            total = total + Q[last, place] - Q[first, place]
+        return total
+
+    def _point(self, found: Followed, seed: np.ndarray, point: Point) -> np.ndarray:
+        """What a functional owes to one instant."""
+        leg = self.course.legs[point.leg]
+        S = found.states[point.leg][int(np.searchsorted(leg.t, point.time))]
+        total: np.ndarray = point.by_states @ S + point.by_parameters @ seed
+        if point.edge:
+            order = self.course.crossings[point.edge - 1].orders[0]
+            own = [i for i in found.instants if i.number == point.edge]
+            total = total + point.late * own[placed(point, point.edge, order)].slopes
+        return total
+
+
+def differ(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Where derivatives to both sides are different."""
+    size = np.maximum(np.abs(one), np.abs(other))
+    least = 1e-9 * size.max(initial=0.0)
+    found: np.ndarray = np.abs(one - other) > _AGREE * size + least
+    return found
+
+
+def check(system: System, wanted: Sequence[Functional], names: Sequence[str], what: str) -> None:
+    """Refuse what makes no sense before a run.
+
+    Raises
+    ------
+    OptionError
+        If there is no functional, or nothing to vary.
+    UnknownNameError
+        If a quantity does not exist.
+    """
+    if not wanted:
+        raise OptionError(
+            f"{what}: name at least one functional in `of`, such as "
+            "lumped.functionals.peak('shaft.tau')."
+        )
+    if not names:
+        raise OptionError(
+            f"{system.name}: nothing to vary; name parameters or start values in `to`."
+        )
+    for functional in wanted:
+        if not isinstance(functional, Functional):
+            raise OptionError(
+                f"{what}: {functional!r} in `of` is no functional; take one of "
+                "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
+            )
+        if hasattr(functional, "names"):
+            system.expressions(functional.names)
+        elif hasattr(functional, "name"):
+            system.expressions([functional.name])
+
+
+def refuse(summed: Summed, labels: Sequence[str], names: Sequence[str], absent: np.ndarray) -> None:
+    """Refuse derivatives that do not exist, by name.
+
+    Parameters
+    ----------
+    absent : ndarray of bool, shape (len(labels), len(names))
+        Which do not.
+
+    Raises
+    ------
+    SolverError
+        If there is one.
+    """
+    if not absent.any():
+        return
+    lines = []
+    for k, label in enumerate(labels):
+        by = [name for name, none in zip(names, absent[k], strict=True) if none]
+        if by:
+            why = summed.owed[k].where
+            lines.append(f"{label} by {', '.join(by)}" + (f" ({why})" if why else ""))
+    several = [c for c in summed.course.crossings if len(c.orders) > 1]
+    text = "; ".join(f"t = {c.t:.9g} s ({', '.join(c.names)})" for c in several)
+    why = f" Different changes coincide at {text}; which comes first depends on these." * bool(text)
+    raise SolverError(
+        f"{summed.course.run.system.name}: derivatives to both sides differ, so there is none: "
+        f"{'; '.join(lines)}.{why} All others exist: leave these out of `to` or `of`, or ask "
+        "lumped.sensitivity for one side.",
+        summed.course.run,
+    )

@@ -1,0 +1,241 @@
+"""Numbers that sum up a run or its modes: what is minimised, bounded or differentiated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.gradients.functional_kinds import (
+    At,
+    AtEvent,
+    Between,
+    Clearance,
+    Damping,
+    Designed,
+    Final,
+    Frequency,
+    Functional,
+    Impact,
+    Instant,
+    Integral,
+    Modal,
+    Peak,
+    Swing,
+)
+from lumped.language.connection import label
+from lumped.language.expression import Ref
+from lumped.support.arguments import checked
+
+__all__ = [
+    "At",
+    "AtEvent",
+    "Clearance",
+    "Damping",
+    "Designed",
+    "Final",
+    "Frequency",
+    "Functional",
+    "Impact",
+    "Instant",
+    "Integral",
+    "Modal",
+    "Peak",
+    "Swing",
+    "at",
+    "at_event",
+    "clearance",
+    "damping",
+    "final",
+    "frequency",
+    "highest",
+    "impulse",
+    "instant",
+    "integral",
+    "loss",
+    "lowest",
+    "mean",
+    "peak",
+    "rms",
+    "swing",
+]
+
+
+@checked
+def final(name: Name) -> Final:
+    """Value of a quantity at the end."""
+    return Final(_plain(name))
+
+
+@checked
+def peak(name: Name, between: Between | None = None) -> Peak:
+    """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
+    return Peak(_plain(name), "peak", _window(between))
+
+
+@checked
+def highest(name: Name, between: Between | None = None) -> Peak:
+    """Largest value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "highest", _window(between))
+
+
+@checked
+def lowest(name: Name, between: Between | None = None) -> Peak:
+    """Least value of a quantity, in the whole run or between two instants."""
+    return Peak(_plain(name), "lowest", _window(between))
+
+
+@checked
+def swing(name: Name) -> Swing:
+    """From trough to crest of a quantity."""
+    return Swing(_plain(name))
+
+
+@checked
+def integral(*names: Name, between: Between | None = None) -> Integral:
+    """Integral over time of a quantity, or of a product: work is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "integral"), "integral", _window(between))
+
+
+@checked
+def mean(*names: Name, between: Between | None = None) -> Integral:
+    """Mean over time of a quantity, or of a product: power is that of torque and speed.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "mean"), "mean", _window(between))
+
+
+@checked
+def rms(*names: Name, between: Between | None = None) -> Integral:
+    """Root of the mean over time of the square of a quantity, or of a product.
+
+    Over the whole run, or between two instants, s.
+    """
+    return Integral(_some(names, "rms"), "rms", _window(between))
+
+
+@checked
+def instant(component: str, after: str = "", number: int = 0) -> Instant:
+    """Instant at which something happens in a component (see `Trajectory.events`).
+
+    Parameters
+    ----------
+    component, after : str
+        As in `Event`: the component, and its mode after the event in words (any if empty).
+    number : int
+        Which of these, from 0; negative numbers count from the last.
+    """
+    return Instant(component, after, number)
+
+
+def at(time: float | Iterable[float], *names: Name) -> At:
+    """Value of a quantity, or of a product, at an instant, or its sum over several instants.
+
+    Where something jumps at that very instant, the value after it.
+
+    Parameters
+    ----------
+    time : float or iterable of float
+        Instants, s; 0 is the start.
+    names : names
+        The factors.
+    """
+    times = (float(time),) if isinstance(time, int | float) else tuple(float(t) for t in time)
+    if not times or any(not t >= 0 or math.isinf(t) for t in times):
+        raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
+    return At(times, _some(names, "at"))
+
+
+def at_event(
+    name: Name | tuple[Name, ...],
+    component: str,
+    after: str = "",
+    number: int | None = 0,
+    side: Literal["before", "after"] = "before",
+) -> AtEvent:
+    """Value of a quantity, or of a product, just before or after something happens.
+
+    Parameters
+    ----------
+    name : name, or tuple of names
+        The quantity, or the factors.
+    component, after : str
+        As in `Event`: the component, and its mode after the event in words (any if empty).
+    number : int or None
+        Which of these, from 0; negative numbers count from the last; None for the sum over all.
+    side : {"before", "after"}
+        Side of the event.
+    """
+    if side not in ("before", "after"):
+        raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
+    names = name if isinstance(name, tuple) else (name,)
+    return AtEvent(_some(names, "at_event"), component, after, number, side)
+
+
+def loss(component: str, number: int | None = None) -> Impact:
+    """Mechanical energy that a component loses in impacts, J: in all of them, or in one."""
+    return Impact(component, number, "loss")
+
+
+def impulse(component: str, number: int | None = 0) -> Impact:
+    """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
+
+    Of one impact of the component, or of all (``number=None``).
+    """
+    return Impact(component, number, "impulse")
+
+
+@checked
+def frequency(mode: int) -> Frequency:
+    """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
+    return Frequency(mode)
+
+
+@checked
+def damping(mode: int) -> Damping:
+    """Damping ratio of a mode; modes count from 0, the lowest first."""
+    return Damping(mode)
+
+
+@checked
+def clearance(excitations: Iterable[float]) -> Clearance:
+    """Least relative distance ``|f / excitation - 1|`` of all modes from excitations.
+
+    Each frequency stays on the side of each excitation on which a search begins.
+
+    Parameters
+    ----------
+    excitations : iterable of float
+        Frequencies to avoid, Hz.
+    """
+    return Clearance(tuple(float(f) for f in excitations))
+
+
+def _window(between: Between | None) -> Between | None:
+    """Two instants in order."""
+    if between is None:
+        return None
+    begin, end = map(float, between)
+    if not 0 <= begin < end < math.inf:
+        raise OptionError(f"between = {between!r}: two instants of the run in order, s.")
+    return begin, end
+
+
+def _plain(name: Name) -> str:
+    if isinstance(name, str):
+        return name
+    if isinstance(name, Ref):
+        return label(name)
+    raise OptionError(f"'{name!r}' is neither a name nor a reference to a quantity.")
+
+
+def _some(names: tuple[Name, ...], what: str) -> tuple[str, ...]:
+    if not names:
+        raise OptionError(f"{what}: name at least one quantity.")
+    return tuple(map(_plain, names))

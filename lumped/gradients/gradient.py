@@ -1,0 +1,277 @@
+"""Gradients of numbers that sum up a run, by many parameters at once."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import SolverError, UnknownNameError, nearest
+from lumped.gradients.functional_values import END, Summed, check, differ, refuse
+from lumped.gradients.functionals import Functional
+from lumped.gradients.varied import (
+    slopes_at_zero,
+    sources,
+    tightened,
+    varied_name,
+    varied_values,
+)
+from lumped.simulation.simulate import simulate
+from lumped.support.arguments import checked
+from lumped.support.ranking import ranked
+from lumped.support.text_table import number, table
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Gradient", "gradient"]
+
+_COLUMNS = 500
+"""Derivatives of start states that are computed at once."""
+_GRID = 1000
+"""Intervals of a run without states, which has no steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gradient:
+    """Values of functionals and their derivatives; ``found["rms(shaft.tau)", "a.J"]`` is one.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run, at the steps of the solver.
+    of : tuple of str
+        Functionals, as printed.
+    to : tuple of str
+        Parameters and start values.
+    values : ndarray, shape (len(of),)
+        What the functionals are.
+    units : tuple of str
+        Units of these.
+    derivatives : ndarray, shape (len(of), len(to))
+        Their derivatives.
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s. Derivatives hold the
+        shares of what each carries fixed there, and are not exact if these depend on what varies.
+    seconds : float
+        Wall time of everything after the run.
+    rtol : float
+        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
+        steps.
+    """
+
+    run: Trajectory
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    values: np.ndarray
+    units: tuple[str, ...]
+    derivatives: np.ndarray
+    shared: tuple[float, ...]
+    seconds: float
+    rtol: float
+
+    @checked
+    def __getitem__(self, pair: tuple[str, Name]) -> float:
+        of, to = pair
+        key = varied_name(self.run.system, to)
+        if key not in self.to:
+            raise UnknownNameError(f"'{key}' was not varied. {nearest(key, self.to)}")
+        return float(self.derivatives[self._row(of), self.to.index(key)])
+
+    @property
+    def relative(self) -> np.ndarray:
+        """Relative change of each functional for each relative change, ``p/y dy/dp``."""
+        varied = varied_values(self.run, self.to)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found: np.ndarray = self.derivatives * varied / self.values[:, None]
+        return found
+
+    @checked
+    def ranked(self, of: str) -> list[tuple[str, float]]:
+        """Names and relative sensitivities of a functional, the largest first.
+
+        Raises
+        ------
+        OptionError
+            If its value is zero, to which nothing is relative.
+        UnknownNameError
+            If it was not differentiated.
+        """
+        row = self._row(of)
+        return ranked(of, self.values[row], self.to, self.relative[row])
+
+    @checked
+    def plot(self, of: str | None = None) -> Figure:
+        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        from lumped.drawing.plots import tornado
+
+        row = 0 if of is None else self._row(of)
+        label = self.of[row]
+        title = f"{self.run.system.name}: {label} = {self.values[row]:.4g} {self.units[row]}"
+        return tornado(self.ranked(label), title, label)
+
+    def _row(self, of: str) -> int:
+        if of not in self.of:
+            raise UnknownNameError(f"'{of}' was not differentiated. {nearest(of, self.of)}")
+        return self.of.index(of)
+
+    def __repr__(self) -> str:
+        rows = []
+        for label, value, unit in zip(self.of, self.values, self.units, strict=True):
+            text = "zero: nothing is relative to it"
+            if value:
+                most = [(n, v) for n, v in self.ranked(label)[:4] if v]
+                text = "; ".join(f"{name} {change:+.4f}" for name, change in most)
+            rows.append((label, number(float(value), 9), unit, text))
+        s = self.run.statistics
+        head = (
+            f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "
+            f"start values, relative; run of {s.steps} steps ({s.method}), {s.evaluations} "
+            f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its exact gradient in "
+            f"{self.seconds:.3g} s more"
+        )
+        if self.shared:
+            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
+            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        return f"{head}\n" + table(("functional", "value", "unit", "largest"), rows)
+
+
+@checked
+def gradient(
+    system: System,
+    *,
+    of: Iterable[Functional],
+    to: Iterable[Name] | None = None,
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-8,
+    method: Literal["auto", "explicit", "implicit"] = "auto",
+) -> Gradient:
+    """Simulate, and differentiate functionals of the run by parameters and start values.
+
+    The cost hardly depends on the number of parameters: one run, and one sweep backwards over its
+    steps for all functionals together (the discrete adjoint), across events by the transposed
+    saltation matrix. `sensitivity` gives derivatives over time, at a cost for each parameter.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    of : iterable of functionals
+        From `lumped.functionals`.
+    to : iterable of names, optional
+        Parameters, given start values, and states, which stand for their start values; default
+        is all parameters that can be changed.
+    until, parameters, start, method
+        As for `simulate`.
+    rtol : float
+        Accuracy asked for, relative to the terms of which a derivative consists. The run is made
+        at a thousandth of it.
+
+    Returns
+    -------
+    Gradient
+
+    Raises
+    ------
+    OptionError
+        If there is no functional or nothing to vary, a functional asks for an event that does not
+        happen, or none of what is varied changes it.
+    UnknownNameError
+        If a quantity or parameter does not exist.
+    SolverError
+        Where the run has no derivative (see `sensitivity`), or one is not finite.
+    """
+    until = in_seconds(until, "until")
+    wanted = tuple(of)
+    p = system._flat.parameters
+    names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
+    check(system, wanted, names, "gradient")
+    labels = tuple(str(functional) for functional in wanted)
+    own = [name for name in names if name != END]
+    places, varied = sources(system, own, start or {})
+    run = simulate(
+        system,
+        until=until,
+        parameters=parameters,
+        start=start,
+        grid=None if system.states else _GRID,
+        rtol=tightened(rtol),
+        method=method,
+    )
+    begin = clock.perf_counter()
+    summed = Summed.of(run, wanted, tightened(rtol))
+    orders, columns, guards = summed.swept()
+    found = [_chained(run, start or {}, places, varied, *order) for order in orders]
+    derivatives = np.zeros((len(wanted), len(names)))
+    absent = np.zeros(derivatives.shape, dtype=bool)
+    inner = [i for i, name in enumerate(names) if name != END]
+    by_end = summed.by_end
+    done = 0
+    for k, column in enumerate(columns):
+        ways = np.concatenate([each[column] for each in found])
+        derivatives[k, inner] = ways[0]
+        apart = np.zeros(len(own), dtype=bool)
+        for way in ways[1:]:
+            apart |= differ(ways[0], way)
+        guard = guards[k]
+        if guard is not None:
+            moves = np.array([np.abs(each[guard]) for each in found]).max(axis=0)
+            apart &= moves > 1e-12 * moves.max(initial=0.0)
+        absent[k, inner] = apart
+        ends = by_end[done : done + len(summed.owed[k].ways)]
+        done += len(ends)
+        for i in set(range(len(names))) - set(inner):
+            derivatives[k, i] = ends[0]
+            absent[k, i] = bool(differ(ends[:1], ends).any())
+    _check_found(system, labels, names, derivatives)
+    refuse(summed, labels, names, absent)
+    seconds = clock.perf_counter() - begin
+    units = tuple(functional.unit(system) for functional in wanted)
+    return Gradient(
+        run, labels, tuple(names), summed.values, units, derivatives, summed.shared, seconds, rtol
+    )
+
+
+def _chained(
+    run: Trajectory,
+    start: Changes,
+    places: list[int],
+    varied: dict[int, np.ndarray],
+    by_states: np.ndarray,
+    by_parameters: np.ndarray,
+) -> np.ndarray:
+    """Derivatives by what is varied, through states at the time zero and directly."""
+    found = np.zeros((by_states.shape[1], len(places)))
+    for begin in range(0, len(places), _COLUMNS):
+        own = slice(begin, begin + _COLUMNS)
+        seed = np.zeros((len(by_parameters), len(places[own])))
+        for column, place in enumerate(places[own]):
+            if place >= 0:
+                seed[place, column] = 1.0
+        units = {unknown: unit[own] for unknown, unit in varied.items()}
+        S = slopes_at_zero(run, start, seed, units)
+        found[:, own] = by_states.T @ S
+    # one by one: what has no derivative by one parameter may have one by others
+    for column, place in enumerate(places):
+        if place >= 0:
+            found[:, column] += by_parameters[place]
+    return found
+
+
+def _check_found(
+    system: System, labels: Sequence[str], names: Sequence[str], found: np.ndarray
+) -> None:
+    if not np.isfinite(found).all():
+        row, column = np.argwhere(~np.isfinite(found))[0]
+        raise SolverError(
+            f"{system.name}: the derivative of {labels[row]} by {names[column]} is not finite. "
+            "Change this value, or leave it out of `to`."
+        )

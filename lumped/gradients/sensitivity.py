@@ -1,0 +1,377 @@
+"""Derivatives of a run by parameters and start values, exact across events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.gradients.adjoint import Steps, legs_of
+from lumped.gradients.forward import Followed, Forward, coincide
+from lumped.gradients.functional_values import Summed, check, differ, refuse
+from lumped.gradients.functionals import Functional
+from lumped.gradients.touches import refuse_touches
+from lumped.gradients.varied import (
+    END,
+    slopes_at_zero,
+    sources,
+    tightened,
+    varied_name,
+    varied_values,
+)
+from lumped.simulation.simulate import simulate
+from lumped.support.arguments import checked
+from lumped.support.ranking import ranked
+from lumped.support.text_table import number, table
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Moved", "Sensitivity", "Varied", "sensitivity"]
+
+_GRID = 1000
+"""Intervals of a run without states, which has no steps."""
+
+Side = Literal["both", "right", "left"]
+
+
+class Moved(NamedTuple):
+    """An instant at which the run stopped, s, its derivatives, shape (len(to),), what changes."""
+
+    time: float
+    slopes: np.ndarray
+    components: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Derivatives over the times of a run; ``found["b.w", "shaft.c"]`` gives one of them.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run itself.
+    of, to : tuple of str
+        What is differentiated, and by what.
+    values : ndarray, shape (len(run.t), len(of), len(to))
+        The derivatives.
+    instants : tuple of Moved
+        Each instant at which the run stopped, its derivatives, and the components that change.
+    shared : tuple of float
+        Instants at which statically indeterminate constraints let go, s. Derivatives hold the
+        shares of what each carries fixed there, and are not exact if these depend on what varies.
+    evaluations : int
+        Evaluations of the right-hand side with its derivatives, after the run.
+    rtol : float
+        Accuracy asked for.
+    functionals : tuple of str
+        Functionals, as printed.
+    totals : ndarray, shape (len(functionals),)
+        What they are.
+    slopes : ndarray, shape (len(functionals), len(to))
+        Their derivatives.
+    """
+
+    run: Trajectory
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    values: np.ndarray
+    instants: tuple[Moved, ...]
+    shared: tuple[float, ...]
+    evaluations: int
+    rtol: float
+    functionals: tuple[str, ...] = ()
+    totals: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    slopes: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @checked
+    def __getitem__(self, pair: tuple[Name | Functional, Name]) -> np.ndarray | float:
+        to, functional = varied_name(self.run.system, pair[1]), str(pair[0])
+        if functional in self.functionals and to in self.to:
+            row = self.functionals.index(functional)
+            return float(self.slopes[row, self.to.index(to)])
+        of = self.run.system.key(pair[0])  # type: ignore[arg-type]
+        places = []
+        for key, known in ((of, self.of), (to, self.to)):
+            if key not in known:
+                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
+            places.append(known.index(key))
+        found: np.ndarray = self.values[:, places[0], places[1]]
+        return found
+
+    @checked
+    def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
+        """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
+
+        Parameters
+        ----------
+        of : name
+            The quantity.
+        at : float, optional
+            Instant, s; the output time next to it is taken. Default is the end.
+
+        Raises
+        ------
+        OptionError
+            If the quantity is zero there, to which nothing is relative.
+        """
+        name = self.run.system.key(of)
+        k = len(self.run.t) - 1 if at is None else int(np.abs(self.run.t - at).argmin())
+        value = float(self.run[name][k])
+        slopes = self.values[k, self.of.index(name)]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = slopes * varied_values(self.run, self.to) / value
+        return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
+
+    @checked
+    def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
+        """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
+        from lumped.drawing.plots import tornado
+
+        name = self.of[0] if of is None else self.run.system.key(of)
+        time = self.run.t[-1] if at is None else at
+        title = f"{self.run.system.name}: {name} at t = {time:g} s"
+        return tornado(self.ranked(name, at), title, name)
+
+    def __repr__(self) -> str:
+        s, rows = self.run.statistics, []
+        for i, name in enumerate(self.of[:12]):
+            last = float(self.run[name][-1])
+            text = "zero: nothing is relative to it"
+            if last:
+                text = "; ".join(f"{n} {v:+.4f}" for n, v in self.ranked(name)[:4] if v)
+            largest = np.abs(self.values[:, i]).max(initial=0.0)
+            rows.append((name, number(last, 9), number(float(largest)), text))
+        head = (
+            f"{self.run.system.name}: derivatives of {len(self.of)} quantities by {len(self.to)} "
+            f"parameters and start values over {self.run.t[-1]:g} s; run of {s.steps} steps "
+            f"({s.method}), {s.evaluations} evaluations, derivatives {self.evaluations} more, "
+            f"rtol {self.rtol:.0e}, {len(self.instants)} instants of change crossed"
+        )
+        if self.shared:
+            head += "\nshares of indeterminate constraints held fixed where they let go, t = "
+            head += ", ".join(f"{t:.6g} s" for t in self.shared[:6])
+        columns = ("quantity", "at the end", "largest derivative", "relative at the end")
+        text = f"{head}\n" + (table(columns, rows) if rows else "")
+        if self.functionals:
+            sums = [
+                (label, number(float(value), 9), *(number(float(v), 6) for v in slopes[:6]))
+                for label, value, slopes in zip(
+                    self.functionals, self.totals, self.slopes, strict=True
+                )
+            ]
+            text += "\n" * bool(rows) + table(("functional", "value", *self.to[:6]), sums)
+        return text
+
+
+@checked
+def sensitivity(
+    system: System,
+    *,
+    of: Iterable[Name | Functional],
+    to: Iterable[Name],
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    grid: int | None = 500,
+    rtol: float = 1e-6,
+    side: Side = "both",
+) -> Sensitivity:
+    """Derivatives of quantities and functionals by parameters and start values along a run.
+
+    The forward sensitivity equations ``der(S) == f_x S + f_p`` are integrated beside the states,
+    under the same error control. Where the run stops at an instant ``t(p)``, ``S`` jumps by
+    ``g_x S + g_p + (g_x f_before + g_t - f_after) t_p`` less ``S`` (the saltation matrix; Leine and
+    Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7), with ``g``
+    the change of the states there, if a `when` makes one.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    of : iterable of names and functionals
+        Quantities, and numbers from `lumped.functionals`.
+    to : iterable of names
+        Parameters, given start values (of instances, or in `start`), and states, which stand for
+        their start values; ``"until"`` is the end of the run, which moves functionals.
+    until, parameters, start, grid
+        As for `simulate`; `grid` is a number of intervals, or None. Derivatives are given at the
+        times of the run.
+    rtol : float
+        Accuracy asked for, relative to the terms of which a derivative consists. Run and
+        derivatives are integrated at a thousandth of it.
+    side : {"both", "right", "left"}
+        Derivatives for parameters that grow (right) or shrink (left), where these differ: where
+        different changes coincide, extremes are equally high, or a change falls on the very
+        instant that is looked at. By default both must agree.
+
+    Returns
+    -------
+    Sensitivity
+
+    Raises
+    ------
+    OptionError
+        If `of` or `to` is empty, a name in `to` is nothing that can be varied, or `grid` is no
+        number.
+    SolverError
+        If derivatives to both sides differ, a border is touched without being crossed, several
+        changes follow each other at one instant, or states change places: where the run has no
+        derivative, or none that is followed.
+    """
+    until = in_seconds(until, "until")
+    if not (grid is None or isinstance(grid, int)):
+        raise OptionError(
+            f"sensitivity: grid = {grid!r}: a number of intervals is needed, or None for the steps "
+            "of the solver."
+        )
+    if side not in ("both", "right", "left"):
+        raise OptionError(f"sensitivity: side = {side!r}: choose 'both', 'right' or 'left'.")
+    wanted = tuple(of)
+    functionals = [f for f in wanted if isinstance(f, Functional)]
+    names = tuple(name for name in wanted if not isinstance(name, Functional))
+    fine = tightened(rtol)
+    varied = Varied(system, names, tuple(to), start or {}, fine, bool(functionals))
+    if functionals:
+        check(system, functionals, varied.to, "sensitivity")
+
+    def run(grid: int | None) -> Trajectory:
+        return simulate(
+            system,
+            until=until,
+            parameters=parameters,
+            start=start,
+            grid=grid,
+            rtol=fine,
+            method="steps",
+        )
+
+    every = None if system.states else _GRID
+    steps = run(every) if functionals or system.switching else None
+    found = None
+    if names:
+        if steps is not None and not functionals:
+            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), fine, True)
+        found = varied.go(steps if steps is not None and grid == every else run(grid), side)
+    if not functionals:
+        assert found is not None
+        return replace(found, rtol=rtol)
+    assert steps is not None
+    return replace(varied.sum_up(steps, functionals, side, found), rtol=rtol)
+
+
+class Varied:
+    """Derivatives of runs that differ in their parameters only; arguments as for `sensitivity`."""
+
+    def __init__(
+        self,
+        system: System,
+        of: tuple[Name, ...],
+        to: tuple[Name, ...],
+        start: Changes,
+        rtol: float,
+        functionals: bool = False,
+    ) -> None:
+        if not (of or functionals) or not to:
+            raise OptionError("sensitivity: name at least one quantity in `of` and one in `to`.")
+        self.system, self.rtol = system, rtol
+        self.of = tuple(system.key(name) for name in of)
+        self.to = tuple(varied_name(system, name) for name in to)
+        own = [name for name in self.to if name != END]
+        self.inner = [i for i, name in enumerate(self.to) if name != END]
+        self.n, self.k = len(system.states), len(own)
+        self.given = start
+        self.places, self.varied = sources(system, own, start)
+        # each column is scaled by the size of what it is differentiated by
+        defaults = system._flat.parameters.defaults
+        self.scale = np.array([abs(defaults[i]) if i >= 0 else 1.0 for i in self.places])
+        self.scale[self.scale == 0] = 1.0
+        self.seed = np.zeros((len(defaults), self.k))
+        for column, place in enumerate(self.places):
+            if place >= 0:
+                self.seed[place, column] = self.scale[column]
+        self.forward = Forward(system, self.seed, rtol)
+
+    def go(self, run: Trajectory, side: Side = "both") -> Sensitivity:
+        """Follow the derivatives along the pieces of a run."""
+        before = self.forward.evaluations
+        begin = slopes_at_zero(run, self.given, self.seed, self.varied)
+        pieces = self.forward.pieces(run)
+        crossings = self.forward.crossings(run, pieces)
+        several = any(len(crossing.orders) > 1 for crossing in crossings)
+        values: np.ndarray | None = None
+        for sign in _signs(side, several):
+            found = self.forward.follow(run, pieces, crossings, begin, sign)
+            own = self.forward.along(run, found.states, self.of) / self.scale
+            if values is not None and any(
+                differ(a, b).any() for a, b in zip(values.T, own.T, strict=True)
+            ):
+                raise coincide(run, crossings)
+            values = own
+        assert values is not None
+        cost = self.forward.evaluations - before
+        shared = tuple(i.t for i in found.instants if i.shared)
+        instants = self._instants(found)
+        return Sensitivity(
+            run, self.of, self.to, self._whole(values), instants, shared, cost, self.rtol
+        )
+
+    def sum_up(
+        self,
+        run: Trajectory,
+        functionals: Sequence[Functional],
+        side: Side,
+        curves: Sensitivity | None,
+    ) -> Sensitivity:
+        """Derivatives of functionals, besides those over time."""
+        summed = Summed.of(run, functionals, self.rtol)
+        steps, course = summed.course.steps, summed.course
+        sizes = summed.sizes
+        forward = Forward(self.system, self.seed, self.rtol, steps.integrands, sizes)
+        begin = slopes_at_zero(run, self.given, self.seed, self.varied)
+        several = any(len(crossing.orders) > 1 for crossing in course.crossings)
+        sides: list[np.ndarray] = []
+        for sign in _signs(side, several or summed.parted):
+            if not sides or several:
+                found = forward.follow(run, summed.pieces, course.crossings, begin, sign)
+            sides.append(summed.forward(found, self.seed, sign) / self.scale)
+        absent = np.array([differ(a, b) for a, b in zip(sides[0], sides[-1], strict=True)])
+        own = tuple(self.to[i] for i in self.inner)
+        labels = tuple(str(functional) for functional in functionals)
+        refuse(summed, labels, own, absent)
+        slopes = self._whole(sides[0])
+        ends = [owed.ways[0].by_end for owed in summed.owed]
+        for i in set(range(len(self.to))) - set(self.inner):
+            slopes[:, i] = ends
+        if curves is None:
+            none = np.zeros((len(run.t), 0, len(self.to)))
+            instants, shared = self._instants(found), summed.shared
+            curves = Sensitivity(run, (), self.to, none, instants, shared, 0, self.rtol)
+        cost = curves.evaluations + forward.evaluations
+        return replace(
+            curves, functionals=labels, totals=summed.values, slopes=slopes, evaluations=cost
+        )
+
+    def _instants(self, found: Followed) -> tuple[Moved, ...]:
+        return tuple(
+            Moved(i.t, self._whole(i.slopes / self.scale), i.components) for i in found.instants
+        )
+
+    def _whole(self, derivatives: np.ndarray) -> np.ndarray:
+        """With a column for the end of the run, which moves nothing before it."""
+        found = np.zeros((*derivatives.shape[:-1], len(self.to)))
+        found[..., self.inner] = derivatives
+        return found
+
+
+def _signs(side: Side, several: bool) -> tuple[int, ...]:
+    """Sides to which derivatives are followed."""
+    if side == "both":
+        return (1, -1) if several else (1,)
+    return (1,) if side == "right" else (-1,)

@@ -1,0 +1,118 @@
+"""Parameters and start values by which a run is differentiated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError
+from lumped.points.start import by_name, start_slopes
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["END", "slopes_at_zero", "sources", "tightened", "varied_name", "varied_values"]
+
+END = "until"
+"""Name by which the end of a run is varied."""
+
+
+def tightened(rtol: float) -> float:
+    """Tolerance of a run whose derivatives shall be right to `rtol` or a little more.
+
+    A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
+    """
+    return max(1e-3 * rtol, min(rtol, 1e-13))
+
+
+def varied_name(system: System, name: Name) -> str:
+    """Name of what is varied; `END` if no parameter has this name."""
+    if name == END and END not in system.parameters:
+        return END
+    return system.key(name)
+
+
+def sources(
+    system: System, names: Sequence[str], start: Changes
+) -> tuple[list[int], dict[int, np.ndarray]]:
+    """Places of parameters (-1: a start value); unit vectors of unknowns for start values.
+
+    Raises
+    ------
+    OptionError
+        If a name is nothing that can be varied.
+    """
+    tree, reduced = system._tree, system._reduced
+    given = [*system._flat.given, *(tree.unknown(name) for name in by_name(start))]
+    nodes = {reduced.node(unknown): unknown for unknown in given}
+    p = system._flat.parameters
+    known = {p.names[i]: place for place, i in enumerate(p.free)}
+    places: list[int] = []
+    varied: dict[int, np.ndarray] = {}
+    for column, name in enumerate(names):
+        if name in known:
+            places.append(known[name])
+            continue
+        unknown = tree.unknown(name)
+        node = reduced.node(unknown)
+        if node is None or (node not in nodes and node not in system.states):
+            raise OptionError(
+                f"{system.name}: {name} is no parameter that can be changed, no given start "
+                f"value and no state. States: {', '.join(system.state_names[:12])}."
+            )
+        signs, held = reduced.aliases.signs, nodes.get(node, unknown)
+        places.append(-1)
+        unit = np.zeros(len(names))
+        unit[column] = float(signs[unknown] * signs[held])
+        varied[held] = varied.get(held, 0.0) + unit
+    return places, varied
+
+
+def slopes_at_zero(
+    run: Trajectory, start: Changes, seed: np.ndarray, varied: Mapping[int, np.ndarray]
+) -> np.ndarray:
+    """Derivatives of the states at the time zero (see `start_slopes`), shape (n, k).
+
+    Raises
+    ------
+    OptionError
+        If a state is named whose start value is determined by others.
+    SolverError
+        If states jump there.
+    """
+    x, S = start_slopes(run.system, run.theta, start, seed, varied)
+    if np.abs(x - run.pieces[0].x[0]).max(initial=0.0) > 0:
+        raise SolverError(
+            f"{run.system.name}: bodies collide at the time zero; derivatives are not "
+            "followed across that. Give start values after the impact.",
+            run,
+        )
+    _refuse_fixed(run.system, varied, S)
+    return S
+
+
+def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarray) -> None:
+    """Refuse start values of states that other given values determine."""
+    reduced, tree = system._reduced, system._tree
+    place = {node: i for i, node in enumerate(system.states)}
+    for unknown, unit in varied.items():
+        node = reduced.node(unknown)
+        if node not in place:
+            continue
+        own = float(reduced.aliases.signs[unknown]) * S[place[node]]
+        if (np.abs(own - unit)[unit != 0] > 1e-9).any():
+            given = sorted(tree.unknown_name(u) for u in system._flat.given)
+            raise OptionError(
+                f"{system.name}: {tree.unknown_name(unknown)} cannot be varied at the start: other "
+                f"start values or initial equations determine it. Vary these instead"
+                f"{': ' * bool(given)}{', '.join(given[:8])}."
+            )
+
+
+def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
+    """Parameters, and start values of other names."""
+    p = run.system._flat.parameters
+    known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
+    end = {END: float(run.t[-1])} if END not in known else {}
+    known |= end
+    return np.array([known[n] if n in known else float(run[n][0]) for n in names])

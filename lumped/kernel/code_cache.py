@@ -1,0 +1,81 @@
+"""Object code on disk, found again by what it was made from."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+from lumped.support.whole_files import whole_file
+
+__all__ = ["load", "loop_name", "own", "save", "stored"]
+
+_MARK = b"lumped-1"
+
+
+def folder() -> Path:
+    """Where object code is kept: ``LUMPED_CACHE``, or a folder of the user's caches.
+
+    Raises
+    ------
+    OSError
+        If the user has no home.
+    """
+    given = os.environ.get("LUMPED_CACHE")
+    if given:
+        return Path(given)
+    variable, place = {
+        "win32": ("LOCALAPPDATA", "AppData/Local"),
+        "darwin": ("", "Library/Caches"),
+    }.get(sys.platform, ("XDG_CACHE_HOME", ".cache"))
+    base = os.environ.get(variable)
+    try:
+        return (Path(base) if base else Path.home() / place) / "lumped"
+    except RuntimeError as fault:
+        raise OSError(str(fault)) from None
+
+
+@cache
+def own() -> str:
+    """Hash of what all code depends on in this package."""
+    here = Path(__file__).parent
+    files = [*sorted(here.glob("*.py")), here.parent / "rodas5p.py"]
+    return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
+
+
+def loop_name() -> str:
+    """Begin of the name of the time loop's code."""
+    return f"loop-{own()[:16]}-"
+
+
+def stored(prefix: str) -> bool:
+    """Whether there is anything under a name that begins so."""
+    try:
+        return any(path.name.startswith(prefix) for path in folder().iterdir())
+    except OSError:
+        return False
+
+
+def load(key: str) -> bytes | None:
+    """What was saved under a key; None if there is nothing, or nothing whole."""
+    try:
+        held = (folder() / key).read_bytes()
+    except OSError:
+        return None
+    head = len(_MARK) + 32
+    code = held[head:]
+    if not held.startswith(_MARK) or hashlib.sha256(code).digest() != held[len(_MARK) : head]:
+        return None
+    return code
+
+
+def save(key: str, code: bytes) -> None:
+    """Keep something; without a word if the folder cannot be written."""
+    with suppress(OSError):
+        place = folder()
+        place.mkdir(parents=True, exist_ok=True)
+        with whole_file(place / key) as file:
+            file.write(_MARK + hashlib.sha256(code).digest() + code)

@@ -1,0 +1,90 @@
+"""Machine code from LLVM assembly, in this process."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from lumped.kernel import code_cache as store
+
+__all__ = ["Code", "built", "compiled"]
+
+
+@cache
+def _target() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple()
+
+
+def _target_machine() -> Any:
+    features = llvm.get_host_cpu_features().flatten()
+    return _target().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=features, opt=2, jit=True
+    )
+
+
+@cache
+def _host() -> str:
+    """What object code depends on besides its source."""
+    _target()
+    cpu = (llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    return "|".join((llvmlite.__version__, llvm.get_default_triple(), *cpu))
+
+
+class Code:
+    """Object code linked into this process.
+
+    Attributes
+    ----------
+    addresses : dict of str to int
+        Where its functions are.
+    """
+
+    def __init__(self, code: bytes, names: Sequence[str]) -> None:
+        empty = llvm.parse_assembly("")
+        self._engine = llvm.create_mcjit_compiler(empty, _target_machine())
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        self.addresses = {name: self._engine.get_function_address(name) for name in names}
+
+
+def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix: str = "") -> Code:
+    """Object code made before from the same source, or made now.
+
+    Parameters
+    ----------
+    source : str
+        What the code is made from.
+    names : sequence of str
+        Functions wanted.
+    assembly : callable
+        Gives the LLVM assembly if it is needed.
+    prefix : str
+        Begin of the name under which it is kept. What has one runs through LLVM's optimisation,
+        which straight-line code does not need.
+    """
+    key = prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
+    code = store.load(key)
+    if code is None:
+        code = compiled(assembly(), bool(prefix))
+        store.save(key, code)
+    return Code(code, names)
+
+
+def compiled(assembly: str, tuned: bool) -> bytes:
+    """Object code of an LLVM module."""
+    target = _target_machine()
+    module = llvm.parse_assembly(assembly)
+    module.verify()
+    if tuned:
+        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+        builder = llvm.create_pass_builder(target, tuning)
+        builder.getModulePassManager().run(module, builder)
+    code: bytes = target.emit_object(module)
+    return code

@@ -1,0 +1,1 @@
+"""What a user writes: expressions, quantities, ports, components, connections."""

@@ -1,0 +1,462 @@
+"""Components: declarations as class attributes, equations and connections as generators."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+
+from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
+from lumped.language.expression import Equation, Expr
+from lumped.language.port import Port
+from lumped.language.quantity import Input, Output, Quantity, Var
+from lumped.language.switch import Item
+from lumped.support.arguments import checked
+from lumped.support.optional_packages import extra
+from lumped.support.units import plain
+
+if TYPE_CHECKING:
+    from lumped.language.connection import Connection
+
+__all__ = ["Component", "Outline", "is_part", "path_of", "steps"]
+
+Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
+"""A name, and points in a plane."""
+
+
+_SIGNAL = (
+    ", or an expression of lumped.time such as 5 * lumped.ops.sin(lumped.time) or "
+    "lumped.ops.table(times, values), or a connection to a signal"
+)
+"""What an input may be beside a number."""
+
+
+class _PartSlot:
+    """Class attribute that holds a part (or list or dictionary of parts) of a component."""
+
+    def __init__(self, name: str, default: Any) -> None:
+        self.name = name
+        self.default = default
+
+    def __get__(self, obj: Component | None, owner: type) -> Any:
+        return self.default if obj is None else obj._part(self.name)
+
+
+class _FieldSlot:
+    """Class attribute that holds a structural choice of a component."""
+
+    def __init__(self, name: str, default: Any) -> None:
+        self.name = name
+        self.default = default
+
+    def __get__(self, obj: Component | None, owner: type) -> Any:
+        return self.default if obj is None else obj._values.get(self.name, self.default)
+
+
+class Component:
+    """Base of all components and models.
+
+    A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class
+    attributes, yields its equations from `equations` and its connections from `connections`.
+    What shall hold at the start only, such as ``der(self.w) == 0``, it yields from
+    `initial_equations`. Plain annotated class attributes are structural choices, fixed at
+    flattening.
+
+    Parameters
+    ----------
+    **values
+        For a parameter a number (or, inside a class body, an expression of the enclosing
+        component's parameters); for a variable its start value, which then holds exactly;
+        for an input a number (a parameter from then on) or an expression of the time and of the
+        enclosing component's parameters; for a part a replacement; for a structural field its
+        value.
+
+    Raises
+    ------
+    UnknownNameError
+        If a name is not declared.
+    DeclarationError
+        If a value is of the wrong sort.
+    """
+
+    _quantities: ClassVar[dict[str, Quantity]] = {}
+    _ports: ClassVar[dict[str, Port]] = {}
+    _parts: ClassVar[dict[str, Any]] = {}
+    _fields: ClassVar[dict[str, Any]] = {}
+
+    symbol: ClassVar[str] = "box"
+    """Name of the symbol in schematics; a subclass writes ``symbol = "inertia"``."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        tables: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
+        for base in reversed(cls.__mro__[1:]):
+            if isinstance(base, type) and issubclass(base, Component):
+                tables[0].update(base._quantities)
+                tables[1].update(base._ports)
+                tables[2].update(base._parts)
+                tables[3].update(base._fields)
+        cls._quantities, cls._ports, cls._parts, cls._fields = tables
+        _refuse_slips(cls)
+        for name, value in list(vars(cls).items()):
+            if name.startswith("_"):
+                continue
+            home = _table_of(tables, name, value, vars(cls).get("__annotations__", {}))
+            if home is None:
+                continue
+            for table in tables:
+                table.pop(name, None)
+            home[name] = value
+            if home is cls._parts:
+                setattr(cls, name, _PartSlot(name, value))
+            elif home is cls._fields:
+                setattr(cls, name, _FieldSlot(name, value))
+        _refuse_shared(cls.__name__, cls._parts)
+
+    def __init__(self, *positional: Any, **values: Any) -> None:
+        if positional:
+            kind = type(self).__name__
+            first = next(iter([*self._quantities, *self._parts, *self._fields]), "name")
+            raise DeclarationError(
+                f"{kind}({shown(positional[0])}): give values by their names, such as "
+                f"{kind}({first}=...)."
+            )
+        given: dict[str, Any] = {}
+        for name, value in values.items():
+            given[name] = self._checked(name, value)
+        object.__setattr__(self, "_values", given)
+        object.__setattr__(self, "_place", None)
+        object.__setattr__(self, "_bound", {})
+        if any(name in self._parts for name in given):
+            _refuse_shared(type(self).__name__, {n: self._default(n) for n in self._parts})
+
+    _values: dict[str, Any]
+    _place: tuple[Component, str] | None
+    _bound: dict[str, Any]
+
+    def equations(self) -> Iterable[Item]:
+        """Equations of the component, and what changes them; yielded one by one."""
+        return ()
+
+    def initial_equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
+        """Equations that hold at the start of a run only; yielded one by one."""
+        return ()
+
+    def connections(self) -> Iterable[Connection]:
+        """Connections between the component's parts; yielded one by one."""
+        return ()
+
+    def outline(self) -> Iterable[Outline]:
+        """What moves in a plane, for pictures: a name, and the points of a line, or one point.
+
+        Points are horizontal and vertical positions in m, expressions of the component's
+        quantities.
+        """
+        return ()
+
+    @checked
+    def with_(self, changes: Mapping[str, Any]) -> Self:
+        """A copy with other values.
+
+        Parameters
+        ----------
+        changes : mapping of str to value
+            Dotted names (``"shaft.c"``, ``"mass[3].J"``) and their new values.
+
+        Raises
+        ------
+        UnknownNameError
+            If a name is not declared.
+        """
+        values = dict(self._values)
+        below: dict[str, dict[str, Any]] = {}
+        for path, value in changes.items():
+            head, *others = steps(path) or [""]
+            rest = ".".join(others)
+            if rest:
+                below.setdefault(head, {})[rest] = value
+            elif "[" in head:
+                slot, key = _split(head)
+                held = self._held(slot, values)
+                if not isinstance(held, Mapping):
+                    _member(held, key, slot)
+                values[slot] = _replaced(held, key, value)
+            else:
+                values[head] = value
+        for head, inner in below.items():
+            slot, key = _split(head)
+            held = self._held(slot, values)
+            values[slot] = _replaced(held, key, _member(held, key, slot).with_(inner))
+        return type(self)(**values)
+
+    def _held(self, slot: str, values: Mapping[str, Any]) -> Any:
+        if slot not in self._parts:
+            raise UnknownNameError(
+                f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
+            )
+        return values.get(slot, self._default(slot))
+
+    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            known = [*self._quantities, *self._ports, *self._parts, *self._fields]
+            raise UnknownNameError(f"{self._label()} has no '{name}'. {nearest(name, known)}")
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise DeclarationError(
+            f"{name} of {self._label()} cannot be assigned: components are values. "
+            f"Use .with_({{'{name}': ...}}), which gives a changed copy."
+        )
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        if _whole.get() or _importable(type(self)):
+            return _rebuilt, (type(self), self._values, self._place)
+        cloudpickle = extra(
+            "cloudpickle", "cluster", f"To pickle {type(self).__name__}, which cannot be imported,"
+        )
+        token = _whole.set(True)
+        try:
+            return cloudpickle.loads, (cloudpickle.dumps(self),)
+        finally:
+            _whole.reset(token)
+
+    def __repr__(self) -> str:
+        inner = ", ".join(f"{k}={v!r}" for k, v in self._values.items())
+        return f"{type(self).__name__}({inner})"
+
+    def _label(self) -> str:
+        path, kind = path_of(self), type(self).__name__
+        return f"{path} ({kind})" if path else kind
+
+    def _default(self, name: str) -> Any:
+        return self._values.get(name, self._parts.get(name))
+
+    def _checked(self, name: str, value: Any) -> Any:
+        kind = type(self).__name__
+        if name in self._quantities:
+            quantity = self._quantities[name]
+            if isinstance(quantity, Output):
+                raise DeclarationError(
+                    f"{kind}({name}=...): '{name}' is an output; the component determines it."
+                )
+            if isinstance(value, Expr):
+                return value
+            more = f" ({quantity.text})" + (_SIGNAL if isinstance(quantity, Input) else "")
+            return plain(value, quantity.unit, f"{kind}({name}=...):", DeclarationError, more)
+        if name in self._parts:
+            if not is_part(value):
+                raise DeclarationError(
+                    f"{kind}({name}={value!r}): a component (or list or dictionary of "
+                    "components) is needed."
+                )
+            return value
+        if name in self._fields:
+            return _frozen(value)
+        given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
+        start = [n for n in given if isinstance(self._quantities[n], Var)]
+        known = [*self._fields, *(n for n in given if n not in start), *self._parts, *start]
+        raise UnknownNameError(f"{kind} has no '{name}'. {nearest(name, known)}")
+
+    def _copy_at(self, parent: Component, name: str) -> Self:
+        return _rebuilt(type(self), self._values, (parent, name))
+
+    def _part(self, name: str) -> Any:
+        bound = self._bound.get(name)
+        if bound is None:
+            held = self._default(name)
+            if isinstance(held, Component):
+                bound = held._copy_at(self, name)
+            elif isinstance(held, Mapping):
+                bound = {k: c._copy_at(self, f'{name}["{k}"]') for k, c in held.items()}
+            else:
+                bound = tuple(c._copy_at(self, f"{name}[{i}]") for i, c in enumerate(held))
+            self._bound[name] = bound
+        return bound
+
+    def _children(self) -> Iterator[tuple[str, Component]]:
+        for name in self._parts:
+            held = self._part(name)
+            if isinstance(held, Component):
+                yield name, held
+            else:
+                for part in held.values() if isinstance(held, Mapping) else held:
+                    yield part._place[1], part
+
+
+_C = TypeVar("_C", bound=Component)
+
+_whole: ContextVar[bool] = ContextVar("whole", default=False)
+"""Whether a model is being pickled with its classes, so that its parts need not bring theirs."""
+
+
+def _importable(cls: type) -> bool:
+    """Whether another process finds a class by its name."""
+    found: Any = None if cls.__module__ == "__main__" else sys.modules.get(cls.__module__)
+    for name in cls.__qualname__.split("."):
+        found = getattr(found, name, None)
+    return found is cls
+
+
+def _rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
+    """An instance with values that were checked."""
+    made = object.__new__(cls)
+    object.__setattr__(made, "_values", values)
+    object.__setattr__(made, "_place", place)
+    object.__setattr__(made, "_bound", {})
+    return made
+
+
+def _table_of(
+    tables: tuple[dict[str, Any], ...], name: str, value: Any, annotations: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    if isinstance(value, Quantity):
+        return tables[0]
+    if isinstance(value, Port):
+        return tables[1]
+    if is_part(value) and (value or name in annotations or name in tables[2]):
+        return tables[2]
+    if inspect.isroutine(value) or isinstance(value, property | classmethod | staticmethod):
+        return None
+    return tables[3] if name in annotations or name in tables[3] else None
+
+
+def _refuse_slips(cls: type[Component]) -> None:
+    """Refuse declarations that Python accepts and that cannot be meant."""
+    own = vars(cls)
+    for name in own.get("__annotations__", {}):
+        if name not in own and not name.startswith("_"):
+            raise DeclarationError(
+                f"{cls.__name__}.{name} is annotated but has no value; write for example "
+                f"{name}: Param = param(unit, text), or give a structural field its default."
+            )
+    for name, value in own.items():
+        if isinstance(value, type) and issubclass(value, Component | Port | Quantity):
+            raise DeclarationError(
+                f"{cls.__name__}.{name} is the class {value.__name__} itself; "
+                f"write {value.__name__}(...), with parentheses."
+            )
+        if isinstance(value, Component | Port | Quantity) and name.startswith("_"):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: names that begin with an underscore are not seen as parts "
+                "of a component; choose another."
+            )
+        if isinstance(value, Component | Port | Quantity) and hasattr(Component, name):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: '{name}' is a name that components use themselves; "
+                "choose another."
+            )
+
+
+def _frozen(value: Any) -> Any:
+    """Arrays and lists as tuples, so that equal choices compare equal."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value
+
+
+def is_part(value: object) -> bool:
+    """Whether a value is a component, or a list or dictionary of components."""
+    if isinstance(value, Component):
+        return True
+    if isinstance(value, Mapping):
+        return bool(value) and all(
+            isinstance(k, str) and isinstance(v, Component) for k, v in value.items()
+        )
+    return (
+        isinstance(value, list | tuple)
+        and bool(value)
+        and all(isinstance(v, Component) for v in value)
+    )
+
+
+def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
+    seen: dict[int, str] = {}
+    for name, held in parts.items():
+        if isinstance(held, Component):
+            members: Iterable[tuple[str, Component]] = [(name, held)]
+        elif isinstance(held, Mapping):
+            _refuse_keys(kind, name, held)
+            members = [(f'{name}["{k}"]', c) for k, c in held.items()]
+        else:
+            members = [(f"{name}[{i}]", c) for i, c in enumerate(held)]
+        for place, part in members:
+            if id(part) in seen:
+                raise DeclarationError(
+                    f"{kind}: '{seen[id(part)]}' and '{place}' are the same "
+                    f"{type(part).__name__} object. A component stands in one place of a "
+                    f"parent; write {type(part).__name__}(...) once for each."
+                )
+            seen[id(part)] = place
+
+
+def _refuse_keys(kind: str, name: str, held: Iterable[str]) -> None:
+    """Refuse keys that cannot stand in the name of a quantity, in a file or in a program."""
+    for key in held:
+        if not key or not key.isprintable() or set(key) & set("\"'[]\\"):
+            raise DeclarationError(
+                f"{kind}: a part of '{name}' is called {key!r}. A key needs at least one letter, "
+                "and no quotation mark, square bracket, backslash, line break or other control "
+                "character."
+            )
+
+
+def _split(head: str) -> tuple[str, str | None]:
+    if not head.endswith("]"):
+        return head, None
+    slot, _, key = head[:-1].partition("[")
+    return slot, key.strip("\"'")
+
+
+def _member(held: Any, key: str | None, slot: str) -> Component:
+    if isinstance(held, Component):
+        if key is not None:
+            raise UnknownNameError(f"'{slot}' is one part; write {slot} without [{key}].")
+        return held
+    members = held if isinstance(held, Mapping) else {str(i): p for i, p in enumerate(held)}
+    if key is None or key not in members:
+        what = "holds several parts" if key is None else f"has no member [{key}]"
+        raise UnknownNameError(f"'{slot}' {what}. Known: {', '.join(f'[{k}]' for k in members)}.")
+    part: Component = members[key]
+    return part
+
+
+def _replaced(held: Any, key: str | None, value: Any) -> Any:
+    if key is None:
+        return value
+    if isinstance(held, Mapping):
+        return {**held, key: value}
+    members = list(held)
+    members[int(key)] = value
+    return members
+
+
+def path_of(component: Component) -> str:
+    """Dotted path of a component from the top of its tree."""
+    names: list[str] = []
+    while component._place is not None:
+        component, name = component._place
+        names.append(name)
+    return ".".join(reversed(names))
+
+
+def steps(path: str) -> list[str]:
+    """Parts of a dotted path; dots inside ["..."] do not count."""
+    found, current, depth = [], "", 0
+    for letter in path:
+        depth += (letter == "[") - (letter == "]")
+        if letter == "." and depth == 0:
+            found.append(current)
+            current = ""
+        else:
+            current += letter
+    return [*found, current] if path else []

@@ -1,0 +1,462 @@
+"""Expressions as the user writes them: a small tree, lowered to CasADi at flattening.
+
+Equations are kept as trees and not as CasADi nodes because a CasADi ``==`` simplifies
+``x == x`` to a constant, ``math.sin`` of a symbol silently returns nan, and an operator on
+scalar symbols costs 15 microseconds; a tree is also what the error texts print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NoReturn, Union
+
+from lumped.errors import EquationError, shown
+from lumped.language.pieces import Pieces
+
+if TYPE_CHECKING:
+    from lumped.language.quantity import Quantity
+
+__all__ = [
+    "Call",
+    "Compare",
+    "Constant",
+    "Equation",
+    "Expr",
+    "Partial",
+    "Piecewise",
+    "Ref",
+    "Smooth",
+    "der",
+    "time",
+]
+
+Number = Union["Expr", float, int]
+
+
+class Expr:
+    """A node of an expression; combine with ``+ - * / **``, functions of `lumped.ops`, ``==``."""
+
+    __slots__ = ()
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
+        """Operators of numpy numbers are those of this class; numpy's functions are refused."""
+        operator = _UFUNCS.get(ufunc.__name__)
+        if operator is None or len(inputs) != 2:
+            raise EquationError(
+                f"numpy.{ufunc.__name__} cannot be applied to '{self}': it is a symbol. Use the "
+                "functions of lumped.ops (sin, cos, atan2, sqrt, ...)."
+            )
+        return getattr(as_expr(inputs[0]), operator)(inputs[1])
+
+    def children(self) -> tuple[Expr, ...]:
+        """Operands, in order."""
+        return ()
+
+    def __add__(self, other: Number) -> Expr:
+        return Call("+", (self, as_expr(other)))
+
+    def __radd__(self, other: Number) -> Expr:
+        return Call("+", (as_expr(other), self))
+
+    def __sub__(self, other: Number) -> Expr:
+        return Call("-", (self, as_expr(other)))
+
+    def __rsub__(self, other: Number) -> Expr:
+        return Call("-", (as_expr(other), self))
+
+    def __mul__(self, other: Number) -> Expr:
+        return Call("*", (self, as_expr(other)))
+
+    def __rmul__(self, other: Number) -> Expr:
+        return Call("*", (as_expr(other), self))
+
+    def __truediv__(self, other: Number) -> Expr:
+        return Call("/", (self, as_expr(other)))
+
+    def __rtruediv__(self, other: Number) -> Expr:
+        return Call("/", (as_expr(other), self))
+
+    def __pow__(self, other: Number) -> Expr:
+        return Call("**", (self, as_expr(other)))
+
+    def __rpow__(self, other: Number) -> Expr:
+        return Call("**", (as_expr(other), self))
+
+    def __neg__(self) -> Expr:
+        return Call("neg", (self,))
+
+    def __pos__(self) -> Expr:
+        return self
+
+    def __abs__(self) -> Expr:
+        return Call("abs", (self,))
+
+    def __eq__(self, other: object) -> Equation:  # type: ignore[override]
+        return Equation(self, as_expr(other))
+
+    def __ne__(self, other: object) -> NoReturn:
+        raise EquationError(f"{self} != {other} is not an equation; write ==.")
+
+    def __lt__(self, other: Number) -> Compare:
+        return Compare(as_expr(other), self, strict=True)
+
+    def __le__(self, other: Number) -> Compare:
+        return Compare(as_expr(other), self)
+
+    def __gt__(self, other: Number) -> Compare:
+        return Compare(self, as_expr(other), strict=True)
+
+    def __ge__(self, other: Number) -> Compare:
+        return Compare(self, as_expr(other))
+
+    __hash__ = object.__hash__
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self}' has no truth value: it is a symbol, not a number. "
+            "Use lumped.ops.where(condition, a, b) instead of 'if', and a plain typed field "
+            "for a choice that changes the structure."
+        )
+
+    def __float__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self}' is a symbol, not a number. Use the functions of lumped.ops "
+            "(sin, cos, atan2, sqrt, ...) instead of those of math or numpy; where a plain number "
+            "is needed, as in the fields of a component, no symbol can stand."
+        )
+
+    def __mod__(self, other: object) -> NoReturn:
+        raise EquationError(
+            f"'{self}' is a symbol, not a number: it has no remainder and is not rounded. Where a "
+            "function repeats, lumped.ops.periodic_spline and sin do."
+        )
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __divmod__ = __mod__
+
+    def __round__(self, digits: int = 0) -> NoReturn:
+        self.__mod__(digits)
+
+    __int__ = __float__
+    __complex__ = __float__
+    __index__ = __float__
+
+    def __iter__(self) -> Iterator[Expr]:
+        raise EquationError(f"'{self}' is one quantity and cannot be iterated over.")
+
+    def __repr__(self) -> str:
+        return text(self)
+
+
+_UFUNCS = {
+    "add": "__add__",
+    "subtract": "__sub__",
+    "multiply": "__mul__",
+    "divide": "__truediv__",
+    "power": "__pow__",
+    "equal": "__eq__",
+    "greater": "__gt__",
+    "greater_equal": "__ge__",
+    "less": "__lt__",
+    "less_equal": "__le__",
+}
+
+
+class Constant(Expr):
+    """A number."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+
+class Datum(Constant):
+    """A number from a table, in the unit of its column."""
+
+    __slots__ = ()
+
+
+class Time(Expr):
+    """The time."""
+
+    __slots__ = ()
+
+
+class Ref(Expr):
+    """A quantity of a component instance: ``self.phi`` in a component, ``rig.shaft.tau`` outside.
+
+    Attributes
+    ----------
+    owner : Component
+        Instance that declares the quantity.
+    name : str
+        Name inside the owner, with the port's name in front for port quantities.
+    quantity : Quantity
+        Its declaration.
+    """
+
+    __slots__ = ("name", "owner", "quantity")
+
+    def __init__(self, owner: Any, name: str, quantity: Quantity) -> None:
+        self.owner = owner
+        self.name = name
+        self.quantity = quantity
+
+
+class Call(Expr):
+    """An operator or function applied to operands."""
+
+    __slots__ = ("args", "op")
+
+    def __init__(self, op: str, args: tuple[Expr, ...]) -> None:
+        self.op = op
+        self.args = args
+
+    def children(self) -> tuple[Expr, ...]:
+        """Operands, in order."""
+        return self.args
+
+
+class Der(Expr):
+    """Time derivative of an expression."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Expr) -> None:
+        self.of = of
+
+    def children(self) -> tuple[Expr, ...]:
+        return (self.of,)
+
+
+class Partial(Expr):
+    """Partial derivative of an expression by one quantity in it."""
+
+    __slots__ = ("by", "of")
+
+    def __init__(self, of: Expr, by: Ref) -> None:
+        self.of = of
+        self.by = by
+
+    def children(self) -> tuple[Expr, ...]:
+        """The expression and the quantity."""
+        return (self.of, self.by)
+
+
+class Compare:
+    """The relation ``greater >= less``, or ``greater > less`` if strict."""
+
+    __slots__ = ("greater", "less", "strict")
+
+    def __init__(self, greater: Expr, less: Expr, strict: bool = False) -> None:
+        self.greater = greater
+        self.less = less
+        self.strict = strict
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"'{self!r}' has no truth value: it changes during a run. "
+            "Use lumped.ops.where(condition, a, b) instead of 'if', 'min', 'max' or 'and'."
+        )
+
+    def __and__(self, other: object) -> NoReturn:
+        raise EquationError(
+            f"'{self!r}' is a relation, not a number: it is not added, multiplied or joined by & "
+            "and |. Write lumped.ops.where(condition, 1, 0), and one where inside the other for "
+            "two conditions."
+        )
+
+    __or__ = __xor__ = __add__ = __sub__ = __mul__ = __truediv__ = __and__
+    __rand__ = __ror__ = __rxor__ = __radd__ = __rsub__ = __rmul__ = __rtruediv__ = __and__
+
+    def __invert__(self) -> NoReturn:
+        self.__and__(self)
+
+    def __repr__(self) -> str:
+        return f"{text(self.greater)} {'>' if self.strict else '>='} {text(self.less)}"
+
+
+class Where(Expr):
+    """One of two expressions, chosen by a relation."""
+
+    __slots__ = ("condition", "no", "yes")
+
+    def __init__(self, condition: Compare, yes: Expr, no: Expr) -> None:
+        self.condition = condition
+        self.yes = yes
+        self.no = no
+
+    def children(self) -> tuple[Expr, ...]:
+        return (self.condition.greater, self.condition.less, self.yes, self.no)
+
+
+class Piecewise(Expr):
+    """Piecewise polynomial of an expression.
+
+    Attributes
+    ----------
+    of : Expr
+        The argument.
+    pieces : Pieces
+        The polynomials.
+    heights : tuple of Expr
+        Values at the points of straight lines, where they are not numbers; the rows of `pieces`
+        hold zeros then.
+    """
+
+    __slots__ = ("heights", "of", "pieces")
+
+    def __init__(self, of: Expr, pieces: Pieces, heights: tuple[Expr, ...] = ()) -> None:
+        self.of, self.pieces, self.heights = of, pieces, heights
+
+    def children(self) -> tuple[Expr, ...]:
+        """The argument, then the heights."""
+        return (self.of, *self.heights)
+
+
+class Smooth(Expr):
+    """An expression whose kinks do not matter, by the word of the user."""
+
+    __slots__ = ("of",)
+
+    def __init__(self, of: Expr) -> None:
+        self.of = of
+
+    def children(self) -> tuple[Expr, ...]:
+        """The expression."""
+        return (self.of,)
+
+
+class Equation:
+    """``left == right``, to be yielded by ``equations()``."""
+
+    __slots__ = ("left", "right")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, left: Expr, right: Expr) -> None:
+        self.left = left
+        self.right = right
+
+    def __bool__(self) -> NoReturn:
+        raise EquationError(
+            f"the equation '{self!r}' was used as a truth value. Yield each equation by itself "
+            "(a == b == c is two equations), and do not search lists of quantities with 'in'."
+        )
+
+    def __repr__(self) -> str:
+        return f"{text(self.left)} == {text(self.right)}"
+
+
+time = Time()
+"""The time in seconds, as a symbol."""
+
+
+def der(of: Expr) -> Expr:
+    """Time derivative of an expression.
+
+    Raises
+    ------
+    EquationError
+        If `of` is not an expression of the model.
+    """
+    if not isinstance(of, Expr):
+        raise EquationError(f"der({of!r}): only quantities of the model have a time derivative.")
+    kinds = {leaf.quantity.kind for leaf in walk(of) if isinstance(leaf, Ref)}
+    if kinds == {"parameter"} and not any(isinstance(leaf, Time) for leaf in walk(of)):
+        raise EquationError(f"der({of!r}): a parameter is constant; its derivative is zero.")
+    return Der(of)
+
+
+def as_expr(value: object) -> Expr:
+    """An expression from an expression or a number."""
+    if isinstance(value, Expr):
+        return value
+    try:
+        if isinstance(value, str):
+            raise TypeError
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise EquationError(
+            f"{shown(value)} of type {type(value).__name__} cannot stand in an equation; "
+            "only quantities of the model and numbers can."
+        ) from None
+    if number != number:
+        raise EquationError(
+            "nan stands in an expression; only finite numbers have a meaning there."
+        )
+    return Constant(number)
+
+
+def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:
+    """All nodes of an expression, operands before the node (no recursion limit).
+
+    Operands of nodes of the type `closed` are left out.
+    """
+    stack: list[tuple[Expr, bool]] = [(root, False)]
+    seen: set[int] = set()
+    while stack:
+        node, done = stack.pop()
+        if done:
+            yield node
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            if closed is None or not isinstance(node, closed):
+                stack.extend((child, False) for child in reversed(node.children()))
+
+
+_RANK = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "**": 4}
+
+
+def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
+    """The expression as a user would write it.
+
+    Parameters
+    ----------
+    root : Expr
+        What to print.
+    name : callable, optional
+        Gives the printed name of a reference; default is its name inside its component.
+    """
+    name = name or (lambda ref: ref.name)
+    done: dict[int, tuple[str, int]] = {}
+    for node in walk(root):
+        done[id(node)] = _text_of(node, [done[id(c)] for c in node.children()], name)
+    return done[id(root)][0]
+
+
+def _text_of(
+    node: Expr, parts: list[tuple[str, int]], name: Callable[[Ref], str]
+) -> tuple[str, int]:
+    if isinstance(node, Constant):
+        return f"{node.value:g}", 5 if node.value >= 0 else 3
+    if isinstance(node, Time):
+        return "time", 5
+    if isinstance(node, Ref):
+        return name(node), 5
+    if isinstance(node, Call) and node.op in _RANK:
+        rank = _RANK[node.op]
+        if node.op == "neg":
+            operand, r = parts[0]
+            return f"-{operand}" if r >= rank else f"-({operand})", rank
+        (left, l_rank), (right, r_rank) = parts
+        left = left if l_rank >= rank else f"({left})"
+        right = right if r_rank > rank else f"({right})"
+        space = "" if node.op == "**" else " "
+        return f"{left}{space}{node.op}{space}{right}", rank
+    inner = [p[0] for p in parts]
+    if isinstance(node, Der):
+        return f"der({inner[0]})", 5
+    if isinstance(node, Piecewise):
+        kind = "interpolate" if node.pieces.period is None else "periodic_spline"
+        return f"{kind}({inner[0]})", 5
+    if isinstance(node, Smooth):
+        return f"smooth({inner[0]})", 5
+    if isinstance(node, Partial):
+        return f"d({inner[0]})/d({inner[1]})", 5
+    if isinstance(node, Where):
+        sign = ">" if node.condition.strict else ">="
+        return f"where({inner[0]} {sign} {inner[1]}, {inner[2]}, {inner[3]})", 5
+    if isinstance(node, Call):
+        return f"{node.op}({', '.join(inner)})", 5
+    return getattr(node, "name", "?"), 5

@@ -1,0 +1,272 @@
+"""Lower expression trees to CasADi SX."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Protocol
+
+import casadi as ca
+
+from lumped.errors import EquationError
+from lumped.language.derivatives import partials
+from lumped.language.expression import (
+    Call,
+    Compare,
+    Constant,
+    Der,
+    Expr,
+    Partial,
+    Piecewise,
+    Smooth,
+    Time,
+    Where,
+    walk,
+)
+from lumped.language.pieces import FIXED
+
+__all__ = ["Branches", "Kinks", "Plain", "has_steps", "lower"]
+
+_UNARY = {
+    "neg": lambda x: -x,
+    **{
+        name: getattr(ca, name)
+        for name in (
+            "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
+            "sqrt", "exp", "log",
+        )
+    },
+}  # fmt: skip
+_BINARY = {
+    "+": lambda x, y: x + y,
+    "-": lambda x, y: x - y,
+    "*": lambda x, y: x * y,
+    "/": lambda x, y: x / y,
+    "**": lambda x, y: x**y,
+    "atan2": ca.atan2,
+}
+_STEPS = {
+    *(ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL),
+    *(ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_FMOD, ca.OP_COPYSIGN),
+}
+_KINKED = ("abs", "sign", "min", "max")
+
+
+Branches = tuple[tuple[ca.SX, bool], ...]
+"""Modes of conditions, and whether they hold."""
+
+
+class Kinks(Protocol):
+    """What becomes of expressions that are not smooth."""
+
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 while a relation holds, else 0; its lowered sides are given."""
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece that a place is in (see `Pieces.table`)."""
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
+
+
+class Plain:
+    """Kinks that nobody watches: the piece is chosen anew at each evaluation."""
+
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 where the relation holds."""
+        return greater > less if condition.strict else greater >= less
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece, selected by comparisons that all derivatives share."""
+        pieces = node.pieces
+        table, begin, back = ca.DM(pieces.table), pieces.begins[0], ca.SX(0)
+        if pieces.period is not None:
+            back = pieces.period * ca.floor((place - begin) / pieces.period)
+        beyond = ca.vertcat(1, place - back >= ca.DM(pieces.begins[1:]), 0)
+        selected = ca.mtimes((beyond[:-1] - beyond[1:]).T, table).T
+        selected[1] += back
+        return selected
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Nobody watches them anyway."""
+
+
+def lower(
+    root: Expr,
+    leaf: Callable[[Expr], ca.SX],
+    *,
+    time: ca.SX | None = None,
+    derivative: Callable[[ca.SX], ca.SX] | None = None,
+    kinks: Kinks | None = None,
+) -> ca.SX:
+    """The CasADi form of an expression.
+
+    Parameters
+    ----------
+    root : Expr
+        What to lower.
+    leaf : callable
+        Symbol of a reference or parameter.
+    time : SX, optional
+        Symbol of the time; without it the expression must not depend on the time.
+    derivative : callable, optional
+        Time derivative of an SX expression; without it ``der`` is refused.
+    kinks : Kinks, optional
+        What becomes of kinks; without it nobody watches them, as inside of `smooth`.
+
+    Raises
+    ------
+    EquationError
+        If the expression holds something that has no meaning at this place.
+    """
+    done: dict[int, ca.SX] = {}
+    watched = kinks or Plain()
+
+    def refuse(what: str) -> EquationError:
+        return EquationError(f"'{root!r}' binds a parameter or start value and cannot hold {what}.")
+
+    nodes = list(walk(root, closed=Smooth))
+    places, bounded = _branches(nodes), _bounded(nodes)
+    chosen: dict[int, ca.SX] = {}
+    for node in nodes:
+        if isinstance(node, Smooth):
+            done[id(node)] = lower(node.of, leaf, time=time, derivative=derivative)
+            continue
+        args = [done[id(child)] for child in node.children()]
+        if isinstance(node, Constant):
+            value = ca.SX(node.value)
+        elif isinstance(node, Call) and node.op in _KINKED:
+            found = _modes(node, args, watched)
+            chosen[id(node)] = ca.vertcat(*found)
+            if id(node) in bounded:
+                found = _modes(node, args, Plain())
+            value = _kinked(node, args, found)
+        elif isinstance(node, Call):
+            table = _UNARY if len(args) == 1 else _BINARY
+            value = table[node.op](*args)
+        elif isinstance(node, Time):
+            if time is None:
+                raise refuse("the time")
+            value = time
+        elif isinstance(node, Der):
+            if derivative is None:
+                raise refuse("a time derivative")
+            value = derivative(args[0])
+        elif isinstance(node, Piecewise):
+            value = _piecewise(node, args[0], args[1:], watched)
+        elif isinstance(node, Partial):
+            value = partials(args[0], args[1])
+        elif isinstance(node, Where):
+            mode = chosen[id(node)] = watched.mode(node.condition, args[0], args[1])
+            value = ca.if_else(mode, args[2], args[3])
+        else:
+            value = leaf(node)
+        done[id(node)] = value
+    for key, modes in chosen.items():
+        branches = tuple((chosen[other], holds) for other, holds in places[key])
+        for mode in ca.vertsplit(modes):
+            watched.nested(mode, branches)
+    return done[id(root)]
+
+
+def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
+    """Branches of `where` in which each node stands: of all its places, what they share."""
+    found: dict[int, tuple[tuple[int, bool], ...]] = {id(nodes[-1]): ()}
+    for node in reversed(nodes):
+        if isinstance(node, Smooth):
+            continue
+        own = found[id(node)]
+        for i, child in enumerate(node.children()):
+            place = own
+            if isinstance(node, Where) and i >= 2:
+                place = (*own, (id(node), i == 2))
+            known = found.get(id(child))
+            if known is not None:
+                pairs = zip(known, place, strict=False)
+                place = tuple(a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs))
+            found[id(child)] = place
+    return found
+
+
+def _bounded(nodes: list[Expr]) -> set[int]:
+    """Nodes under a function that is not defined everywhere, such as a root.
+
+    Within a step that passes a kink, the piece before it would leave the range of the function;
+    so there the kink is taken as it is at each evaluation. The run stops at it all the same.
+    """
+    found: set[int] = set()
+    for node in reversed(nodes):
+        own = id(node) in found
+        if isinstance(node, Call):
+            power = node.args[-1]
+            root = node.op == "**" and not (
+                isinstance(power, Constant) and power.value == int(power.value)
+            )
+            own = own or root or node.op in ("sqrt", "log", "asin", "acos")
+        if own and not isinstance(node, Where | Smooth):
+            found.update(id(child) for child in node.children())
+    return found
+
+
+def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
+    """Modes of functions that are conditions in short."""
+    zero, none, x = Constant(0.0), ca.SX(0), node.args[0]
+    if node.op == "abs":
+        return [kinks.mode(Compare(x, zero), args[0], none)]
+    if node.op == "sign":
+        above = kinks.mode(Compare(x, zero, strict=True), args[0], none)
+        return [above, kinks.mode(Compare(zero, x, strict=True), none, args[0])]
+    return [kinks.mode(Compare(node.args[0], node.args[1]), *args)]
+
+
+def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
+    """What these functions choose."""
+    x, y = args[0], args[-1]
+    if node.op == "abs":
+        return (2 * modes[0] - 1) * x
+    if node.op == "sign":
+        return modes[0] - modes[1]
+    return ca.if_else(modes[0], x, y) if node.op == "max" else ca.if_else(modes[0], y, x)
+
+
+def _piecewise(node: Piecewise, place: ca.SX, heights: list[ca.SX], kinks: Kinks) -> ca.SX:
+    """The polynomial of the piece that holds."""
+    if node.pieces.count == 1 and node.pieces.period is None:
+        kinks = Plain()
+    settings = kinks.piece(node, place)
+    run, coefficients = place - settings[1], settings[FIXED:]
+    if heights:
+        return _between(settings[0], run * coefficients[0], heights)
+    value = coefficients[0]
+    for i in range(1, coefficients.numel()):
+        value = value * run + coefficients[i]
+    return value
+
+
+def _between(number: ca.SX, share: ca.SX, heights: list[ca.SX]) -> ca.SX:
+    """Between the two heights of a piece."""
+    left = right = ca.SX(0)
+    for i in range(len(heights) - 1):
+        here = number == i
+        left += ca.if_else(here, heights[i], 0)
+        right += ca.if_else(here, heights[i + 1], 0)
+    return left + share * (right - left)
+
+
+def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:
+    """Whether functions with jumps or kinks, such as a floor, stand over some of the symbols."""
+    rest = [s for s in ca.symvar(expression) if not ca.depends_on(symbols, s)]
+    function = ca.Function("f", [symbols, ca.vertcat(ca.SX(0, 1), *rest)], [expression])
+    moves = [False] * max(function.sz_w(), 1)
+    for k in range(function.n_instructions()):
+        operation, given = function.instruction_id(k), function.instruction_input(k)
+        if operation == ca.OP_OUTPUT:
+            continue
+        if operation == ca.OP_INPUT:
+            moving = given[0] == 0
+        else:
+            moving = any(moves[i] for i in given) and operation != ca.OP_CONST
+        if moving and operation in _STEPS:
+            return True
+        moves[function.instruction_output(k)[0]] = moving
+    return False

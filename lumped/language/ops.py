@@ -1,0 +1,322 @@
+"""Functions for equations: the only ones that keep an expression symbolic."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import scipy
+
+from lumped.errors import EquationError
+from lumped.language.expression import (
+    Call,
+    Compare,
+    Datum,
+    Expr,
+    Number,
+    Piecewise,
+    Ref,
+    Smooth,
+    Time,
+    Where,
+    as_expr,
+    time,
+    walk,
+)
+from lumped.language.pieces import Pieces
+
+__all__ = [
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "cosh",
+    "exp",
+    "interpolate",
+    "log",
+    "maximum",
+    "minimum",
+    "periodic_spline",
+    "pi",
+    "sign",
+    "sin",
+    "sinh",
+    "smooth",
+    "sqrt",
+    "table",
+    "tan",
+    "tanh",
+    "where",
+]
+
+pi = 3.141592653589793
+"""Ratio of a circle's circumference to its diameter."""
+
+
+def sin(x: Number) -> Expr:
+    """Sine; `x` in rad."""
+    return Call("sin", (as_expr(x),))
+
+
+def cos(x: Number) -> Expr:
+    """Cosine; `x` in rad."""
+    return Call("cos", (as_expr(x),))
+
+
+def tan(x: Number) -> Expr:
+    """Tangent; `x` in rad."""
+    return Call("tan", (as_expr(x),))
+
+
+def asin(x: Number) -> Expr:
+    """Inverse sine in rad, between -pi/2 and pi/2."""
+    return Call("asin", (as_expr(x),))
+
+
+def acos(x: Number) -> Expr:
+    """Inverse cosine in rad, between 0 and pi."""
+    return Call("acos", (as_expr(x),))
+
+
+def atan(x: Number) -> Expr:
+    """Inverse tangent in rad, between -pi/2 and pi/2."""
+    return Call("atan", (as_expr(x),))
+
+
+def atan2(y: Number, x: Number) -> Expr:
+    """Angle of the point (x, y) in rad, between -pi and pi."""
+    return Call("atan2", (as_expr(y), as_expr(x)))
+
+
+def sinh(x: Number) -> Expr:
+    """Hyperbolic sine."""
+    return Call("sinh", (as_expr(x),))
+
+
+def cosh(x: Number) -> Expr:
+    """Hyperbolic cosine."""
+    return Call("cosh", (as_expr(x),))
+
+
+def tanh(x: Number) -> Expr:
+    """Hyperbolic tangent."""
+    return Call("tanh", (as_expr(x),))
+
+
+def sqrt(x: Number) -> Expr:
+    """Square root."""
+    return Call("sqrt", (as_expr(x),))
+
+
+def exp(x: Number) -> Expr:
+    """Exponential."""
+    return Call("exp", (as_expr(x),))
+
+
+def log(x: Number) -> Expr:
+    """Natural logarithm."""
+    return Call("log", (as_expr(x),))
+
+
+def sign(x: Number) -> Expr:
+    """Sign: -1, 0 or 1; a run stops where it changes."""
+    return Call("sign", (as_expr(x),))
+
+
+def minimum(x: Number, y: Number) -> Expr:
+    """The smaller of two; a run stops where the other one becomes it."""
+    return Call("min", (as_expr(x), as_expr(y)))
+
+
+def maximum(x: Number, y: Number) -> Expr:
+    """The larger of two; a run stops where the other one becomes it."""
+    return Call("max", (as_expr(x), as_expr(y)))
+
+
+def where(condition: Compare, yes: Number, no: Number) -> Expr:
+    """`yes` while the condition holds, else `no`.
+
+    A run stops exactly where the condition changes, and starts anew with the other branch. So do
+    ``abs(x)``, `sign`, `minimum`, `maximum`, `interpolate` and `table`, which mean the same as the
+    `where` that says what they do; see `smooth`.
+
+    Raises
+    ------
+    EquationError
+        If `condition` is not a relation.
+    """
+    if not isinstance(condition, Compare):
+        raise EquationError(
+            f"where({condition!r}, ...): the condition must be a relation such as time >= 0.5."
+        )
+    return Where(condition, as_expr(yes), as_expr(no))
+
+
+def smooth(x: Number) -> Expr:
+    """The same value, but a run does not stop where a part of it has a kink.
+
+    For kinks too small to matter, or so many that stops would cost more than the short steps
+    around them. Steps keep their tolerance; derivatives are those of the piece that a step is in,
+    and what the run's derivatives lose where a step passes a kink is not told.
+    """
+    return Smooth(as_expr(x))
+
+
+def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
+    """Straight lines through points, the first and last extended; one point is a constant.
+
+    A run stops where one line meets the next. Of many lines it watches only the one it is on.
+
+    Parameters
+    ----------
+    x : expression
+        Where.
+    xs : sequence of float, shape (n,)
+        Places, increasing.
+    ys : sequence of float or expression, shape (n,)
+        Values there; parameters may stand in them.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there is no point, a number is not finite, or `xs` does not increase.
+    """
+    places = _numbers("interpolate", "place", xs)
+    if len(places) != len(ys) or not places:
+        raise EquationError(
+            f"interpolate: {len(places)} places and {len(ys)} values; as many of each, at "
+            "least one."
+        )
+    for left, right in itertools.pairwise(places):
+        if not right > left:
+            raise EquationError(f"interpolate: the places must increase, but {left} -> {right}.")
+    argument = as_expr(x)
+    if any(isinstance(y, Expr) for y in ys):
+        return _with_heights(argument, places, [as_expr(y) for y in ys])
+    heights = _numbers("interpolate", "value", ys)
+    if len(places) == 1:
+        return Datum(heights[0])
+    slopes = (np.diff(heights) / np.diff(places)).tolist()
+    new = [i == 0 or slopes[i] != slopes[i - 1] for i in range(len(slopes))]
+    kept = [i for i in range(len(slopes)) if new[i]]
+    rows = tuple((slopes[i], heights[i]) for i in kept)
+    return Piecewise(argument, Pieces(tuple(places[i] for i in kept), rows))
+
+
+def _with_heights(argument: Expr, places: list[float], heights: list[Expr]) -> Expr:
+    for height in heights:
+        if any(isinstance(node, Time | Ref) and not _is_parameter(node) for node in walk(height)):
+            raise EquationError(
+                f"interpolate: the value '{height}' changes during a run; values are numbers or "
+                "expressions of parameters."
+            )
+    if len(places) == 1:
+        return heights[0]
+    rows = tuple((1.0 / length,) for length in np.diff(places).tolist())
+    return Piecewise(argument, Pieces(tuple(places[:-1]), rows), tuple(heights))
+
+
+def _is_parameter(node: Expr) -> bool:
+    return isinstance(node, Ref) and bool(node.quantity.kind == "parameter")
+
+
+def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
+    """Finite numbers of a table."""
+    try:
+        found = [float(v) for v in values]
+    except (TypeError, ValueError) as error:
+        raise EquationError(f"{name}: each {what} must be a number. {error}") from None
+    for i, value in enumerate(found):
+        if not np.isfinite(value):
+            raise EquationError(f"{name}: {what} {i} is {value}; finite numbers are needed.")
+    return found
+
+
+def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree: int = 3) -> Expr:
+    """Smooth curve through points of one period, repeated for ever.
+
+    A cubic between each two points, with continuous slope and curvature everywhere; derivatives
+    are exact. Its error falls with the fourth power of the distance of the points, that of degree
+    5 with the sixth, for points of a smooth function. Where the argument depends on states, a run
+    does not stop where one piece ends; where it is a function of time and parameters, it does.
+
+    Source: de Boor, A Practical Guide to Splines, 1978, ch. IV.
+
+    Parameters
+    ----------
+    x : expression
+        Where.
+    xs, ys : sequence of float, shape (n,), n > degree
+        Points over one period; `xs` increasing, and the last value equal to the first.
+    degree : {3, 5}
+        Of the polynomials.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there are too few points, a number is not finite, `xs` does not
+        increase, the last value is not the first, or the degree is another.
+    """
+    if degree not in (3, 5):
+        raise EquationError(f"periodic_spline: degree = {degree}: 3 or 5 is needed.")
+    places, heights = np.array(xs, dtype=float), np.array(ys, dtype=float)
+    if places.shape != heights.shape or places.ndim != 1 or len(places) <= degree:
+        raise EquationError(
+            f"periodic_spline: {places.size} places and {heights.size} values; as many of each, at "
+            f"least {degree + 1}."
+        )
+    if not (np.isfinite(places).all() and np.isfinite(heights).all()):
+        raise EquationError("periodic_spline: the points must be finite numbers.")
+    steps = np.diff(places)
+    if not (steps > 0).all():
+        i = int(np.argmin(steps))
+        raise EquationError(
+            f"periodic_spline: the places must increase, but {places[i]:g} -> {places[i + 1]:g}."
+        )
+    if abs(heights[-1] - heights[0]) > 1e-9 * max(np.ptp(heights), 1e-300):
+        raise EquationError(
+            f"periodic_spline: the last value {heights[-1]:g} must be the first, {heights[0]:g}; "
+            "the points cover one whole period."
+        )
+    heights[-1] = heights[0]
+    spline = scipy.interpolate.make_interp_spline(places, heights, degree, bc_type="periodic")
+    curve = scipy.interpolate.PPoly.from_spline(spline)
+    inside = (curve.x[:-1] >= places[0]) & (curve.x[:-1] < places[-1]) & (np.diff(curve.x) > 0)
+    rows = tuple(map(tuple, curve.c.T[inside].tolist()))
+    begins = tuple(curve.x[:-1][inside].tolist())
+    return Piecewise(as_expr(x), Pieces(begins, rows, float(places[-1] - places[0])))
+
+
+def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
+    """Piecewise linear function of the time through points, constant outside them.
+
+    Two points at the same time make a jump. A run stops and restarts at every point.
+
+    Parameters
+    ----------
+    xs : sequence of float, shape (n,)
+        Times in s, not decreasing.
+    ys : sequence of float, shape (n,)
+        Values at these times.
+
+    Raises
+    ------
+    EquationError
+        If the lengths differ, there is no point, a number is not finite, or the times decrease.
+    """
+    t, y = _numbers("table", "time", xs), _numbers("table", "value", ys)
+    if len(t) != len(y) or not t:
+        raise EquationError(
+            f"table: {len(t)} times and {len(y)} values; as many of each, at least one."
+        )
+    for before, after in itertools.pairwise(t):
+        if not after >= before:
+            raise EquationError(f"table: the times must not decrease, but {before} -> {after} s.")
+    pieces = [(t[0] - 1.0, 0.0, y[0])]
+    for i in range(len(t) - 1):
+        if t[i + 1] > t[i]:
+            pieces.append((t[i], (y[i + 1] - y[i]) / (t[i + 1] - t[i]), y[i]))
+    pieces.append((t[-1], 0.0, y[-1]))
+    return Piecewise(time, Pieces(tuple(p[0] for p in pieces), tuple(p[1:] for p in pieces)))

@@ -1,0 +1,205 @@
+"""Ports: where components meet. Potentials are equal, flows sum to zero."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from lumped.errors import EquationError, UnknownNameError
+from lumped.language.expression import Equation, Expr, Partial, Ref, walk
+from lumped.language.quantity import Quantity
+from lumped.support.arguments import checked
+
+__all__ = ["Flange", "HeatPort", "LinearFlange", "Pin", "Port", "lossless"]
+
+
+class _PortQuantity(Quantity):
+    """Potential or flow of a port."""
+
+    def __init__(self, unit: str, text: str, kind: str) -> None:
+        super().__init__(unit, text)
+        self.kind = kind
+
+
+class Port:
+    """A port of a component: declared in the class body, bound to an instance on access.
+
+    Parameters
+    ----------
+    free : bool
+        The port may stay unconnected; its flow is then zero (a free shaft end).
+    grounded : bool
+        The port may stay unconnected; its potential is then zero (a housing bolted down).
+    """
+
+    kind: ClassVar[str]
+    potential: ClassVar[Quantity]
+    potential_name: ClassVar[str]
+    flow: ClassVar[Quantity]
+    flow_name: ClassVar[str]
+
+    @checked
+    def __init__(self, *, free: bool = False, grounded: bool = False) -> None:
+        self.free = free
+        self.grounded = grounded
+        self.name = ""
+        self.owner: Any = None
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, obj: Any, owner: type) -> Self:
+        if obj is None:
+            return self
+        bound = object.__new__(type(self))
+        bound.__dict__.update(self.__dict__, owner=obj)
+        return bound
+
+    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            kind = "" if self.owner is None else f"{type(self.owner).__name__}."
+            raise UnknownNameError(
+                f"{kind}{self.name} ({self.kind}) has no '{name}'; it has {self.potential_name} "
+                f"and {self.flow_name}. A rate is der({self.name}.{self.potential_name})."
+            )
+
+    def across(self) -> Ref:
+        """The potential."""
+        return Ref(self.owner, f"{self.name}.{self.potential_name}", self.potential)
+
+    def through(self) -> Ref:
+        """The flow into the component."""
+        return Ref(self.owner, f"{self.name}.{self.flow_name}", self.flow)
+
+    def __repr__(self) -> str:
+        return f"{self.kind} {self.name}"
+
+
+class Flange(Port):
+    """End of a shaft: angle `phi` in rad, torque `tau` in N.m acting on the component."""
+
+    kind = "rotational flange"
+    potential = _PortQuantity("rad", "angle of the flange", "potential")
+    potential_name = "phi"
+    flow = _PortQuantity("N.m", "torque on the component", "flow")
+    flow_name = "tau"
+
+    @property
+    def phi(self) -> Ref:
+        """Angle, rad."""
+        return self.across()
+
+    @property
+    def tau(self) -> Ref:
+        """Torque acting on the component, N.m."""
+        return self.through()
+
+
+class LinearFlange(Port):
+    """End of a rod: position `s` in m, force `f` in N acting on the component."""
+
+    kind = "translational flange"
+    potential = _PortQuantity("m", "position of the flange", "potential")
+    potential_name = "s"
+    flow = _PortQuantity("N", "force on the component", "flow")
+    flow_name = "f"
+
+    @property
+    def s(self) -> Ref:
+        """Position, m."""
+        return self.across()
+
+    @property
+    def f(self) -> Ref:
+        """Force acting on the component, N."""
+        return self.through()
+
+
+class Pin(Port):
+    """Electrical pin: potential `v` in V, current `i` in A into the component."""
+
+    kind = "electrical pin"
+    potential = _PortQuantity("V", "potential of the pin", "potential")
+    potential_name = "v"
+    flow = _PortQuantity("A", "current into the component", "flow")
+    flow_name = "i"
+
+    @property
+    def v(self) -> Ref:
+        """Potential, V."""
+        return self.across()
+
+    @property
+    def i(self) -> Ref:
+        """Current into the component, A."""
+        return self.through()
+
+
+class HeatPort(Port):
+    """Thermal port: absolute temperature `T` in K, heat flow `Q` in W into the component."""
+
+    kind = "thermal port"
+    potential = _PortQuantity("K", "temperature of the port", "potential")
+    potential_name = "T"
+    flow = _PortQuantity("W", "heat flow into the component", "flow")
+    flow_name = "Q"
+
+    @property
+    def T(self) -> Ref:  # noqa: N802 - the letter of the formulas
+        """Temperature, K."""
+        return self.across()
+
+    @property
+    def Q(self) -> Ref:  # noqa: N802
+        """Heat flow into the component, W."""
+        return self.through()
+
+
+@checked
+def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
+    """Equations of a part without stiffness, inertia and loss, from its kinematics alone.
+
+    The kinematic relation fixes one port's potential by those of the others; the flows follow
+    from virtual work: if ``q_0 == g(q_1, ..., q_n)``, then ``flow_i == -dg/dq_i * flow_0``
+    (Lanczos, The Variational Principles of Mechanics, ch. III).
+
+    Parameters
+    ----------
+    relation : Equation
+        Potential of one of the ports ``==`` a function of the potentials of the others.
+    *ports : Port
+        All ports that take part.
+
+    Returns
+    -------
+    tuple of Equation
+        The relation and one flow equation for each port but the first-named of the relation.
+
+    Raises
+    ------
+    EquationError
+        If the left side is not the potential of one of the ports, or stands on the right too.
+    """
+    known = {(id(p.owner), p.across().name): p for p in ports}
+    left = relation.left
+    explicit = known.get((id(left.owner), left.name)) if isinstance(left, Ref) else None
+    if explicit is None:
+        raise EquationError(
+            f"lossless('{relation!r}', ...): the left side must be the potential of one of the "
+            f"ports {', '.join(p.name for p in ports)}."
+        )
+    used: dict[tuple[int, str], Ref] = {}
+    for node in walk(relation.right):
+        if isinstance(node, Ref) and (id(node.owner), node.name) in known:
+            used.setdefault((id(node.owner), node.name), node)
+    if (id(explicit.owner), explicit.across().name) in used:
+        raise EquationError(f"lossless('{relation!r}', ...): {left!r} stands on both sides.")
+    drive = explicit.through()
+    flows = []
+    for key, port in known.items():
+        if port is not explicit:
+            ratio: Expr | float = Partial(relation.right, used[key]) if key in used else 0.0
+            flows.append(port.through() == -ratio * drive)
+    return (relation, *flows)

@@ -1,0 +1,224 @@
+"""Quantities of a component, declared once: unit, text, range, start and nominal value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal, Self, overload
+
+from lumped.errors import DeclarationError
+from lumped.language.expression import Expr, Number, Ref
+from lumped.support.arguments import checked
+
+__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var"]
+
+StateWish = Literal["always", "prefer", "default", "avoid", "never"]
+Limit = float | Expr | Callable[[Any], Number]
+"""Lower end of a range; a function gives it for a component."""
+
+
+_LARGEST = 1e100
+"""No quantity is larger in SI units; squares of it do not overflow."""
+
+
+def beyond(value: float) -> str | None:
+    """Why a number cannot be the value of any quantity, or None if it can."""
+    if value != value or value in (float("inf"), float("-inf")):
+        return "must be a finite number"
+    if abs(value) > _LARGEST:
+        return f"must be smaller than {_LARGEST:g}, so that its powers are finite"
+    if 0 < abs(value) < 1 / _LARGEST:
+        return f"must be zero or larger than {1 / _LARGEST:g}, so that one over it is finite"
+    return None
+
+
+class Quantity:
+    """What is known of a quantity wherever it stands.
+
+    Attributes
+    ----------
+    unit : str
+        SI unit, for example ``"N.m/rad"``; ``"1"`` without unit.
+    text : str
+        What it is, in words.
+    kind : {"parameter", "variable", "potential", "flow", "input", "output"}
+        Its role.
+    """
+
+    kind = "variable"
+    wish: StateWish = "default"
+    start: Number = 0.0
+    nominal: float = 1.0
+
+    @checked
+    def __init__(self, unit: str, text: str) -> None:
+        self.unit = unit
+        self.text = text
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+
+class Param(Quantity, Expr):
+    """A parameter; in a class body it stands for itself in expressions that bind parts."""
+
+    kind = "parameter"
+
+    def __init__(
+        self,
+        unit: str,
+        text: str,
+        default: Number | None,
+        *,
+        min: Limit | None,
+        max: float | None,
+        above: Limit | None,
+        below: float | None,
+        nonzero: bool,
+    ) -> None:
+        super().__init__(unit, text)
+        self.default = default
+        self.above = None if isinstance(above, Expr) or callable(above) else above
+        self.min = None if isinstance(min, Expr) or callable(min) else min
+        self.strict = above is not None and self.above is None
+        self.exceeds = above if self.strict else min if self.min is None else None
+        self.max, self.below = max, below
+        self.nonzero = nonzero
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+    def fault(self, value: float) -> str | None:
+        """Why `value` is out of range, or None if it is not."""
+        why = beyond(value)
+        if why is not None:
+            return why
+        if self.nonzero and value == 0:
+            return "must not be zero"
+        if self.min is not None and value < self.min:
+            return f"must be at least {self.min:g}"
+        if self.above is not None and value <= self.above:
+            return f"must be greater than {self.above:g}"
+        if self.max is not None and value > self.max:
+            return f"must be at most {self.max:g}"
+        if self.below is not None and value >= self.below:
+            return f"must be less than {self.below:g}"
+        return None
+
+
+class Var(Quantity):
+    """An unknown of a component."""
+
+    def __init__(
+        self, unit: str, text: str, start: Number, nominal: float, state: StateWish
+    ) -> None:
+        super().__init__(unit, text)
+        if not nominal > 0:
+            raise DeclarationError(f"nominal value {nominal} of '{text}' must be positive.")
+        self.start = start
+        self.nominal = nominal
+        self.wish = state
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Self | Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+
+class Signal(Quantity):
+    """A causal signal of a component: connects like a port, stands in equations like a quantity."""
+
+    @overload
+    def __get__(self, obj: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, obj: object, owner: type) -> Expr: ...
+    def __get__(self, obj: Any, owner: type) -> Self | Expr:
+        return self if obj is None else Ref(obj, self.name, self)
+
+
+class Input(Signal):
+    """A signal that a component needs from outside: connected, or given to the instance.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    """
+
+    kind = "input"
+
+
+class Output(Signal):
+    """A signal that a component determines.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    """
+
+    kind = "output"
+
+
+@checked
+def param(
+    unit: str,
+    text: str,
+    default: Number | None = None,
+    *,
+    min: Limit | None = None,
+    max: float | None = None,
+    above: Limit | None = None,
+    below: float | None = None,
+    nonzero: bool = False,
+) -> Param:
+    """Declare a parameter.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    default : float or expression, optional
+        Value if none is given; without it the parameter must be given.
+    min, max : float, optional
+        Range with its ends.
+    above, below : float, optional
+        Range without its ends. One of `min` and `above` may also be an expression of other
+        parameters of the component, or a function that gives it for a component, where it depends
+        on a structural choice.
+    nonzero : bool
+        Refuse zero.
+    """
+    return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
+
+
+@checked
+def var(
+    unit: str,
+    text: str,
+    start: Number = 0.0,
+    *,
+    nominal: float = 1.0,
+    state: StateWish = "default",
+) -> Var:
+    """Declare an unknown.
+
+    Parameters
+    ----------
+    unit, text : str
+        SI unit and meaning.
+    start : float or expression, optional
+        Value at the start where nothing else determines it; a value given to the
+        instance instead must hold exactly.
+    nominal : float
+        Typical magnitude, in `unit`.
+    state : {"always", "prefer", "default", "avoid", "never"}
+        Wish for this quantity to be a state of the reduced system.
+    """
+    return Var(unit, text, start, nominal, state)

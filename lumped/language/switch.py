@@ -1,0 +1,166 @@
+"""What changes by jumps: constraints that hold and let go, and changes of states at an instant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lumped.errors import EquationError, shown
+from lumped.language.expression import Compare, Equation, Expr, Number, Ref, as_expr, der
+
+__all__ = ["Hold", "Item", "Single", "When", "hold", "when"]
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """A constraint ``speed == 0`` with a limited reaction (see `hold`)."""
+
+    reaction: Ref
+    speed: Ref
+    forward: Expr | None
+    backward: Expr | None
+    upper: Expr | None
+    lower: Expr | None
+    engaged: Compare | None
+    gap: Expr | None
+    restitution: Expr
+    mode: Expr | None
+
+    @property
+    def impulsive(self) -> bool:
+        """Whether the reaction can be an impulse, because it has no limit on one side."""
+        return self.upper is None or self.lower is None
+
+    def equations(self) -> list[Equation]:
+        """What determines the reaction and the mode, as it reads while the constraint holds."""
+        held = der(self.speed) == 0
+        return [held] if self.mode is None else [held, self.mode == 0]
+
+
+@dataclass(frozen=True, eq=False)
+class When:
+    """Changes of states at the instant when a condition becomes true (see `when`)."""
+
+    condition: Compare
+    changes: tuple[tuple[Ref, Expr], ...]
+
+
+Single = Equation | Hold | When
+Item = Single | tuple[Equation, ...]
+"""What ``equations()`` may yield."""
+
+
+def hold(
+    reaction: Expr,
+    speed: Expr,
+    *,
+    forward: Number | None = None,
+    backward: Number | None = None,
+    upper: Number | None = None,
+    lower: Number | None = None,
+    engaged: Compare | None = None,
+    gap: Number | None = None,
+    restitution: Number = 0.0,
+    mode: Expr | None = None,
+) -> Hold:
+    """A constraint ``speed == 0`` that holds as long as its reaction stays within limits.
+
+    The one primitive of friction, clutches, freewheels, stops and couplings. While it *sticks*,
+    the reaction is whatever keeps the speed at zero. Beyond a limit it lets go and *slides*
+    forward or backward with a reaction that is then known. All elements of a model choose their
+    modes together, so that accelerations and reactions agree (Pfeiffer and Glocker, Multibody
+    Dynamics with Unilateral Contacts, 1996, ch. 5; Murty, Opsearch 11 (1974) 196). A reaction
+    without limit can be an impulse: where such a constraint closes at a speed, velocities jump so
+    that momentum is kept.
+
+    Parameters
+    ----------
+    reaction, speed : quantity
+        Reaction, positive against a positive speed; speed that is held at zero.
+    forward, backward : expression, optional
+        Reaction while sliding with positive and negative speed. Without `backward` (`forward`)
+        the speed cannot become negative (positive).
+    upper, lower : expression, optional
+        Limits of the reaction while it sticks; None for no limit.
+    engaged : relation, optional
+        While it is false there is no reaction at all.
+    gap : expression, optional
+        Position whose derivative is `speed`: the constraint only closes where the gap is zero,
+        and pushes towards positive speed. `upper` is then 0 unless given.
+    restitution : expression
+        Ratio of the speeds after and before an impact.
+    mode : quantity, optional
+        Is made 0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a
+        gap), 2 while it is not engaged.
+
+    Raises
+    ------
+    EquationError
+        If `reaction` or `speed` are not quantities, or the limits cannot be meant.
+    """
+    for what, given in (("reaction", reaction), ("speed", speed)):
+        if not isinstance(given, Ref):
+            raise EquationError(f"hold({what}={given!r}): {what} must be a quantity.")
+    if engaged is not None and not isinstance(engaged, Compare):
+        raise EquationError(f"hold(engaged={engaged!r}): a relation such as f > 0 is needed.")
+    if gap is not None:
+        forward = 0.0 if forward is None else forward
+        upper = 0.0 if upper is None else upper
+    for side, limit, law in (("upper", upper, forward), ("lower", lower, backward)):
+        if limit is not None and law is None:
+            way = "forward" if side == "upper" else "backward"
+            raise EquationError(
+                f"hold({reaction!r}, ...): beyond the limit {side} = {limit!r} it would slide "
+                f"{way}, but its reaction then is not given; give {way}=."
+            )
+
+    def expr(given: Number | None) -> Expr | None:
+        return None if given is None else as_expr(given)
+
+    return Hold(
+        reaction,  # type: ignore[arg-type]
+        speed,  # type: ignore[arg-type]
+        expr(forward),
+        expr(backward),
+        expr(upper),
+        expr(lower),
+        engaged,
+        expr(gap),
+        as_expr(restitution),
+        mode,
+    )
+
+
+def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
+    """Change states at the instant when a condition becomes true.
+
+    The new values are computed from the values just before. A condition that is true from the
+    start does nothing. A quantity that only changes by jumps is a state with ``der(y) == 0``.
+
+    Parameters
+    ----------
+    condition : relation
+        For example ``self.s <= 0``.
+    changes : mapping of quantity to expression
+        States and their new values.
+
+    Raises
+    ------
+    EquationError
+        If the condition is not a relation, or a key is not a quantity.
+    """
+    if not isinstance(condition, Compare):
+        raise EquationError(f"when({condition!r}, ...): a relation such as s <= 0 is needed.")
+    if not isinstance(changes, Mapping):
+        raise EquationError(
+            f"when({condition!r}, {shown(changes)}): the changes are a dictionary of states and "
+            "their new values."
+        )
+    pairs = []
+    for target, value in changes.items():
+        if not isinstance(target, Ref):
+            raise EquationError(f"when({condition!r}, ...): {target!r} is not a quantity.")
+        pairs.append((target, as_expr(value)))
+    if not pairs:
+        raise EquationError(f"when({condition!r}, ...): no changes are given.")
+    return When(condition, tuple(pairs))

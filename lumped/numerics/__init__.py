@@ -1,0 +1,1 @@
+"""Methods that know no model: steps, eigenvalues, closed forms, programmes, processes."""

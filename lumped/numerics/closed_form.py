@@ -1,0 +1,276 @@
+"""Solution of ``der(x) = A x + g(t)`` in closed form, for a polynomial g.
+
+By modal superposition, evaluated at each time by itself, so nothing accumulates: with
+``s = t - begin``, a mode ``der(q) = l q + sum(c_k s^k)`` is
+``q = phi_0(l s) q_0 + sum(c_k k! s^(k+1) phi_(k+1)(l s))`` with ``phi_0 = exp`` and
+``phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`` (Hochbruck and Ostermann, Acta Numerica 19 (2010) 209).
+Undamped drives take their modes from singular values, as in `lumped.numerics.eigen`. Where
+eigenvectors are nearly parallel, the exponential of the matrix goes from one time to the next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.numerics.skew_scaling import skew_scaling, two_colours
+
+__all__ = ["ClosedForm"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_EPS = float(np.finfo(float).eps)
+_WORST = 1e3
+"""Condition of eigenvectors up to which they are used."""
+_TERMS = 22
+_MOST_GROWTH = 600.0
+"""Logarithm of a growth that is still a number, with some to spare."""
+
+
+class _Part(Protocol):
+    """States that depend on each other."""
+
+    @property
+    def words(self) -> str:
+        """How they are solved."""
+
+    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
+        """States at the times s and their integrals from zero to s, shapes (k, n)."""
+
+    def rounding(self, span: float) -> float:
+        """Estimate of the error by rounding over a span, relative to the largest state."""
+
+
+class ClosedForm:
+    """Closed form of the solution for one matrix.
+
+    Parameters
+    ----------
+    a : csc_array, shape (n, n)
+        Constant matrix.
+
+    Attributes
+    ----------
+    words : tuple of str
+        How its parts are solved.
+    """
+
+    def __init__(self, a: scipy.sparse.csc_array) -> None:
+        a = scipy.sparse.csr_array(a)
+        a.eliminate_zeros()
+        idle = np.bincount(a.indices, minlength=a.shape[0]) == 0
+        self._core, self._idle = np.flatnonzero(~idle), np.flatnonzero(idle)
+        core = scipy.sparse.csr_array(a[self._core][:, self._core])
+        self._integrated = scipy.sparse.csr_array(a[self._idle][:, self._core])
+        count, label = (
+            scipy.sparse.csgraph.connected_components(core, directed=False)
+            if core.shape[0]
+            else (0, idle)
+        )
+        order = np.split(
+            np.argsort(label, kind="stable"), np.cumsum(np.bincount(label, minlength=count))[:-1]
+        )
+        self._parts = [
+            (own, _part(scipy.sparse.csr_array(core[own][:, own]))) for own in order[:count]
+        ]
+        self.words = tuple(sorted({part.words for _, part in self._parts}))
+
+    def solve(self, x: Real, terms: Real, s: Real) -> Real:
+        """States at times after the begin.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n,)
+            States at the begin.
+        terms : ndarray, shape (degree + 1, n)
+            Coefficients of the powers of s in g.
+        s : ndarray, shape (k,)
+            Times since the begin, increasing, s.
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+        """
+        found = np.empty((len(s), len(x)))
+        core, idle = self._core, self._idle
+        integrals = np.empty((len(s), len(core)))
+        for own, part in self._parts:
+            at = core[own]
+            found[:, at], integrals[:, own] = part.solve(x[at], terms[:, at], s)
+        powers = np.stack([s ** (k + 1) / (k + 1) for k in range(len(terms))], axis=1)
+        found[:, idle] = x[idle] + (self._integrated @ integrals.T).T + powers @ terms[:, idle]
+        return found
+
+    def rounding(self, span: float) -> float:
+        """Estimate of the error by rounding over a span in s, relative to the largest state."""
+        return max((part.rounding(span) for _, part in self._parts), default=_EPS)
+
+
+def _part(a: scipy.sparse.csr_array) -> _Part:
+    scale = skew_scaling(a)
+    if scale is None:
+        return _general(a.toarray())
+    skew = scale[:, None] * a.toarray() / scale[None, :]
+    colour = two_colours(a)
+    if colour is not None:
+        return _Coupled(skew, scale, colour)
+    angular, vectors = scipy.linalg.eigh(1j * skew)
+    values: Complex = (-1j * _zeroed(angular)).astype(complex)
+    return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
+
+
+def _general(a: Real) -> _Part:
+    with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
+        balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    values, vectors = scipy.linalg.eig(balanced)
+    condition = float(np.linalg.cond(vectors))
+    if not condition <= _WORST:
+        return _Stepped(balanced, scale)
+    back = scipy.linalg.inv(vectors) / scale
+    return _Modal(values, scale[:, None] * vectors, back, condition, "eigenvectors")
+
+
+def _zeroed(angular: Real) -> Real:
+    """Frequencies that are zero to rounding become exactly zero."""
+    limit = 1e-13 * len(angular) * np.abs(angular).max(initial=0.0)
+    return np.where(np.abs(angular) <= limit, 0.0, angular)
+
+
+@dataclass(frozen=True, eq=False)
+class _Modal:
+    """Eigenvalues, eigenvectors as columns, and their inverse."""
+
+    values: Complex
+    vectors: Complex
+    inverse: Complex
+    condition: float
+    words: str
+
+    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
+        q, integral = _modes(self.values, self.inverse @ x, terms @ self.inverse.T, s)
+        return (q @ self.vectors.T).real, (integral @ self.vectors.T).real
+
+    def rounding(self, span: float) -> float:
+        return _phase(self.values, span) * self.condition
+
+
+class _Coupled:
+    """Torsions and speeds that couple only with each other, undamped.
+
+    With ``der(z_1) = B z_2``, ``der(z_2) = -B' z_1`` and ``B = U S W'``, the modes are
+    ``c = U' z_1 - i W' z_2`` and ``der(c) = i S c``.
+    """
+
+    words = "singular values"
+
+    def __init__(self, skew: Real, scale: Real, colour: NDArray[np.bool_]) -> None:
+        self._one, self._two = np.flatnonzero(colour), np.flatnonzero(~colour)
+        u, angular, w = scipy.linalg.svd(skew[np.ix_(self._one, self._two)])
+        k = max(len(u), len(w))
+        self._u = np.zeros((len(u), k))
+        self._w = np.zeros((len(w), k))
+        self._u[:, : len(u)], self._w[:, : len(w)] = u, w.T
+        angular = np.concatenate([angular, np.zeros(k - len(angular))])
+        self._values: Complex = (1j * _zeroed(angular)).astype(complex)
+        self._scale = scale
+
+    def _c(self, rows: Real) -> Complex:
+        scaled = rows * self._scale
+        found: Complex = scaled[..., self._one] @ self._u - 1j * (scaled[..., self._two] @ self._w)
+        return found
+
+    def _z(self, c: Complex) -> Real:
+        found = np.empty((len(c), len(self._scale)))
+        found[:, self._one] = c.real @ self._u.T
+        found[:, self._two] = -c.imag @ self._w.T
+        return found / self._scale
+
+    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
+        c, integral = _modes(self._values, self._c(x), self._c(terms), s)
+        return self._z(c), self._z(integral)
+
+    def rounding(self, span: float) -> float:
+        return _phase(self._values, span)
+
+
+class _Stepped:
+    """Exponential of the matrix, from one time to the next; powers of time and integrals added."""
+
+    words = "exponential of the matrix"
+
+    def __init__(self, balanced: Real, scale: Real) -> None:
+        self._a, self._scale = balanced, scale
+        self._fastest = float(scipy.linalg.eigvals(balanced).real.max())
+
+    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
+        n, m = len(x), len(terms)
+        whole = np.zeros((2 * n + m, 2 * n + m))  # states, powers of s over k!, integrals
+        whole[:n, :n] = self._a
+        factorials = np.array([math.factorial(k) for k in range(m)])
+        whole[:n, n : n + m] = (terms * factorials[:, None] / self._scale).T
+        whole[n : n + m, n : n + m] = np.diag(np.ones(m - 1), -1)
+        whole[n + m :, :n] = np.eye(n)
+        z = np.concatenate([x / self._scale, np.eye(m)[0], np.zeros(n)])
+        found, before = np.empty((len(s), len(z))), 0.0
+        known: list[tuple[float, Real]] = []
+        for i, time in enumerate(s.tolist()):
+            h = time - before
+            same = [e for step, e in known if abs(step - h) <= 4 * _EPS * time]
+            if not same:
+                known = [*known[-3:], (h, scipy.linalg.expm(whole * h))]
+            found[i] = z = (same[0] if same else known[-1][1]) @ z
+            before = time
+        return found[:, :n] * self._scale, found[:, n + m :] * self._scale
+
+    def rounding(self, span: float) -> float:
+        if self._fastest * span > _MOST_GROWTH:
+            return np.inf
+        size = float(scipy.linalg.norm(self._a, 2))
+        return 2 * _EPS * (5 + size * span)
+
+
+def _phase(values: Complex, span: float) -> float:
+    """What rounding in the largest eigenvalue does to the slowest mode while it lasts."""
+    decay = float(-values.real.max())
+    if -decay * span > _MOST_GROWTH:
+        return np.inf
+    lasting = min(span, 1 / decay) if decay > 0 else span
+    return 2 * _EPS * (5 + float(np.abs(values).max()) * lasting)
+
+
+def _modes(values: Complex, q: Complex, terms: Complex, s: Real) -> tuple[Complex, Complex]:
+    """Modes with their integrals, shapes (k, modes)."""
+    phi = _phis(np.multiply.outer(s, values), len(terms) + 1)
+    found, integral = phi[0] * q, s[:, None] * phi[1] * q
+    for k, c in enumerate(terms):
+        if c.any():
+            power = math.factorial(k) * s[:, None] ** (k + 1)
+            found += power * phi[k + 1] * c
+            integral += power * s[:, None] * phi[k + 2] * c
+    return found, integral
+
+
+def _phis(z: Complex, highest: int) -> list[Complex]:
+    """phi_0 to phi_highest."""
+    small = np.abs(z) < 1
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = [np.exp(z)]
+    near = z[small]
+    series = np.zeros_like(near)
+    for j in range(_TERMS, -1, -1):
+        series = series * near + 1 / math.factorial(highest + j)
+    low = [series]
+    for k in range(highest - 1, 0, -1):
+        low.append(low[-1] * near + 1 / math.factorial(k))
+    far = np.where(small, 1.0, z)
+    for k in range(highest):
+        found.append((found[k] - 1 / math.factorial(k)) / far)
+    for k, values in zip(range(highest, 0, -1), low, strict=True):
+        found[k][small] = values
+    return found

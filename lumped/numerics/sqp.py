@@ -1,0 +1,141 @@
+"""Sequential quadratic programming with exact gradients, its end checked by its own conditions."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+
+from lumped.errors import OptimisationError, OptionError
+from lumped.numerics.nlp import Solution
+
+__all__ = ["Objective", "Rows", "bounded", "sqp"]
+
+Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
+"""Value and gradient for scaled unknowns."""
+
+Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, list[str]]]
+"""What must not be negative, scaled; its gradients; names with values."""
+
+_ACTIVE = 1e-6
+
+
+def sqp(
+    model: str,
+    names: list[str],
+    box: np.ndarray,
+    objective: Objective,
+    rows: Rows,
+    evaluations: Callable[[], int],
+    tolerance: float = 1e-12,
+) -> tuple[Solution, tuple[str, ...]]:
+    """Least objective by SLSQP (Kraft, DFVLR-FB 88-28, 1988).
+
+    Parameters
+    ----------
+    model : str
+        Its name, for errors.
+    names : list of str
+        The first unknowns: parameters.
+    box : ndarray, shape (k, 3)
+        Start, lower and upper bound of each scaled unknown.
+    evaluations : callable
+        How often the model was analysed so far.
+    tolerance : float
+        Relative change of the objective at which the search ends.
+
+    Returns
+    -------
+    solution : Solution
+    active : tuple of str
+        Names of what presses.
+
+    Raises
+    ------
+    OptionError
+        If a parameter has no effect, or the objective does not depend on any.
+    OptimisationError
+        If no optimum is found.
+    """
+    tic, n, first = clock.perf_counter(), len(names), box[:, 0]
+    value, slope = objective(first)
+    if not slope.any():
+        raise OptionError(
+            f"optimise: the objective does not depend on {', '.join(names)}: all its derivatives "
+            "are exactly zero. Vary something else, or minimise something else."
+        )
+    size = max(abs(value), float(np.abs(slope).max())) or 1.0
+    idle = np.abs(np.vstack([slope, rows(first)[1]]))[:, :n].max(axis=0) == 0
+    if idle.any():
+        lost = [name for name, i in zip(names, idle, strict=True) if i]
+        raise OptionError(
+            f"optimise: {', '.join(lost)} has no effect on objective and constraints. Leave "
+            "it out of `vary`."
+        )
+    found = scipy.optimize.minimize(
+        lambda w: tuple(v / size for v in objective(w)),
+        first,
+        jac=True,
+        method="SLSQP",
+        bounds=box[:, 1:],
+        constraints={
+            "type": "ineq",
+            "fun": lambda w: rows(w)[0],
+            "jac": lambda w: rows(w)[1],
+        },
+        options={"ftol": tolerance, "maxiter": 200},
+    )
+    w = np.clip(found.x, box[:, 1], box[:, 2])
+    values, slopes, labels = rows(w)
+    violation = float(max(-values.min(initial=0.0), 0.0))
+    if found.status != 0 or violation > 1e-6:
+        worst = f"Worst violated: {labels[int(values.argmin())]}." if violation > 1e-6 else ""
+        raise OptimisationError(
+            f"{model}: no optimum found ({found.message} after {found.nit} "
+            f"iterations). {worst} Widen bounds, or begin elsewhere.",
+            found.message,
+        )
+    value, slope = objective(w)
+    low, high = (np.abs(w - box[:, i]) <= _ACTIVE for i in (1, 2))
+    near = np.flatnonzero(values <= _ACTIVE)
+    unit = np.eye(len(w))
+    active = np.vstack([slopes[near], unit[low], -unit[high]])
+    residual, condition = float(np.abs(slope).max()) / size, 1.0
+    if len(active):
+        # least-squares multipliers, none negative
+        held = scipy.optimize.lsq_linear(active.T, slope / size, (0.0, np.inf))
+        residual = float(np.abs(active.T @ held.x - slope / size).max())
+        condition = float(np.linalg.cond(active))
+    pressing = [labels[i].partition(" = ")[0] for i in near]
+    for sides, text in ((low, "lower"), (high, "upper")):
+        pressing += [f"{names[i]} at its {text} bound" for i in np.flatnonzero(sides[:n])]
+    solution = Solution(
+        w,
+        values,
+        np.zeros(len(values)),
+        np.zeros(len(w)),
+        value,
+        "SLSQP: " + found.message,
+        int(found.nit),
+        evaluations(),
+        residual,
+        violation,
+        condition,
+        clock.perf_counter() - tic,
+    )
+    return solution, tuple(dict.fromkeys(pressing))
+
+
+def bounded(
+    key: str, value: float, slope: np.ndarray, low: float, high: float
+) -> list[tuple[float, np.ndarray, str]]:
+    """Rows of a number between bounds: what must not be negative, its gradient and name."""
+    found = []
+    for bound, sign in ((low, 1.0), (high, -1.0)):
+        if np.isfinite(bound):
+            size = abs(bound) or 1.0
+            text = f"{key} = {value:.6g}, at {'least' if sign > 0 else 'most'} {bound:g}"
+            found.append((sign * (value - bound) / size, sign * slope / size, text))
+    return found

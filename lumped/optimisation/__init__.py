@@ -1,0 +1,1 @@
+"""Parameters and motions that are best, or that fit what was measured."""

@@ -1,0 +1,153 @@
+"""A design problem: what may vary, and what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError
+from lumped.gradients.functionals import Designed, Frequency, Functional, Modal
+from lumped.numerics.nlp import Solution
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.modes import Modes
+
+__all__ = ["Bounds", "Key", "Optimum", "bounds_of", "key_unit", "unit_of", "varied"]
+
+Bounds = tuple[float | None, float | None]
+"""Lower and upper bound; None is none."""
+
+Key = Designed | Modal | Functional
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """A design that is best, at least among its neighbours.
+
+    Attributes
+    ----------
+    run : Trajectory or Modes
+        The run, or the modes, with this design.
+    parameters, start : dict of str to float
+        What was varied: its values now and at the start.
+    objective : float
+        What was made small: the weighted sum.
+    values : dict
+        All functionals of objective and constraints: of `run`, between its output times too; at the
+        instants of the run for a system without states.
+    active : tuple of str
+        Bounds and constraints that hold the design where it is.
+    error : float
+        Greatest difference between functionals of the programme and those of `run` between its
+        output times too, relative to their values there.
+    solution : Solution
+        Status, iterations, evaluations, residual, violation, condition, seconds.
+    """
+
+    run: Trajectory | Modes
+    parameters: dict[str, float]
+    start: dict[str, float]
+    objective: float
+    values: dict[Key, float]
+    active: tuple[str, ...]
+    error: float
+    solution: Solution
+
+    @property
+    def system(self) -> System:
+        """What was optimised."""
+        return self.run.system
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, number(self.start[name]), number(value, 9), unit_of(self.system, name))
+            for name, value in self.parameters.items()
+        ]
+        rows += [
+            (str(key), "", number(value, 9), key_unit(self.system, key))
+            for key, value in self.values.items()
+        ]
+        rows.append(("objective", "", number(self.objective, 9), ""))
+        s = self.solution
+        lines = [
+            f"{self.system.name}: {s.status}, {s.iterations} iterations, {s.evaluations} "
+            f"evaluations, {s.seconds:.2g} s",
+            f"conditions of optimality met to {s.residual:.1e}, constraints to {s.violation:.1e}; "
+            f"condition {s.condition:.1e}",
+            table(("", "start", "optimum", "unit"), rows),
+            "active: " + (", ".join(self.active) or "nothing"),
+        ]
+        if isinstance(self.run, Trajectory):
+            lines.append(f"values as in a run of their own to {self.error:.1e}")
+        return "\n".join(lines)
+
+
+def varied(
+    system: System, vary: Mapping[str, Bounds] | Mapping[Name, Bounds], theta: np.ndarray
+) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """What may vary: names, rows of (start, low, high), and scales.
+
+    Raises
+    ------
+    OptionError
+        If bounds contradict each other, the start, or the range of the parameter.
+    """
+    if not vary:
+        raise OptionError("optimise: name at least one parameter in `vary`, with its bounds.")
+    parameters = system._flat.parameters
+    names, box, scales = [], [], []
+    for name, given in vary.items():
+        place = system.places([name])[0]
+        key = parameters.names[parameters.free[place]]
+        low, high = bounds_of(key, given)
+        start, unit = float(theta[place]), unit_of(system, key)
+        for bound in (low, high):
+            fault = np.isfinite(bound) and parameters.fault(parameters.free[place], bound)
+            if fault:
+                raise OptionError(f"optimise: a bound of vary cannot be: {fault}.")
+        if not low <= start <= high:
+            raise OptionError(
+                f"optimise: the search would begin with {key} = {start:g} {unit}, outside its "
+                f"bounds ({low:g}, {high:g}). Begin with a value between them."
+            )
+        finite = [abs(v) for v in (start, low, high) if np.isfinite(v) and v]
+        span = high - low
+        names.append(key)
+        box.append((start, low, high))
+        scales.append(span if 0 < span < np.inf else max(finite, default=1.0))
+    return names, np.array(box), np.array(scales)
+
+
+def key_unit(system: System, key: Key) -> str:
+    """Unit of what can be minimised or bounded."""
+    if isinstance(key, Functional):
+        return key.unit(system)
+    if isinstance(key, Designed):
+        return system.quantity(key.name).unit
+    return "Hz" if isinstance(key, Frequency) else "1"
+
+
+def unit_of(system: System, name: str) -> str:
+    """Unit of a parameter."""
+    parameters = system._flat.parameters
+    return parameters.declared[parameters.free[system.places([name])[0]]].unit
+
+
+def bounds_of(name: str, given: Bounds) -> tuple[float, float]:
+    """Bounds as numbers, checked."""
+    try:
+        low, high = (
+            default if bound is None else float(bound)
+            for bound, default in zip(given, (-np.inf, np.inf), strict=True)
+        )
+    except (TypeError, ValueError):
+        low, high = np.nan, np.nan
+    if not low <= high:
+        raise OptionError(
+            f"bounds of {name} = {given!r}; give (low, high) with low at most high, and "
+            "None where there is none."
+        )
+    return low, high

@@ -1,0 +1,231 @@
+"""Derivatives of a periodic motion by parameters."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.gradients.forward import Forward
+from lumped.orbits.shooting import Orbit, Problem, bordered
+from lumped.orbits.smooth_course import Extreme
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["OrbitSensitivity", "orbit_sensitivity", "with_period_held"]
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitSensitivity:
+    """Derivatives of an orbit; ``found["motor.w", "motor.J"]`` gives one over the times of its run.
+
+    Times are understood as fractions of the period: ``t / period`` is kept while both change.
+
+    Attributes
+    ----------
+    run : Trajectory
+        One period.
+    of, to : tuple of str
+        What is differentiated, and by what.
+    period : dict of str to float
+        Derivatives of the period by each parameter; zero if it is prescribed, one by the parameter
+        that it is.
+    start : ndarray, shape (n, len(to))
+        Derivatives of the states at the start of the period.
+    values : ndarray, shape (len(run.t), len(of), len(to))
+        Derivatives of the quantities.
+    mean, greatest : ndarray, shape (len(of), len(to))
+        Derivatives of the means over the period and of the greatest values.
+    evaluations : int
+        Evaluations of the right-hand side with its derivatives.
+    """
+
+    run: Trajectory
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    period: dict[str, float]
+    start: np.ndarray
+    values: np.ndarray
+    mean: np.ndarray
+    greatest: np.ndarray
+    evaluations: int
+
+    @checked
+    def __getitem__(self, pair: tuple[Name, Name]) -> np.ndarray:
+        places = []
+        for name, known in zip(pair, (self.of, self.to), strict=True):
+            key = self.run.system.key(name)
+            if key not in known:
+                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
+            places.append(known.index(key))
+        found: np.ndarray = self.values[:, places[0], places[1]]
+        return found
+
+    def __repr__(self) -> str:
+        head = f"{self.run.system.name}: derivatives along a periodic motion, "
+        rows = [("period", name, number(value), "") for name, value in self.period.items()]
+        for i, name in enumerate(self.of):
+            for k, by in enumerate(self.to):
+                rows.append((name, by, number(self.mean[i, k]), number(self.greatest[i, k])))
+        return f"{head}{self.evaluations} evaluations\n" + table(
+            ("of", "by", "itself or mean", "greatest"), rows
+        )
+
+
+def orbit_sensitivity(
+    problem: Problem,
+    orbit: Orbit,
+    run: Trajectory,
+    of: tuple[Name, ...],
+    to: tuple[Name, ...],
+    tops: list[Extreme],
+) -> OrbitSensitivity:
+    """Implicit function theorem on what must vanish after a period.
+
+    Parameters
+    ----------
+    tops : list of Extreme
+        The greatest value of each quantity.
+
+    Raises
+    ------
+    OptionError
+        If `of` or `to` is empty.
+    UnknownNameError
+        If a name in `to` is no parameter that can be changed.
+    """
+    if not of or not to:
+        raise OptionError("sensitivity: name at least one quantity in `of` and parameter in `to`.")
+    system, active, T = problem.system, problem.active, orbit.guess.period
+    names = tuple(system.key(name) for name in of)
+    places = system.places(to)
+    k, n = len(active), len(system.states)
+    scale = np.abs(run.theta[places])
+    scale[scale == 0] = 1.0
+    seed = np.zeros((len(run.theta), k + len(places)))
+    seed[places, k + np.arange(len(places))] = scale
+    forward = Forward(system, seed, problem.rtol)
+    begin = np.hstack([np.eye(n)[:, active], np.zeros((n, len(places)))])
+    courses, instants = forward.courses(run, begin)
+    last = run.pieces[-1]
+    point = (last.x[-1], run.theta, T, last.settings[-1])
+    rate = np.asarray(system.rhs(*point)).ravel()[active]
+    right = -courses[-1][-1][active][:, k:]
+    if problem.free:
+        right = np.vstack([right, np.zeros(len(places))])
+    given = np.where(np.array(places) == problem.clock, scale, 0.0)  # how the period follows
+    right[:k] -= np.outer(rate, given)
+    found = scipy.linalg.solve(bordered(problem, orbit, rate), right)
+    moved, stretch = found[:k], found[k] if problem.free else given
+    columns = forward.along(run, courses, names)
+    values = columns[:, :, :k] @ moved + columns[:, :, k:]
+    rates = _rates(run, names)
+    values += rates[:, :, None] * (run.t / T)[:, None, None] * stretch
+    # how far each instant moves beside its fraction of the period
+    moves = [i.slopes[:k] @ moved + i.slopes[k:] - i.t / T * stretch for i in instants]
+    start = np.zeros((n, len(places)))
+    start[active] = moved / scale
+    keys = tuple(system.key(name) for name in to)
+    by = dict(zip(keys, (stretch / scale).tolist(), strict=True))
+    y = np.column_stack([run[name] for name in names])
+    mean, greatest = _means(run, y, values, moves), _greatest(run, y, values, rates, moves, tops)
+    return OrbitSensitivity(
+        run,
+        names,
+        keys,
+        by,
+        start,
+        values / scale,
+        mean / T / scale,
+        greatest / scale,
+        forward.evaluations,
+    )
+
+
+def with_period_held(found: OrbitSensitivity) -> OrbitSensitivity:
+    """The same if the last parameter follows the others, so that the period stays."""
+    *first, last = found.to
+    slopes = np.array([found.period[name] for name in first])
+    follows = -slopes / found.period[last]
+
+    def held(values: np.ndarray) -> np.ndarray:
+        return values[..., :-1] + values[..., -1:] * follows
+
+    return replace(
+        found,
+        to=tuple(first),
+        period=dict.fromkeys(first, 0.0),
+        start=held(found.start),
+        values=held(found.values),
+        mean=held(found.mean),
+        greatest=held(found.greatest),
+    )
+
+
+def _slices(run: Trajectory) -> list[slice]:
+    """Where each piece stands among the times of a run."""
+    ends = np.cumsum([0, *(len(piece.t) for piece in run.pieces if len(piece.t))]).tolist()
+    return [slice(*pair) for pair in itertools.pairwise(ends)]
+
+
+def _means(
+    run: Trajectory, y: np.ndarray, values: np.ndarray, moves: list[np.ndarray]
+) -> np.ndarray:
+    """Derivatives of the integrals of quantities over the fraction of the period, times it."""
+    places = _slices(run)
+    found: np.ndarray = sum(scipy.integrate.simpson(values[p], x=run.t[p], axis=0) for p in places)
+    for before, after, move in zip(places, places[1:], moves, strict=False):
+        found = found + np.outer(y[before][-1] - y[after][0], move)
+    return found
+
+
+def _greatest(
+    run: Trajectory,
+    y: np.ndarray,
+    values: np.ndarray,
+    rates: np.ndarray,
+    moves: list[np.ndarray],
+    tops: list[Extreme],
+) -> np.ndarray:
+    """Derivatives where quantities are greatest; at an instant that moves they move with it."""
+    found = np.zeros(values.shape[1:])
+    places, near = _slices(run), 1e-9 * run.t[-1]
+    for i, (value, time) in enumerate(tops):
+        best = np.inf
+        for k, place in enumerate(places):
+            t = run.t[place]
+            if not t[0] - near <= time <= t[-1] + near:
+                continue
+            if len(t) == 1:
+                here, by = y[place][0, i], values[place][0, i]
+            else:
+                here = float(scipy.interpolate.CubicSpline(t, y[place][:, i])(time))
+                by = scipy.interpolate.CubicSpline(t, values[place][:, i])(time)
+            if abs(here - value) < best:
+                best, found[i] = abs(here - value), by
+                if k and time - t[0] <= near:
+                    found[i] += rates[place][0, i] * moves[k - 1]
+                elif k < len(moves) and t[-1] - time <= near:
+                    found[i] += rates[place][-1, i] * moves[k]
+    return found
+
+
+def _rates(run: Trajectory, names: tuple[str, ...]) -> np.ndarray:
+    """Time derivatives of quantities, shape (len(run.t), len(names))."""
+    system = run.system
+    x, _, t, _ = system._inputs
+    along = ca.vertcat(system.rates, 1)
+    rate = ca.jtimes(system.expressions(names), ca.vertcat(x, t), along)
+    function = ca.Function("rates", system._inputs, [ca.densify(rate)])
+    found = [
+        np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)).T
+        for piece in run.pieces
+        if len(piece.t)
+    ]
+    return np.concatenate(found)

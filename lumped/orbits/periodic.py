@@ -1,0 +1,296 @@
+"""Periodic motions: driven, turning and self-excited."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError
+from lumped.language.expression import Expr
+from lumped.orbits.guesses import advances, after_cycles, after_time, drifting, needs_time
+from lumped.orbits.harmonic import collocate
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
+from lumped.points.start import start_point
+from lumped.simulation.simulate import simulate
+from lumped.support.arguments import checked
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import OperatingPoint, Trajectory
+
+__all__ = ["again", "periodic"]
+
+
+@checked
+def periodic(
+    system: System,
+    *,
+    period: float | Name | None = None,
+    near: float | None = None,
+    turn: Mapping[Name, float] | None = None,
+    settle: float | None = None,
+    free: Iterable[Name] = (),
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    method: Literal["shooting", "harmonic"] = "shooting",
+    harmonics: int | None = None,
+    grid: int = 1000,
+    rtol: float = 1e-10,
+    iterations: int = 20,
+) -> PeriodicOrbit:
+    """Find a motion that repeats, and how small disturbances of it grow or fade.
+
+    Three cases: driven at a known `period`; turning, where an angle gains its `turn` in a period
+    that is unknown (or known, if it is driven too); self-excited, of an unknown period `near` some
+    value. The motion is first simulated for some time, then found by Newton's method. With a
+    parameter in `free`, a motion of unknown period gets the one that is given: a motor finds the
+    torque with which its shaft turns at a given mean speed.
+
+    Shooting takes any system, with friction, contact and impacts. Harmonic balance takes smooth
+    ones: trigonometric collocation at ``2 harmonics + 1`` points (Krack and Gross, Harmonic Balance
+    for Nonlinear Vibration Problems, 2019, ch. 3), also for orbits that a run leaves at once.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    period : float or name, optional
+        The period, s, if functions of time prescribe it. Each period begins at the time zero. The
+        name of a parameter if it is one; then derivatives by it are those with the period.
+    near : float, optional
+        About the period, s, if nothing prescribes it.
+    turn : mapping of name to float, optional
+        States that go on turning, and by how much in a period, rad or m (with sign).
+    settle : float, optional
+        Time to simulate first, s; default ten periods. Must be given with `turn` alone.
+    free : iterable of one name, optional
+        Parameter that the motion determines, so that `period` is its period though no function of
+        time prescribes it; the search begins at its value.
+    parameters, start : mapping of name to float, optional
+        As for `simulate`.
+    method : {"shooting", "harmonic"}
+        How to find it.
+    harmonics : int, optional
+        Harmonics of the second method; default doubles them from 8 until the last fade below
+        `rtol`.
+    grid : int
+        Output intervals of the run over one period.
+    rtol : float
+        Tolerance of runs, and of what may be missing after a period, over the size of each state.
+    iterations : int
+        Newton steps after which to give up.
+
+    Returns
+    -------
+    PeriodicOrbit
+
+    Raises
+    ------
+    OptionError
+        If neither `period`, `near` nor `turn` is given, values make no sense, functions of time
+        act without a `period`, or harmonic balance is asked of a system with events.
+    SolverError
+        If no periodic motion is found, or more than one nearby; its `partial` is the last run.
+    """
+    near = None if near is None else in_seconds(near, "near")
+    settle = None if settle is None else in_seconds(settle, "settle")
+    point = start_point(system, parameters, start)
+    clock = None
+    if isinstance(period, str) and not period[:1].isalpha():
+        period = in_seconds(period, "period")
+    if isinstance(period, str | Expr):
+        (clock,) = system.places([system.key(period)])
+        period = float(point.theta[clock])
+    _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
+    names = [system.key(name) for name in free]
+    if names:
+        wanted = near = _wanted(system, names, period, clock)
+        period = None
+    advance = advances(point, turn or {}, period)
+    driven = needs_time(system, point.theta)
+    if driven and names:
+        raise OptionError(
+            f"periodic: functions of time act on {system.name}, so {names[0]} is not determined by "
+            "the period. Leave out free=."
+        )
+    if driven and period is None:
+        raise OptionError(
+            f"periodic: functions of time act on {system.name}; give the period that they "
+            "prescribe, period=."
+        )
+    if not driven and period is not None:
+        raise OptionError(
+            f"periodic: no function of time acts on {system.name}, so that no period is "
+            "prescribed; give turn= or near= instead, or a parameter in free= for which this is "
+            "the period."
+        )
+    if not len(system.states):
+        raise OptionError(f"periodic: {system.name} has no states; simulate one period of it.")
+    active = np.flatnonzero(~drifting(system, advance))
+    if not len(active):
+        raise OptionError(f"periodic: no state of {system.name} has an effect; nothing repeats.")
+    problem = Problem(system, advance, active, period is None, rtol, iterations, clock)
+    if period is not None:
+        guess = after_cycles(problem, point, period, settle)
+    else:
+        guess = after_time(problem, point, near, settle)
+    used = None
+    if method == "harmonic":
+        refined, used, steps, evaluations = collocate(problem, guess, harmonics)
+        orbit = closed(problem, refined)
+        orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
+    else:
+        orbit = shoot(problem, guess)
+    found = _result(problem, orbit, method, used, grid)
+    return _with_period(found, names[0], wanted) if names else found
+
+
+def _wanted(
+    system: System,
+    names: list[str],
+    period: float | None,
+    clock: int | None,
+) -> float:
+    """The period that a free parameter shall bring about."""
+    if len(names) > 1 or period is None or clock is not None:
+        raise OptionError(
+            f"periodic: free = {names}: one parameter is determined by one period; give one, and "
+            "the period as a number."
+        )
+    system.places(names)
+    return period
+
+
+def _with_period(orbit: PeriodicOrbit, name: str, wanted: float) -> PeriodicOrbit:
+    """The motion for whose period a parameter is changed, by Newton's method on the period."""
+    system, problem = orbit.system, orbit.problem
+    (place,) = system.places([name])
+    state = next(n for n in system.state_names if "(" not in n)
+    iterations, evaluations = orbit.iterations, orbit.evaluations
+    for _ in range(problem.iterations):
+        if abs(orbit.period / wanted - 1) <= 10 * problem.rtol:
+            free = {name: float(orbit.run.theta[place])}
+            return replace(orbit, free=free, iterations=iterations, evaluations=evaluations)
+        slopes = orbit.sensitivity([state], [name])
+        slope = slopes.period[name]
+        if not slope:
+            raise OptionError(
+                f"periodic: the period does not depend on {name}; free a parameter that changes it."
+            )
+        # no further than the orbit may be followed from its neighbour
+        change = float(np.clip(wanted - orbit.period, -0.3 * orbit.period, 0.3 * orbit.period))
+        old = orbit.found.guess
+        theta = old.point.theta.copy()
+        theta[place] += change / slope
+        system.check_parameters(theta)
+        x = old.point.x + slopes.start[:, 0] * change / slope
+        point = OperatingPoint(system, 0.0, x, theta, old.point.modes)
+        orbit = again(orbit, Guess(point, old.period + change, old.phase))
+        iterations += orbit.iterations
+        evaluations += orbit.evaluations + slopes.evaluations
+    raise SolverError(
+        f"{system.name}: no {name} for which the period is {wanted:.9g} s was found in "
+        f"{problem.iterations} iterations; for {orbit.run.theta[place]:.6g} it is "
+        f"{orbit.period:.9g} s. Begin with a value nearer to it.",
+        orbit.run,
+    )
+
+
+def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
+    """The periodic motion near a guess, by shooting, as another was found."""
+    grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
+    return _result(orbit.problem, shoot(orbit.problem, guess), "shooting", None, grid)
+
+
+def _result(
+    problem: Problem, orbit: Orbit, method: str, used: int | None, grid: int
+) -> PeriodicOrbit:
+    system, active, names = problem.system, problem.active, problem.system.state_names
+    T, point = orbit.guess.period, orbit.guess.point
+    run = simulate(system, until=T, start=point, grid=grid, rtol=problem.rtol)
+    if problem.free:
+        refuse_rest(problem, run)
+    values = np.linalg.eigvals(orbit.monodromy)
+    values = values[np.argsort(-np.abs(values))]
+    shift = None
+    if problem.free:
+        nearest = int(np.argmin(np.abs(values - 1)))
+        shift, values = complex(values[nearest]), np.delete(values, nearest)
+    idle = np.setdiff1d(np.arange(len(names)), active)
+    gained = run.pieces[-1].x[-1] - point.x
+    worst = int(np.argmax(np.abs(orbit.residuals)))
+    return PeriodicOrbit(
+        system,
+        run,
+        T,
+        {names[i]: float(problem.advance[i]) for i in np.flatnonzero(problem.advance)},
+        {names[i]: float(gained[i]) for i in idle},
+        values,
+        shift,
+        float(np.abs(orbit.residuals).max()),
+        names[active[worst]],
+        orbit.condition,
+        _seam(run, active),
+        method,
+        used,
+        orbit.iterations,
+        orbit.evaluations,
+        problem,
+        orbit,
+    )
+
+
+def _seam(run: Trajectory, active: np.ndarray) -> tuple[str, ...]:
+    """States whose rates at the end are not those at the start."""
+    system, rows = run.system, []
+    for piece in run.pieces:
+        found = system.rhs(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
+        rows.append(np.asarray(found).T)
+    rates = np.concatenate(rows)
+    jumps = np.abs(rates[-1] - rates[0]) > 1e-6 * np.abs(rates).max(axis=0)
+    return tuple(system.state_names[i] for i in active if jumps[i])
+
+
+def _check(
+    system: System,
+    period: float | None,
+    near: float | None,
+    turn: Mapping[Name, float] | None,
+    settle: float | None,
+    method: str,
+    harmonics: int | None,
+    grid: int,
+    rtol: float,
+) -> None:
+    if period is None and near is None and not turn:
+        raise OptionError(
+            "periodic: give period= (prescribed by functions of time), turn= (an angle that goes "
+            "on turning) or near= (about the period of a self-excited oscillation)."
+        )
+    if period is not None and near is not None:
+        raise OptionError("periodic: give period= or near=, not both.")
+    if period is None and near is None and settle is None:
+        raise OptionError("periodic: the period is unknown; give settle=, a time to simulate, s.")
+    for name, value in (("period", period), ("near", near), ("settle", settle)):
+        least = 0 if name == "settle" and period is not None else 1e-300
+        if value is not None and not (np.isfinite(value) and value >= least):
+            raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
+    if method not in ("shooting", "harmonic"):
+        raise OptionError(f"periodic: method = {method!r}: choose 'shooting' or 'harmonic'.")
+    if harmonics is not None and (method != "harmonic" or harmonics < 1):
+        raise OptionError(
+            f"periodic: harmonics = {harmonics!r}: a positive number, with method='harmonic'."
+        )
+    if not isinstance(grid, int) or grid < 10:
+        raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
+    if not 1e-13 <= rtol <= 1e-4:
+        raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")
+    if method == "harmonic" and system.switching:
+        names = ", ".join(sorted(set(system.switching.names))[:6])
+        raise OptionError(
+            f"periodic: harmonic balance needs a smooth system, but {system.name} changes modes "
+            f"({names or 'conditions and when statements'}). Use method='shooting'."
+        )

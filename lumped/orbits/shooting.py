@@ -1,0 +1,304 @@
+"""Periodic motions by Newton's method on the states after a period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.gradients.forward import Forward
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.advance import nominals
+from lumped.timeloop.result import OperatingPoint, Trajectory
+
+__all__ = [
+    "Guess",
+    "Orbit",
+    "Problem",
+    "bordered",
+    "closed",
+    "refuse_rest",
+    "shoot",
+    "sizes",
+]
+
+_SHORTEST = 2.0**-7
+"""Fraction of a Newton step below which the search gives up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What must repeat.
+
+    Attributes
+    ----------
+    system : System
+        From `assemble`.
+    advance : ndarray, shape (n,)
+        By what each state grows in a period.
+    active : ndarray of int, shape (k,)
+        States that must repeat; the others have no effect on them.
+    free : bool
+        The period is unknown.
+    rtol : float
+        Relative tolerance of runs, and of the residual.
+    iterations : int
+        Give up after so many.
+    clock : int or None
+        Place of the parameter that is the period.
+    """
+
+    system: System
+    advance: np.ndarray
+    active: np.ndarray
+    free: bool
+    rtol: float
+    iterations: int
+    clock: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A start point, a period, s, and what fixes the phase, shape (k,); zeros if the time does."""
+
+    point: OperatingPoint
+    period: float
+    phase: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """What was found.
+
+    Attributes
+    ----------
+    guess : Guess
+        Start point and period.
+    run : Trajectory
+        One period, at the steps of the solver.
+    monodromy : ndarray, shape (k, k)
+        Derivatives of the active states after a period by those before it.
+    residuals : ndarray, shape (k,)
+        What the active states miss after a period, over their size.
+    condition : float
+        Condition number of the Jacobian, in states over their size.
+    iterations, evaluations : int
+        Newton steps, evaluations of the right-hand side.
+    """
+
+    guess: Guess
+    run: Trajectory
+    monodromy: np.ndarray
+    residuals: np.ndarray
+    condition: float
+    iterations: int
+    evaluations: int
+
+
+class _Shot:
+    """A run over one period and what it misses."""
+
+    def __init__(self, problem: Problem, guess: Guess) -> None:
+        self.guess = guess
+        system, active = problem.system, problem.active
+        self.run = simulate(
+            system, until=guess.period, start=guess.point, grid=None, rtol=problem.rtol
+        )
+        last = self.run.pieces[-1]
+        if last.system is not system:
+            raise SolverError(
+                f"{system.name}: states change places during the period (see run.events); "
+                "periodic motions are not followed across that.",
+                self.run,
+            )
+        self.end, self.settings = last.x[-1], last.settings[-1]
+        missed = (self.end - guess.point.x - problem.advance)[active]
+        self.size = sizes(problem, self.run.x)
+        self.residuals: np.ndarray = missed / self.size
+        self.rate = np.asarray(
+            system.rhs(self.end, self.run.theta, guess.period, self.settings)
+        ).ravel()[active]
+
+
+def sizes(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """How large the active states become, at least what runs resolve."""
+    least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
+    found: np.ndarray = np.maximum(np.abs(x).max(axis=0), least)[problem.active]
+    return found
+
+
+def refuse_rest(problem: Problem, run: Trajectory) -> None:
+    """An equilibrium repeats after any period."""
+    if (np.ptp(run.x, axis=0)[problem.active] < 1e-6 * sizes(problem, run.x)).all():
+        raise SolverError(
+            f"{problem.system.name}: what was found is an equilibrium, not a periodic motion. "
+            "Give start values farther from it, and let it settle less.",
+            run,
+        )
+
+
+def shoot(problem: Problem, guess: Guess) -> Orbit:
+    """Newton's method, damped, until the residual is below the tolerance.
+
+    Where no part of a step makes it smaller, the motion goes on for a period by itself. Where an
+    orbit is so unstable that it amplifies the errors of a run beyond that, they are the
+    tolerance.
+
+    The Jacobian is the monodromy matrix less one (Parker and Chua, Practical Numerical Algorithms
+    for Chaotic Systems, 1989, ch. 5), from the sensitivity equations, exact across events; an
+    unknown period adds the rates at the end as a column and the phase as a row.
+
+    Raises
+    ------
+    SolverError
+        If it does not converge, or motions beside the one found are periodic too.
+    """
+    forward = _forward(problem)
+    shot = _Shot(problem, guess)
+    evaluations = shot.run.statistics.evaluations - forward.evaluations
+    for iteration in range(problem.iterations + 1):
+        if np.abs(shot.residuals).max(initial=0.0) <= problem.rtol:
+            return _finished(problem, shot, forward, iteration, evaluations)
+        if iteration == problem.iterations:
+            break
+        monodromy = _monodromy(problem, shot, forward)
+        step, change = _newton_step(problem, shot, monodromy)
+        fraction, merit = 1.0, np.linalg.norm(shot.residuals)
+        while fraction >= _SHORTEST:
+            period = shot.guess.period + fraction * change
+            if 0.3 < period / shot.guess.period < 3:
+                x = shot.guess.point.x.copy()
+                x[problem.active] += fraction * step
+                try:
+                    tried = _Shot(problem, _moved(shot, x, period))
+                except SolverError:
+                    tried = None
+                if tried is not None:
+                    evaluations += tried.run.statistics.evaluations
+                if tried is not None and np.linalg.norm(tried.residuals) < merit:
+                    shot = tried
+                    break
+            fraction /= 2
+        else:
+            amplified = problem.rtol * np.abs(monodromy * shot.size / shot.size[:, None]).max()
+            if np.abs(shot.residuals).max() <= amplified:
+                return _finished(problem, shot, forward, iteration, evaluations)
+            shot = _Shot(problem, _moved(shot, shot.end - problem.advance, shot.guess.period))
+            evaluations += shot.run.statistics.evaluations
+    _refuse(problem, shot)
+    raise AssertionError
+
+
+def closed(problem: Problem, guess: Guess) -> Orbit:
+    """The period that begins at a guess, as it is."""
+    forward = _forward(problem)
+    shot = _Shot(problem, guess)
+    evaluations = shot.run.statistics.evaluations - forward.evaluations
+    return _finished(problem, shot, forward, 0, evaluations)
+
+
+def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
+    """Derivative of residuals and phase by states and period (without both if it is known)."""
+    matrix = orbit.monodromy - np.eye(len(problem.active))
+    if not problem.free:
+        return matrix
+    found: np.ndarray = np.block([[matrix, rate[:, None]], [orbit.guess.phase[None, :], 0.0]])
+    return found
+
+
+def _forward(problem: Problem) -> Forward:
+    """Sensitivity equations by the start states alone."""
+    made, k = problem.system.made, len(problem.active)
+    key = ("forward", k, problem.rtol)
+    if key not in made:
+        seed = np.zeros((problem.system._inputs[1].numel(), k))
+        made[key] = Forward(problem.system, seed, problem.rtol)
+    found: Forward = made[key]
+    return found
+
+
+def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
+    S = np.eye(len(problem.system.states))[:, problem.active]
+    courses, _ = forward.courses(shot.run, S)
+    found: np.ndarray = courses[-1][-1][problem.active]
+    return found
+
+
+def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
+    """A new guess that begins in the modes in which the last run ended."""
+    old = shot.guess.point
+    count = len(old.modes) - len(old.system._values.implicit)
+    modes = np.concatenate([shot.settings[:count], old.modes[count:]])
+    point = OperatingPoint(old.system, 0.0, x, old.theta, modes)
+    return Guess(point, period, shot.guess.phase)
+
+
+def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
+    """Changes of the active states and of the period."""
+    k, size = len(problem.active), shot.size
+    (matrix, _), right = _scaled(problem, shot, monodromy), -shot.residuals
+    if not problem.free:
+        return scipy.linalg.solve(matrix, right) * size, 0.0
+    found = scipy.linalg.solve(matrix, np.append(right, 0.0))
+    return found[:k] * size, float(found[k] * shot.guess.period)
+
+
+def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
+    """Jacobian in states over their size and period over its length, and its condition."""
+    k, size = len(problem.active), shot.size
+    matrix = (monodromy - np.eye(k)) * size / size[:, None]
+    if problem.free:
+        row, column = shot.guess.phase * size, shot.rate * shot.guess.period / size
+        row = row / np.linalg.norm(row)
+        matrix = np.block([[matrix, column[:, None]], [row[None, :], 0.0]])
+    _, values, rows = scipy.linalg.svd(matrix)
+    if values[-1] <= max(1e-9, 10 * problem.rtol) * max(values[0], 1.0):
+        _refuse_singular(problem, shot, np.abs(rows[-1, :k]))
+    return matrix, float(values[0] / values[-1])
+
+
+def _refuse_singular(problem: Problem, shot: _Shot, shares: np.ndarray) -> None:
+    names = [problem.system.state_names[i] for i in problem.active]
+    moved = [names[i] for i in np.argsort(-shares) if shares[i] > 0.1 * shares.max()]
+    raise SolverError(
+        f"{problem.system.name}: motions with other {', '.join(moved[:6])} are periodic too "
+        "(the monodromy matrix has a multiplier 1 along them), so none is determined. Where an "
+        "angle goes on turning, give its turn; where the period is not prescribed by a function "
+        "of time, give near= instead of period=; add damping or a load where nothing settles.",
+        shot.run,
+    )
+
+
+def _finished(
+    problem: Problem, shot: _Shot, forward: Forward, iterations: int, evaluations: int
+) -> Orbit:
+    first = shot.run.pieces[0].x[0]
+    if np.abs(first - shot.guess.point.x)[problem.active].max(initial=0.0) > 1e-9:
+        raise SolverError(
+            f"{problem.system.name}: states jump at the very start of the period. Choose another "
+            "phase (start values, or begin functions of time later).",
+            shot.run,
+        )
+    monodromy = _monodromy(problem, shot, forward)
+    _, condition = _scaled(problem, shot, monodromy)
+    evaluations += forward.evaluations
+    cost = iterations, evaluations
+    return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
+
+
+def _refuse(problem: Problem, shot: _Shot) -> None:
+    worst = int(np.argmax(np.abs(shot.residuals)))
+    number = int(problem.active[worst])
+    name = problem.system.state_names[number]
+    unit = "" if "(" in name else f" {problem.system.quantity(name).unit}"
+    missed = shot.residuals[worst] * shot.size[worst]
+    raise SolverError(
+        f"{problem.system.name}: no periodic motion found after {problem.iterations} iterations: "
+        f"after T = {shot.guess.period:.9g} s {name} misses its value by {missed:.4g}{unit}, "
+        f"{abs(shot.residuals[worst]):.2g} of its size (tolerance {problem.rtol:.2g}). Let it "
+        "settle longer, give start values nearer to it, or check the period.",
+        shot.run,
+    )

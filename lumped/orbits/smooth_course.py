@@ -1,0 +1,114 @@
+"""Extremes and integrals of quantities over a run, from values and exact derivatives."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["Course", "Extreme", "course", "extreme", "integral"]
+
+_QUINTIC = np.linalg.inv(
+    [
+        [1, 0, 0, 0, 0, 0],
+        [1, 1, 1, 1, 1, 1],
+        [0, 1, 0, 0, 0, 0],
+        [0, 1, 2, 3, 4, 5],
+        [0, 0, 2, 0, 0, 0],
+        [0, 0, 2, 6, 12, 20],
+    ]
+)
+"""Coefficients of a polynomial on 0 to 1 from its values and two derivatives at both ends."""
+
+
+class Course(NamedTuple):
+    """A quantity and its time derivatives over the points of one smooth piece, each shape (k,)."""
+
+    t: np.ndarray
+    y: np.ndarray
+    rate: np.ndarray
+    bend: np.ndarray
+
+
+class Extreme(NamedTuple):
+    """A greatest or least value and when it is reached, s."""
+
+    value: float
+    time: float
+
+
+def course(run: Trajectory, expression: ca.SX) -> list[Course]:
+    """A scalar expression of the states of a run, piece by piece."""
+    system = run.system
+    x, _, t, _ = system._inputs
+
+    def rate(y: ca.SX) -> ca.SX:
+        found: ca.SX = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+        return found
+
+    first = rate(expression)
+    every = ca.densify(ca.vertcat(expression, first, rate(first)))
+    function = ca.Function("course", system._inputs, [every])
+    found = []
+    for piece in run.pieces:
+        if len(piece.t) > 1:
+            rows = function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
+            found.append(Course(piece.t, *np.asarray(rows)))
+    return found
+
+
+def extreme(pieces: list[Course], sign: int) -> Extreme:
+    """The greatest value (sign 1) or the least (-1)."""
+    inside = np.linspace(0, 1, 9)
+    powers = inside ** np.arange(6)[:, None]
+    best = Extreme(-np.inf, 0.0)
+    for piece in pieces:
+        shapes = sign * _shapes(piece)
+        values = shapes @ powers
+        middle = int(np.argmax(values.max(axis=1)))
+        for k in range(max(middle - 1, 0), min(middle + 2, len(shapes))):
+            law = Polynomial(shapes[k])
+            top = _top(law, float(inside[np.argmax(values[k])]))
+            if law(top) > best.value:
+                time = piece.t[k] + top * (piece.t[k + 1] - piece.t[k])
+                best = Extreme(float(law(top)), float(time))
+    return Extreme(sign * best.value, best.time)
+
+
+def _top(law: Polynomial, near: float) -> float:
+    """Where a polynomial on 0 to 1 is greatest, by Newton's method."""
+    slope, bend = law.deriv(), law.deriv(2)
+    place = near
+    for _ in range(4):
+        if bend(place) >= 0:
+            break
+        place = float(np.clip(place - slope(place) / bend(place), 0, 1))
+    return max(near, place, key=law)
+
+
+def integral(pieces: list[Course], frequency: float = 0.0) -> complex:
+    """Integral over the time of a quantity times ``exp(-j frequency t)``, frequency in rad/s.
+
+    Euler and Maclaurin's rule on each interval, exact for polynomials of degree five.
+    """
+    total = 0j
+    for t, y, rate, bend in pieces:
+        wave, s = np.exp(-1j * frequency * t), -1j * frequency
+        y2 = (bend + 2 * s * rate + s**2 * y) * wave
+        y1, y0, h = (rate + s * y) * wave, y * wave, np.diff(t)
+        total += np.sum(h / 2 * (y0[:-1] + y0[1:]) + h**2 / 10 * (y1[:-1] - y1[1:]))
+        total += np.sum(h**3 / 120 * (y2[:-1] + y2[1:]))
+    return complex(total)
+
+
+def _shapes(piece: Course) -> np.ndarray:
+    """Coefficients of the polynomial of each interval, shape (k - 1, 6)."""
+    t, y, rate, bend = piece
+    h = np.diff(t)
+    ends = [y[:-1], y[1:], h * rate[:-1], h * rate[1:], h**2 * bend[:-1], h**2 * bend[1:]]
+    found: np.ndarray = np.array(ends).T @ _QUINTIC.T
+    return found

@@ -1,1 +1,0 @@
-"""Pictures of models and runs: schematics, moving linkages, and pages."""

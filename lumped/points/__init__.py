@@ -1,0 +1,1 @@
+"""Operating points: start, equilibrium, linearisation, and how they change."""

@@ -1,0 +1,399 @@
+"""States at which nothing changes: steady state, steady rotation and rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.compiler.pruning import uses
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import SolverError, StartError
+from lumped.points.equilibrium_search import EquilibriumSearch
+from lumped.points.initial_equations import initial_residuals
+from lumped.points.position_search import agreed
+from lumped.points.start import start_point
+from lumped.points.steady_directions import unsteady_part
+from lumped.support.arguments import checked
+from lumped.timeloop.changeover import Settler
+from lumped.timeloop.holds import Holds
+from lumped.timeloop.result import Kept, OperatingPoint
+from lumped.timeloop.settings import just_after, settings_at
+
+__all__ = ["equilibrium"]
+
+_MOST = 10
+"""Times that what sticks, slides or switches is chosen anew, and four for each that may."""
+_SAME = 1e-9
+"""Relative difference below which a value counts as kept."""
+
+
+@checked
+def equilibrium(
+    system: System,
+    *,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    free: Iterable[Name] = (),
+    rest: bool = False,
+    time: float = 0.0,
+    tolerance: float = 1e-10,
+) -> OperatingPoint:
+    """Find states whose derivatives all vanish, nearest to the start values.
+
+    Given start values are kept and initial equations go on to hold if an equilibrium allows it, so
+    a free drive turns at the speed that was given. What no equilibrium near the start keeps is
+    named in ``point.lost`` and where the point is printed; values in `start` come before those
+    given to instances. Absolute angles or positions may go on at a constant rate if nothing
+    depends on how far they turned together (steady rotation).
+
+    The search starts from `start_point`. It is a Newton iteration with minimum-norm steps
+    (Deuflhard, Newton Methods for Nonlinear Problems, ch. 4). Where that fails, the way on which
+    the system settles is followed in pseudo-time, through play that closes and whatever else
+    changes its position. What sticks, slides and is switched agrees with the point found.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    parameters, start : mapping of name to float, optional
+        Parameters to change, start values to set.
+    free : iterable of names
+        Parameters that the equilibrium determines, for example the torque of a motor that turns
+        its load at the given speed. Given start values must then hold.
+    rest : bool
+        Nothing moves: all speeds are zero, whatever start values instances give them.
+    time : float
+        Instant at which functions of time are taken, s.
+    tolerance : float
+        Largest remaining derivative, relative to the derivatives' own scale.
+
+    Raises
+    ------
+    SolverError
+        If there is no equilibrium near the start; the text names the worst equation.
+    StartError
+        If free parameters are not determined, or speeds are given to a system at rest.
+    """
+    places = system.places(free)
+    begin = start_point(system, parameters, start, time=time)
+    if rest:
+        _refuse_speeds(system, start)
+    demands = _Demands(begin, start or {}, rest)
+    fault: SolverError | None = None
+    for keep in (True, False)[: 1 if places else 2]:
+        try:
+            found = _Equilibrium(demands, places, rest, tolerance).found(keep=keep)
+        except SolverError as error:
+            fault = fault or error
+            continue
+        system.check_parameters(found.theta)
+        return found
+    assert fault is not None
+    raise fault
+
+
+class _Demands:
+    """Given start values and initial equations, which an equilibrium keeps if it can.
+
+    Parameters
+    ----------
+    begin : OperatingPoint
+        Where they hold.
+    start : mapping of name to float
+        Start values that were set; those come before all others.
+    rest : bool
+        Speeds do not count.
+
+    Attributes
+    ----------
+    asked, declared : list of int
+        Nodes of start values that were set, and of those given to instances.
+    """
+
+    def __init__(self, begin: OperatingPoint, start: Changes, rest: bool) -> None:
+        self.begin, system = begin, begin.system
+        self.start = {system.key(name): value for name, value in start.items()}
+        values = system._values
+        implicit, seen = {*values.implicit}, set[int]()
+        groups = []
+        for unknowns in ([system._tree.unknown(n) for n in start], system._flat.given):
+            found = {system._reduced.node(u): u for u in unknowns}
+            mine = {n: u for n, u in found.items() if n is not None and n not in implicit | seen}
+            seen |= set(mine)
+            if rest:
+                mine = {n: u for n, u in mine.items() if not _order(system, n)}
+            groups.append({n: u for n, u in mine.items() if _computable(system, values.of([n]))[0]})
+        self.asked, self.declared = (list(group) for group in groups)
+        self._unknowns = groups[0] | groups[1]
+        equations, self._places = initial_residuals(system)
+        kept = _computable(system, equations)
+        self._equations = np.flatnonzero(kept).tolist()
+        self.equations: ca.SX = equations[self._equations] if kept.any() else ca.SX(0, 1)
+
+    def values(self, nodes: list[int], point: OperatingPoint) -> np.ndarray:
+        """Values of nodes at a point."""
+        return _evaluated(point, self.begin.system._values.of(nodes))
+
+    def kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
+        """Nodes that have their values at a point still, and initial equations that hold."""
+        nodes = self.asked + self.declared
+        wanted, now = (self.values(nodes, p) for p in (self.begin, point))
+        same = np.abs(now - wanted) <= _SAME * (1.0 + np.abs(wanted))
+        held = np.abs(_evaluated(point, self.equations)) <= _SAME * self._sizes(point)
+        return [n for n, k in zip(nodes, same, strict=True) if k], np.flatnonzero(held).tolist()
+
+    def _sizes(self, point: OperatingPoint) -> np.ndarray:
+        """Sizes of the terms of the initial equations."""
+        slopes = ca.jacobian(self.equations, point.system._inputs[0])
+        found = _evaluated(point, slopes).reshape(slopes.shape, order="F")
+        sizes: np.ndarray = 1.0 + np.abs(found) @ np.abs(point.x)
+        return sizes
+
+    def lost(self, point: OperatingPoint) -> tuple[str, ...]:
+        """What does not hold at a point, in words."""
+        system, (nodes, equations) = point.system, self.kept(point)
+        found = []
+        for node in self.asked + self.declared:
+            if node not in nodes:
+                unknown = self._unknowns[node]
+                sign = float(system._reduced.aliases.signs[unknown])
+                value = sign * float(self.values([node], self.begin)[0])
+                unit = system._tree.quantity(unknown).unit
+                found.append(f"{system._tree.unknown_name(unknown)} = {value:.6g} {unit}")
+        for k, place in enumerate(self._equations):
+            if k not in equations:
+                text = system._flat.initial_text(*self._places[place])
+                found.append(f"the initial equation {text}")
+        return tuple(found)
+
+
+class _Equilibrium:
+    """The search for an equilibrium and the positions that hold there."""
+
+    def __init__(self, demands: _Demands, places: list[int], rest: bool, tolerance: float) -> None:
+        self._demands, self._first, self._system = demands, demands.begin, demands.begin.system
+        self._places, self._rest, self._tolerance = places, rest, tolerance
+        self._on_the_way = False
+
+    def found(self, *, keep: bool) -> OperatingPoint:
+        """An equilibrium; with all that was given, or as much of it as possible.
+
+        Raises
+        ------
+        SolverError
+            If there is none near the start.
+        """
+        demands, s = self._demands, self._system.switching
+        nodes = demands.asked + demands.declared
+        equations = list(range(demands.equations.numel()))
+        point = agreed(
+            self._first,
+            partial(self._solved, nodes, equations) if keep else self._nearest,
+            self._repositioned,
+            _between,
+            _key,
+            _MOST + 4 * (len(s.relation_modes) + len(s.first_modes)),
+        )
+        if point is None:
+            raise SolverError(
+                f"{self._system.name}: no equilibrium near the start values: what sticks or slides "
+                "changes again and again. Give start values nearer to it."
+            )
+        if not keep or (_modes(point) != _modes(self._first)).any():
+            point = self._nearer(point, *((nodes, equations) if keep else demands.kept(point)))
+        lost = demands.lost(point)
+        kept = Kept(rest=self._rest) if lost else self._all_kept()
+        return replace(point, lost=lost, kept=replace(kept, start=demands.start))
+
+    def _all_kept(self) -> Kept:
+        nodes = sorted({*self._demands.asked, *self._demands.declared})
+        return Kept(tuple(self._places), tuple(nodes), True, self._rest)
+
+    def _nearer(
+        self, point: OperatingPoint, nodes: list[int], equations: list[int]
+    ) -> OperatingPoint:
+        """The equilibrium nearest to the start in the positions of one, keeping some of it."""
+        system = self._system
+        wanted = dict(zip(nodes, self._demands.values(nodes, self._first), strict=True))
+        speeds = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        closed = np.where(speeds, self._first.x, point.x)
+        for begin in (self._first.x, closed, point.x):
+            x = begin.copy()
+            for i, node in enumerate(system.states):
+                if node in wanted:
+                    x[i] = wanted[node]
+            start = replace(self._first, x=x, modes=point.modes)
+            try:
+                near = self._solved(nodes, equations, start, newton=True)
+                if self._repositioned(near) is near:
+                    return near
+            except (SolverError, StartError):
+                continue
+        return point
+
+    def _nearest(self, begin: OperatingPoint) -> OperatingPoint:
+        """The equilibrium in the positions of a point that keeps as much as possible."""
+        demands, values = self._demands, self._system._values
+        asked, declared = (
+            (values.of(nodes), demands.values(nodes, self._first))
+            for nodes in (demands.asked, demands.declared)
+        )
+        zeros = np.zeros(demands.equations.numel())
+        second = ca.vertcat(declared[0], demands.equations), np.append(declared[1], zeros)
+        return self._solved([], [], begin, wishes=(asked, second))
+
+    def _solved(
+        self,
+        nodes: list[int],
+        equations: list[int],
+        begin: OperatingPoint,
+        *,
+        wishes: Sequence[tuple[ca.SX, np.ndarray]] = (),
+        newton: bool = False,
+    ) -> OperatingPoint:
+        """An equilibrium that keeps what is named, in the positions of a point.
+
+        Or a point on the way to it where these positions change.
+        """
+        system, rest = self._system, self._rest
+        stuck = _stuck(begin)
+        still = np.array([node in stuck for node in system.states], dtype=bool)
+        fixed = np.array([node in nodes for node in system.states], dtype=bool)
+        if rest:
+            still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        every = scipy.sparse.eye_array(len(still), format="csc")
+        change = every if rest else unsteady_part(begin)
+        kept = [n for n in nodes if n not in system.states and n not in stuck]
+        zero = [n for n in sorted(stuck) if n not in system.states]
+        zero = [n for n in zero if _computable(system, system._values.of([n]))[0]]
+        closed = _closed(begin)
+        nothing = np.zeros(len(zero) + closed.numel() + len(equations))
+        wanted = [self._demands.values(kept, self._first), nothing]
+        expressions = ca.vertcat(
+            system._values.of(kept),
+            system._values.of(zero),
+            closed,
+            self._demands.equations[equations] if equations else ca.SX(0, 1),
+        )
+        wishes = [] if rest else [(system._in_states(e), v) for e, v in wishes if len(v)]
+        search = EquilibriumSearch(
+            begin,
+            self._places,
+            self._first.time,
+            self._tolerance,
+            change,
+            system._in_states(expressions),
+            np.concatenate(wanted),
+            wishes,
+        )
+        x = np.where(still, 0.0, begin.x)
+        implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
+        later = just_after(self._first.time)
+        settings = settings_at(system, x, begin.theta, later, implicit, begin.modes)
+        movable = ~(fixed | still)
+        if newton:
+            found = search.newton(x, settings, movable)
+        else:
+            found = search.near(x, settings, movable, still)
+        self._on_the_way = search.on_the_way
+        if found is None:
+            raise SolverError(search.fault("rest" if rest else "equilibrium"))
+        if rest and not self._on_the_way:
+            search.check_rest(found)
+        return found
+
+    def _repositioned(self, found: OperatingPoint) -> OperatingPoint:
+        """The point with the positions that hold there; itself if it is an equilibrium in them."""
+        point = _settled(found)
+        if point is found and self._on_the_way:
+            raise SolverError(
+                f"{self._system.name}: no equilibrium near the start values: on the way there, "
+                "positions of conditions or holds cannot be told. Give start values nearer to it."
+            )
+        return point
+
+
+def _modes(point: OperatingPoint) -> np.ndarray:
+    found: np.ndarray = point.modes[: len(point.modes) - len(point.system._values.implicit)]
+    return found
+
+
+def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> OperatingPoint:
+    return replace(begin, x=begin.x + share * (end.x - begin.x))
+
+
+def _key(point: OperatingPoint) -> np.ndarray:
+    """What tells points of the search apart: modes and states, without rounding."""
+    count = len(point.modes) - len(point.system._values.implicit)
+    positions = point.system.switching.positions(point.modes[:count])
+    return np.append(positions, point.x).astype(np.float32)
+
+
+def _evaluated(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
+    system = point.system
+    function = ca.Function("at", system._inputs, [ca.densify(system._in_states(expression))])
+    return np.asarray(function(point.x, point.theta, point.time, point.modes)).ravel(order="F")
+
+
+def _computable(system: System, expression: ca.SX) -> np.ndarray:
+    """Which rows depend on states in use only."""
+    used = uses(expression, system._values).tocoo()
+    found = np.ones(expression.numel(), dtype=bool)
+    found[used.row[~np.isin(used.col, system._in_use)]] = False
+    return found
+
+
+def _closed(point: OperatingPoint) -> ca.SX:
+    """Gaps that are closed, and stay so."""
+    s = point.system.switching
+    numbers = np.flatnonzero(s.has_gap & (point.modes[s.first_modes] > 0.5)).tolist()
+    return s.gap[numbers] if numbers else ca.SX(0, 1)
+
+
+def _order(system: System, node: int) -> int:
+    return system._reduced.class_and_order(node)[1]
+
+
+def _settled(point: OperatingPoint) -> OperatingPoint:
+    """The point, with what sticks, slides and is switched there; itself if nothing changes.
+
+    What would have to slide backwards on the way there is tried at standstill first.
+    """
+    system, switching = point.system, point.system.switching
+    if not switching:
+        return point
+    modes, guesses = np.split(point.modes, [len(point.modes) - len(system._values.implicit)])
+    holds, time, x = Holds(system, point.theta), just_after(point.time), point.x.copy()
+    speed = holds.look(time, x, modes, guesses).v
+    _, forward, backward = holds.parts(modes)
+    turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
+    holds.stop(x, turned)
+    settler = Settler(system, point.theta, 1.0)
+    _, now, changes = settler.settle(time, x, modes, guesses, modes)
+    if not changes:
+        return point
+    return OperatingPoint(system, point.time, x, point.theta, np.append(now, guesses))
+
+
+def _stuck(point: OperatingPoint) -> set[int]:
+    """Speeds that are held at zero."""
+    switching = point.system.switching
+    if not switching:
+        return set()
+    stuck = point.modes[switching.first_modes] > 0.5
+    return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
+
+
+def _refuse_speeds(system: System, start: Changes | None) -> None:
+    for name, value in (start or {}).items():
+        node = system._reduced.node(system._tree.unknown(name))
+        if node is not None and _order(system, node) > 0 and value:
+            raise StartError(
+                f"{system.key(name)} = {value:g} {system.quantity(name).unit}: nothing moves at "
+                "rest. Leave out this start value, or rest=True."
+            )

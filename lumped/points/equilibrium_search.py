@@ -1,0 +1,286 @@
+"""Newton's method for equilibria, in given positions of conditions and holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.errors import SolverError, StartError
+from lumped.points.linearise import growth
+from lumped.points.pseudo_time import settled
+from lumped.timeloop.result import Convergence, OperatingPoint
+from lumped.timeloop.settings import just_after, settings_at
+
+__all__ = ["EquilibriumSearch"]
+
+_MOST_CLOSING = 20
+"""Times that a linkage is closed anew at what looked like an equilibrium."""
+_SINGULAR = 1e-14
+_FARTHEST = 1e9
+"""A free parameter so many times larger than it was runs away."""
+_REST = (
+    "Nothing may move at rest: stop sources of motion, and let springs or supports take the "
+    "torques that do not balance."
+)
+
+
+class EquilibriumSearch:
+    """Newton's method on the states and free parameters of a system.
+
+    Parameters
+    ----------
+    begin : OperatingPoint
+        Whose parameters hold.
+    places : list of int
+        Places of the free parameters.
+    change : csc_array, shape (states, states)
+        What of the derivatives must vanish: a projection on what is no steady motion.
+    kept : SX
+        Expressions that must have certain values.
+    wanted : ndarray
+        These values.
+    wishes : sequence of (SX, ndarray)
+        Expressions that shall have certain values as far as that is possible, the first before
+        all others.
+
+    Attributes
+    ----------
+    on_the_way : bool
+        Whether the last point found is where positions change on the way to an equilibrium.
+    """
+
+    def __init__(
+        self,
+        begin: OperatingPoint,
+        places: list[int],
+        time: float,
+        tolerance: float,
+        change: scipy.sparse.csc_array,
+        kept: ca.SX,
+        wanted: np.ndarray,
+        wishes: Sequence[tuple[ca.SX, np.ndarray]] = (),
+    ) -> None:
+        self.system, self.theta, self.places = begin.system, begin.theta, places
+        self.time, self.tolerance, self.change = time, tolerance, change
+        x, theta = self.system._inputs[:2]
+        free = theta[places] if places else ca.SX(0, 1)
+        by_parameters = ca.SX(len(begin.x), 0)
+        if places:
+            by_parameters = ca.jacobian(self.system.rates, free)
+        self.effects = ca.Function(
+            "effects",
+            self.system._inputs,
+            [
+                by_parameters,
+                kept,
+                ca.jacobian(kept, ca.vertcat(x, free)),
+            ],
+        )
+        self.wanted, self.on_the_way = wanted, False
+        self.wishes = [
+            (
+                ca.Function("wish", self.system._inputs, [e, ca.jacobian(e, ca.vertcat(x, free))]),
+                value,
+            )
+            for e, value in wishes
+        ]
+        self.residual = np.zeros(len(begin.x) + len(self.wanted))
+        self.iterations = self.evaluations = 0
+
+    def near(
+        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray, still: np.ndarray
+    ) -> OperatingPoint | None:
+        """An equilibrium near a point, if one is found; only movable states change.
+
+        On its way to rest also what shall stand still in the end may move. Where positions of
+        conditions or holds change on the way on which the system settles, the search ends there.
+        """
+        self.on_the_way = False
+        found = self.newton(begin, settings, movable)
+        if found is None and (self.system.switching or not self.places):
+            point = OperatingPoint(self.system, self.time, begin, self.theta, settings)
+            end = settled(point, movable | still, self.change)
+            if end is not None and end.changed:
+                self.on_the_way = True
+                return OperatingPoint(self.system, self.time, end.x, self.theta, end.settings)
+            if end is not None and not self.places:
+                found = self.newton(np.where(still, 0.0, end.x), end.settings, movable)
+        return found
+
+    def newton(
+        self, begin: np.ndarray, settings: np.ndarray, movable: np.ndarray
+    ) -> OperatingPoint | None:
+        """Newton's method, repeated until linkages are closed where it ends."""
+        z = np.concatenate([begin, self.theta[self.places]])
+        for _ in range(_MOST_CLOSING):
+            z, found = self._newton(z, settings, movable)
+            if not found:
+                return None
+            before, (x, theta) = settings, self._parted(z)
+            guesses = before[len(before) - len(self.system._values.implicit) :]
+            settings = settings_at(self.system, x, theta, just_after(self.time), guesses, settings)
+            count = len(before) - len(guesses)
+            if np.allclose(settings[count:], before[count:], rtol=1e-9, atol=1e-12):
+                self._check_determined(z, settings, movable)
+                search = self._convergence(z, settings, movable)
+                return OperatingPoint(self.system, self.time, x, theta, settings, search=search)
+        return None
+
+    def _convergence(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> Convergence:
+        """What the search cost, and how well its result is founded."""
+        matrix, scale = self._jacobian(z, settings)
+        left = np.abs(self._missed(z, settings)) / scale
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        scaled = (matrix * (np.abs(z) + 1e-3) / scale[:, None])[:, columns]
+        sizes = np.linalg.svd(scaled, compute_uv=False)
+        least = sizes[len(sizes) - 1] if scaled.shape[1] <= scaled.shape[0] and len(sizes) else 0.0
+        condition = sizes[0] / least if least > _SINGULAR * sizes.max(initial=0.0) else np.inf
+        point = OperatingPoint(self.system, self.time, *self._parted(z), settings)
+        cost, residual = (self.iterations, self.evaluations), float(left.max(initial=0.0))
+        return Convergence(*cost, residual, float(condition), growth(self.system, point)[0])
+
+    def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and parameters."""
+        theta = self.theta.copy()
+        count = len(self.system.states)
+        theta[self.places] = z[count:]
+        return z[:count], theta
+
+    def _missed(self, z: np.ndarray, settings: np.ndarray) -> np.ndarray:
+        """Derivatives that must vanish, then changes of what is kept."""
+        self.evaluations += 1
+        point = (*self._parted(z), self.time, settings)
+        rates = self.change @ np.asarray(self.system.rhs(*point)).ravel()
+        return np.append(rates, np.asarray(self.effects(*point)[1]).ravel() - self.wanted)
+
+    def _jacobian(self, z: np.ndarray, settings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of these by states and free parameters, and their own scale."""
+        point = (*self._parted(z), self.time, settings)
+        by_parameters, _, kept = (part.full() for part in self.effects(*point))
+        rates = np.hstack([self.system.jacobian(*point)[0].full(), by_parameters])
+        matrix = np.vstack([self.change @ rates, kept])
+        return matrix, np.abs(matrix) @ (np.abs(z) + 1e-3) + 1e-9
+
+    def _newton(
+        self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Where the iteration ends, and whether the derivatives vanish there."""
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        first = self.residual = self._missed(z, settings)
+        far = _FARTHEST * (np.abs(z[len(movable) :]) + 1.0)
+        for _ in range(100):
+            if not np.isfinite(self.residual).all():
+                break
+            matrix, scale = self._jacobian(z, settings)
+            if (np.abs(self.residual) <= self.tolerance * scale).all():
+                return z, True
+            if not (columns.any() and np.isfinite(matrix).all()):
+                break
+            self.iterations += 1
+            step = np.zeros(len(z))
+            scaled = matrix[:, columns] / scale[:, None]
+            least = scipy.linalg.lstsq(scaled, -self.residual / scale, lapack_driver="gelsy")[0]
+            step[columns] = least
+            if self.wishes:
+                step[columns] = self._wished(z, settings, step, scaled, columns)
+            z, moved = self._line_search(z, step, scale, settings)
+            if not moved:
+                break
+            if (np.abs(z[len(movable) :]) > far).any():  # as if a body were infinitely heavy
+                self.residual = first
+                break
+        return z, False
+
+    def _wished(
+        self,
+        z: np.ndarray,
+        settings: np.ndarray,
+        step: np.ndarray,
+        scaled: np.ndarray,
+        columns: np.ndarray,
+    ) -> np.ndarray:
+        """The step with what it leaves open used for the wishes, one after the other."""
+        space = scipy.linalg.null_space(scaled, rcond=1e-10)
+        point = (*self._parted(z), self.time, settings)
+        for function, value in self.wishes:
+            now, slopes = (part.full() for part in function(*point))
+            effect = slopes[:, columns] @ space
+            if not effect.size:
+                continue
+            short = value - now.ravel() - slopes @ step
+            step = step.copy()
+            step[columns] += space @ scipy.linalg.lstsq(effect, short)[0]
+            space = space @ scipy.linalg.null_space(effect, rcond=1e-10)
+        found: np.ndarray = step[columns]
+        return found
+
+    def _line_search(
+        self, z: np.ndarray, step: np.ndarray, scale: np.ndarray, settings: np.ndarray
+    ) -> tuple[np.ndarray, bool]:
+        """Shorten the step until it helps."""
+        before = float(np.linalg.norm(self.residual / scale))
+        for power in range(12):
+            trial = z + 0.5**power * step
+            found = self._missed(trial, settings)
+            if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
+                self.residual = found
+                return trial, True
+        return z, False
+
+    def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
+        """Refuse free parameters that could be others."""
+        if not self.places:
+            return
+        columns = np.append(movable, np.ones(len(self.places), dtype=bool))
+        matrix, scale = self._jacobian(z, settings)
+        scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
+        open_ = np.abs(scipy.linalg.null_space(scaled[:, columns])).max(axis=1, initial=0.0)
+        p = self.system._flat.parameters
+        lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
+        if len(lost):
+            names = ", ".join(p.names[p.free[place]] for place in lost)
+            raise StartError(
+                f"{self.system.name}: the equilibrium does not determine the free parameters "
+                f"{names}. Give more start values, for example a speed, or free fewer."
+            )
+
+    def check_rest(self, point: OperatingPoint) -> None:
+        """Refuse an equilibrium in which something moves."""
+        system = self.system
+        nodes = [system._reduced.states[i] + 1 for i in sorted(system._positions)]
+        lost = np.setdiff1d(np.arange(len(system._reduced.states)), system._in_use)
+        speeds = ca.Function(
+            "speeds", system._inputs, [system._without(system._values.of(nodes), lost)]
+        )
+        found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
+        for node, speed in zip(nodes, found, strict=True):
+            if not abs(speed) <= 1e-9:
+                name = system._node_name(node)
+                unit = "" if "(" in name else f" {system.quantity(name).unit}"
+                raise SolverError(f"{system.name}: no rest: {name} = {speed:.4g}{unit}. {_REST}")
+
+    def fault(self, what: str) -> str:
+        """Why the last search found nothing."""
+        system, residual = self.system, self.residual[: len(self.system.states)]
+        worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
+        hint = (
+            "A free drive with a net torque accelerates for ever: add a load or damper, or set "
+            "torques that balance."
+        )
+        if self.places:
+            hint = (
+                "The given start values must hold beside free parameters: give fewer of them, or "
+                "free a parameter that has an effect there."
+            )
+        elif what == "rest":
+            hint = _REST
+        elif system._in_use[worst] in system._positions:
+            hint = "It moves while something depends on where it is, which is no equilibrium."
+        return (
+            f"{system.name}: no {what} near the start values: der({system.state_names[worst]}) "
+            f"stays at {residual[worst]:.4g} "
+            f"after {self.iterations} iterations of Newton's method. {hint}"
+        )

@@ -1,0 +1,160 @@
+"""How an equilibrium changes with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.points.kink_refusals import refuse_kinks
+from lumped.points.moved_equilibrium import moved_point, places_to
+from lumped.support.arguments import checked
+from lumped.support.ranking import ranked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import OperatingPoint
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["EquilibriumSensitivity", "equilibrium_sensitivity"]
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class EquilibriumSensitivity:
+    """Derivatives of quantities at an equilibrium; ``found["shaft.phi_rel", "load.tau"]`` is one.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+        The equilibrium.
+    of, to : tuple of str
+        Quantities and parameters.
+    values : ndarray, shape (len(of),)
+        Quantities.
+    derivatives : ndarray, shape (len(of), len(to))
+        Their derivatives.
+    """
+
+    point: OperatingPoint
+    of: tuple[str, ...]
+    to: tuple[str, ...]
+    values: Real
+    derivatives: Real
+
+    @checked
+    def __getitem__(self, pair: tuple[Name, Name]) -> float:
+        row, column = self._row(pair[0]), _place(self.point.system, pair[1], self.to)
+        return float(self.derivatives[row, column])
+
+    @checked
+    def ranked(self, of: Name) -> list[tuple[str, float]]:
+        """Parameters and relative sensitivities of a quantity, the largest first.
+
+        Raises
+        ------
+        OptionError
+            If the quantity is zero, to which nothing is relative.
+        """
+        row, known = self._row(of), self.point.parameters
+        varied = np.array([known[name] for name in self.to])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            relative = self.derivatives[row] * varied / self.values[row]
+        return ranked(self.of[row], self.values[row], self.to, relative)
+
+    @checked
+    def plot(self, of: Name | None = None) -> Figure:
+        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        from lumped.drawing.plots import tornado
+
+        row = 0 if of is None else self._row(of)
+        name = self.of[row]
+        title = f"{self.point.system.name}: {name} = {self.values[row]:.4g} at the equilibrium"
+        return tornado(self.ranked(name), title, name)
+
+    def _row(self, of: Name) -> int:
+        return _place(self.point.system, of, self.of)
+
+    def __repr__(self) -> str:
+        rows = []
+        for name, value in zip(self.of[:12], self.values, strict=False):
+            most = self.ranked(name)[:4] if value else []
+            text = "; ".join(f"{n} {v:+.4f}" for n, v in most if v)
+            unit = self.point.system.quantity(name).unit
+            rows.append((name, number(float(value)), unit, text))
+        head = f"{self.point.system.name}: equilibrium by {len(self.to)} parameters, relative"
+        if self.point.search is not None:
+            head += f"; the point was {self.point.search}"
+        return f"{head}\n" + table(("quantity", "value", "unit", "largest"), rows)
+
+
+@checked
+def equilibrium_sensitivity(
+    point: OperatingPoint, *, of: Iterable[Name], to: Iterable[Name] | None = None
+) -> EquilibriumSensitivity:
+    """Derivatives of quantities at an equilibrium by parameters.
+
+    By the implicit function theorem on vanishing derivatives, ``f_x dx + f_p dp == 0``. What is
+    held stays held: what sticks or is locked stays where it is, and what is closed or on its stop
+    stays in contact. Parameters that the equilibrium determined (`free`) follow, so that what was
+    given stays as it was given. Where an equilibrium is one of many, such as the speed of a free
+    drive, what was given changes as little as it can, then the states do.
+
+    Parameters
+    ----------
+    point : OperatingPoint
+        From `equilibrium`.
+    of : iterable of names
+        Quantities.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Raises
+    ------
+    OptionError
+        If `of` or `to` is empty, the point is no equilibrium, or it determines a parameter of
+        `to`.
+    UnknownNameError
+        If a name does not exist.
+    SolverError
+        If there is no equilibrium for other parameters, or a derivative has two sides: the point
+        is exactly where a law changes its piece, a contact opens or friction begins to slide.
+    """
+    system = point.system
+    names, places = places_to(point, to)
+    wanted = [system.key(name) for name in of]
+    if not wanted or not names:
+        raise OptionError("equilibrium_sensitivity: name at least one quantity and one parameter.")
+    moved = moved_point(point, places)
+    if moved is None:
+        raise OptionError(
+            f"{system.name}: derivatives of states do not vanish at this point, so it is no "
+            "equilibrium. Take one from lumped.equilibrium."
+        )
+    x, theta, _, _ = system._inputs
+    y = system.expressions(wanted)
+    slopes = ca.jacobian(y, ca.vertcat(x, theta))
+    function = ca.Function("outputs", system._inputs, [y, slopes])
+
+    def values_and_slopes(modes: Real) -> Real:
+        parts = function(point.x, point.theta, point.time, modes)
+        return np.hstack([part.full() for part in parts])
+
+    refuse_kinks(point, moved, names, values_and_slopes)
+    found = values_and_slopes(point.modes)
+    derivatives = moved.through(found[:, 1:])
+    return EquilibriumSensitivity(point, tuple(wanted), tuple(names), found[:, 0], derivatives)
+
+
+def _place(system: System, name: Name, known: tuple[str, ...]) -> int:
+    key = system.key(name)
+    if key not in known:
+        raise UnknownNameError(f"'{key}' was not asked for. {nearest(key, known)}")
+    return known.index(key)

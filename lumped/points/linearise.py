@@ -1,0 +1,167 @@
+"""Linearisation at an operating point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.points.situation import one_sided, situation
+from lumped.points.start import start_point
+from lumped.points.vibrating_states import finite, moving
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import OperatingPoint
+
+__all__ = ["Linearisation", "growth", "linearise"]
+
+_MOST = 500
+_GROWS = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """``der(x) = A x + B u``, ``y = C x + D u`` for small deviations.
+
+    Attributes
+    ----------
+    A, B, C, D : ndarray
+        Shapes (n, n), (n, inputs), (outputs, n), (outputs, inputs).
+    states, inputs, outputs : tuple of str
+        Names.
+    point : OperatingPoint
+        Where it holds.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    point: OperatingPoint
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, *(number(v, 4) for v in row))
+            for name, row in zip(self.states, self.A[:10, :8], strict=False)
+        ]
+        point = self.point
+        rates = np.abs(
+            point.system.rhs(point.x, point.theta, point.time, point.modes).toarray().ravel()
+        )
+        text = f"{point.system.name}: exact at t = {point.time:g} s"
+        if len(rates):
+            fastest = int(rates.argmax())
+            text += (
+                f", where der({self.states[fastest]}) = {rates[fastest]:.3g} is the fastest change"
+            )
+        text += f"{situation(point)}\n"
+        if side := one_sided(point):
+            text += f"{side}\n"
+        head = (f"der of, A {self.A.shape[0]}x{self.A.shape[1]}", *self.states[:8])
+        return text + table(head, rows)
+
+
+@checked
+def linearise(
+    system: System,
+    *,
+    at: OperatingPoint | None = None,
+    inputs: Iterable[Name] = (),
+    outputs: Iterable[Name] = (),
+    parameters: Changes | None = None,
+) -> Linearisation:
+    """Linearise a system; all derivatives are exact.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    at : OperatingPoint, optional
+        Where; default is the start point.
+    inputs : iterable of names
+        Parameters (or inputs given as numbers) that vary.
+    outputs : iterable of names
+        Quantities to observe.
+    parameters : mapping of name to float, optional
+        Parameters to change, if `at` is not given.
+
+    Raises
+    ------
+    UnknownNameError
+        If an input or output does not exist.
+    SolverError
+        If a derivative is not finite at the point.
+    """
+    if at is not None and parameters:
+        raise OptionError("linearise: give the parameters when making the operating point `at`.")
+    point = finite(at or start_point(system, parameters))
+    matrices, given, observed = linear_matrices(system, point, inputs, outputs)
+    A, B, C, D = (m.toarray() for m in matrices)
+    return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)
+
+
+def linear_matrices(
+    system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
+) -> tuple[list[scipy.sparse.csc_array], tuple[str, ...], tuple[str, ...]]:
+    """A, B, C and D as sparse matrices, and the full names of inputs and outputs."""
+    p = system._flat.parameters
+    place = {p.names[i]: k for k, i in enumerate(p.free)}
+    given = tuple(system.key(name) for name in inputs)
+    observed = tuple(system.key(name) for name in outputs)
+    for name in given:
+        if given.count(name) > 1:
+            raise OptionError(f"{system.name}: the input {name} is named twice.")
+        if name not in place:
+            raise UnknownNameError(
+                f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
+            )
+    x, theta, _, _ = system._inputs
+    u = theta[[place[name] for name in given]] if given else ca.SX(0, 1)
+    y = system.expressions(observed)
+    function = ca.Function(
+        "linear",
+        system._inputs,
+        [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
+    )
+    found = function(point.x, point.theta, point.time, point.modes)
+    matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]
+    if not all(np.isfinite(m.data).all() for m in matrices):
+        raise SolverError(
+            f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
+        )
+    return matrices, given, observed
+
+
+def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
+    """Fastest growth of small deviations, 1/s, and the state in which it shows most.
+
+    Zero if none grows, beyond rounding; nan for systems of more than 500 states, whose eigenvalues
+    would take too long.
+    """
+    own = np.flatnonzero(moving(system, point))
+    if len(own) > _MOST:
+        return np.nan, ""
+    if not len(own):
+        return 0.0, ""
+    matrix = sparse_state_matrix(system, point).toarray()[own][:, own]
+    balanced = scipy.linalg.matrix_balance(matrix, permute=False)[0]
+    values, vectors = scipy.linalg.eig(balanced)
+    first = int(values.real.argmax())
+    # an angle beside its speed is a double zero, found to the root of rounding
+    if values.real[first] <= _GROWS * np.abs(values).max():
+        return 0.0, ""
+    most = int(np.abs(vectors[:, first]).argmax())
+    return float(values.real[first]), system.state_names[own[most]]
+
+
+def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
+    """A as a sparse matrix."""
+    return system.state_matrix((point.x, point.theta, point.time, point.modes))

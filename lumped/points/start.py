@@ -1,0 +1,196 @@
+"""Initial states: start values and initial equations hold, declared defaults fill the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError, StartError
+from lumped.points.start_search import StartSearch
+from lumped.support.arguments import checked
+from lumped.timeloop.changeover import Change, Settler
+from lumped.timeloop.machine import begun
+from lumped.timeloop.result import OperatingPoint
+
+__all__ = ["StartForm", "by_name", "start_form", "start_point", "start_slopes"]
+
+
+@checked
+def start_point(
+    system: System,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    free: Iterable[Name] = (),
+    *,
+    time: float = 0.0,
+    together: bool = False,
+) -> OperatingPoint:
+    """States at the start of a run.
+
+    Start values given to instances (``Inertia(J=1, w=100)``), those in `start`, and the
+    ``initial_equations`` of components hold exactly. States that they do not determine take their
+    declared defaults; where a given quantity is not itself a state, the least wanted states follow
+    from it. For a quantity that a closed linkage determines, the start value is where the search
+    begins, and so chooses the assembly. Where bodies collide at once, the start values are those
+    before the impact, and the states those after it.
+
+    Newton's method starts from the defaults. If it fails, the wanted values are approached step by
+    step from those that the quantities have there. What is demanded holds in the positions that
+    conditions, friction and contacts have at the start: it is met in the positions of the defaults,
+    positions are found where that ends, and so on until both agree. ``point.residual`` tells how
+    far the worst of it is missed.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    parameters, start : mapping of name to float, optional
+        Parameters to change, start values to set.
+    free : iterable of names
+        Parameters that the start values determine, for example the rest length of a spring that
+        holds a body at a given place with a given acceleration.
+    time : float
+        Instant of the start, s.
+    together : bool
+        Parts move together: no twist of a spring and no play changes, so that one given speed
+        turns a whole drive train. Twists themselves keep their start values. Parts that only a
+        damper or slipping friction joins move as they are told.
+
+    Raises
+    ------
+    StartError
+        If start values and initial equations contradict each other, do not determine a free
+        parameter, cannot hold in any positions that follow from them, or put bodies inside each
+        other.
+    OptionError
+        If `start` is no mapping.
+    """
+    search = StartSearch(
+        system, system.theta(parameters), by_name(start), system.places(free), time, together
+    )
+    x, settings = search.solve()[system._in_use], search.settings
+    collisions: tuple[Change, ...] = ()
+    if system.switching:
+        x, settings, collisions = _settled(search, x)
+    point = OperatingPoint(system, time, x, search.theta, settings, collisions)
+    return replace(point, residual=search.residual)
+
+
+def by_name(start: object) -> Changes:
+    """Start values by name; none if nothing is given.
+
+    Raises
+    ------
+    OptionError
+        If it is something else, such as a point, which only a run can start from.
+    """
+    if isinstance(start, Mapping | None):
+        return start or {}
+    if isinstance(start, OperatingPoint):
+        raise OptionError(
+            f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
+            "lp.simulate, lp.work_precision and what takes at= can go on. Here start values by "
+            "name are needed, such as {'rotor.w': 100.0}; what depends on them begins at t = 0."
+        )
+    raise OptionError(
+        f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "
+        "for a run from an equilibrium the point that lp.equilibrium(system) returns."
+    )
+
+
+def _settled(
+    search: StartSearch, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
+    """States and settings after what collides at once, and what does."""
+    system, (modes, guesses) = search.system, search.parted()
+    found = begun(system, search.theta, search.time, x, np.concatenate([modes, guesses]))
+    if found is not None:
+        search.check(found[1])
+        return *found, ()
+    settler = Settler(system, search.theta, 1.0)
+    try:
+        x, modes, collisions = settler.begin(search.time, x, modes, guesses)
+    except SolverError as error:
+        raise StartError(str(error)) from None
+    if not collisions:
+        search.check(modes)
+    return x, np.concatenate([modes, guesses]), collisions
+
+
+def start_slopes(
+    system: System,
+    theta: np.ndarray,
+    start: Changes,
+    seed: np.ndarray,
+    varied: Mapping[int, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """States at the time zero, before any impact there, and their derivatives.
+
+    Parameters
+    ----------
+    seed : ndarray, shape (parameters, k)
+        Derivatives of the parameters.
+    varied : mapping of int to ndarray, shape (k,)
+        Derivatives of start values of unknowns; each is given or a state.
+
+    Returns
+    -------
+    ndarray, shapes (n,) and (n, k)
+    """
+    begin = StartSearch(system, theta, start, [], 0.0)
+    x = begin.solve()
+    return x[system._in_use], begin.slopes(x, seed, varied)[system._in_use]
+
+
+@dataclass(frozen=True, eq=False)
+class StartForm:
+    """States at the time zero as expressions of the parameters, before any impact there.
+
+    Attributes
+    ----------
+    states : SX, shape (all states, 1)
+        Those that are given or take their defaults; numbers for those that must be searched for.
+    miss : SX
+        What must vanish: targets less what is wanted, relative to that if it is above one;
+        expressions of all states, parameters, time and settings.
+    rows, columns : list of int
+        Targets and states of a regular system of as many equations as states.
+    guesses : ndarray
+        Where the search for implicit quantities begins.
+    """
+
+    states: ca.SX
+    miss: ca.SX
+    rows: list[int]
+    columns: list[int]
+    guesses: np.ndarray
+
+
+def start_form(system: System, start: Changes) -> StartForm:
+    """How the states at the time zero follow from the parameters; some start values are set."""
+    begin = StartSearch(system, system.theta(None), start, [], 0.0)
+    x, flat, reduced = begin.solve(), system._flat, begin.reduced
+
+    def signed(unknown: int) -> ca.SX:
+        given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}
+        return float(reduced.aliases.signs[unknown]) * ca.SX(given[unknown])
+
+    states = ca.SX.zeros(len(x))
+    for unknown in (*flat.starts, *(u for u, _ in begin.fixed.values())):
+        node = reduced.node(unknown)
+        if node in begin.position:
+            states[begin.position[node]] = signed(unknown)
+    guesses = begin.settings[len(begin.settings) - len(begin.guesses) :]
+    if begin.search is None:
+        return StartForm(states, ca.SX(0, 1), [], [], guesses)
+    rows, columns = begin.search.regular(x)
+    states[columns] = ca.DM(x[columns])
+    wanted = ca.SX.zeros(begin.search.value.numel())
+    for i, (unknown, _) in enumerate(begin.targets.values()):
+        wanted[i] = signed(unknown)
+    miss = (begin.search.value - wanted) / ca.fmax(1, ca.fabs(wanted))
+    return StartForm(states, miss, rows, columns, guesses)

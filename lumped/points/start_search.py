@@ -1,0 +1,415 @@
+"""The search for states at the start, in the positions of conditions and holds that hold there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.errors import SolverError, StartError
+from lumped.language.quantity import beyond
+from lumped.points.position_search import agreed, borders
+from lumped.points.targets import Targets
+from lumped.support.units import plain
+from lumped.timeloop.calls import Call
+from lumped.timeloop.changeover import Settler
+from lumped.timeloop.holds import BACKWARD, FORWARD, STUCK, Holds
+from lumped.timeloop.instants import clocks, modes_at
+from lumped.timeloop.settings import closed_with, just_after
+
+__all__ = ["StartSearch"]
+
+_MOST = 60
+"""Times that positions are found anew."""
+
+
+class _Trial(NamedTuple):
+    """All states, parameters, and modes of all conditions and holds."""
+
+    x: np.ndarray
+    theta: np.ndarray
+    modes: np.ndarray
+
+
+class StartSearch:
+    """What is demanded of a start, and the states and parameters that meet it.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    theta : ndarray
+        Parameters.
+    start : mapping of name to float
+        Start values to set.
+    free : list of int
+        Places of the parameters to be found.
+    time : float
+        Instant, s.
+    together : bool
+        Parts move together: relative positions, such as twists, rest.
+
+    Attributes
+    ----------
+    x, theta, settings : ndarray
+        All states, parameters, modes and implicit quantities.
+    given : dict of int to float
+        Start value of each unknown that has one.
+    changed : set of int
+        Those of them that were set.
+    fixed, targets : dict of int to (int, float)
+        Unknown and value of each node that is a state, and that is none.
+    search : Targets or None
+        What was searched for.
+    residual : float or None
+        How far the worst of it is missed; None where nothing was searched for.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        theta: np.ndarray,
+        start: Changes,
+        free: list[int],
+        time: float,
+        together: bool = False,
+    ) -> None:
+        self.system, self.theta, self.free, self.time = system, theta, free, time
+        self._resting = _relative(system) if together else []
+        self.reduced = system._reduced
+        self.position = {n: i for i, n in enumerate(self.reduced.states)}
+        given, self.starts = self._evaluated()
+        for name, value in start.items():
+            unknown = system._tree.unknown(name)
+            unit = system._tree.quantity(unknown).unit
+            given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
+        self.given, self.changed = given, {system._tree.unknown(name) for name in start}
+        for unknown, number in given.items():
+            why = beyond(number)
+            if why is not None:
+                raise StartError(f"{self._text(unknown)}: a start value {why}.")
+        self.guesses = self._first_guesses()
+        modes = modes_at(system, theta, just_after(time))
+        self.settings = np.concatenate([modes, self.guesses])
+        self.x = np.zeros(len(self.reduced.states))
+        for unknown, value in self.starts.items():
+            node = self.reduced.node(unknown)
+            if node in self.position:
+                self.x[self.position[node]] = self._signed(unknown, value)
+
+    def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
+        """Start values given to instances, and those of declarations."""
+        flat, made = self.system._flat, self.system.made
+        if "starts" not in made:
+            both = ca.vertcat(ca.SX(0, 1), *flat.given.values(), *flat.starts.values())
+            inputs = [flat.parameters.theta]
+            made["starts"] = Call(ca.Function("starts", inputs, [ca.densify(both)]))
+        numbers = made["starts"](self.theta)[0].tolist()
+        count = len(flat.given)
+        return (
+            dict(zip(flat.given, numbers[:count], strict=True)),
+            dict(zip(flat.starts, numbers[count:], strict=True)),
+        )
+
+    def _signed(self, unknown: int, value: float) -> float:
+        return value * float(self.reduced.aliases.signs[unknown])
+
+    def solve(self) -> np.ndarray:
+        """All states, before any impact.
+
+        Raises
+        ------
+        StartError
+            If what is demanded cannot hold.
+        """
+        self._sort()
+        self.search: Targets | None = None
+        self.residual: float | None = None
+        for node, (_, value) in self.fixed.items():
+            self.x[self.position[node]] = value
+        trial = _Trial(self.x, self.theta, self._timed(self.theta))
+        if self.targets or self.free or self.system._flat.initial:
+            held = {self.position[n]: u for n, (u, _) in self.fixed.items()}
+            self.search = Targets(
+                self.system, self.targets, held, self.free, self.guesses, self.time, self._text
+            )
+            trial = self._met(trial)
+            self.residual = self.search.residual(trial.x, trial.theta)[0]
+            if self.free:
+                self.system.check_parameters(trial.theta)
+        self.x, self.theta, _ = trial
+        self.settings = self._closed(trial)
+        return self.x
+
+    def check(self, modes: np.ndarray) -> None:
+        """Refuse a start at which what is demanded does not hold in these modes.
+
+        Raises
+        ------
+        StartError
+            With the worst of it.
+        """
+        if self.search is None or (modes == self.search.modes).all():
+            return
+        self.search.modes = modes
+        self.residual, missed = self.search.residual(self.x, self.theta)
+        if missed:
+            raise self._disagreement(missed)
+
+    def parted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Modes in which only functions of time have their positions, and implicit quantities."""
+        modes = self._timed(self.theta)
+        return modes, self.settings[len(modes) :]
+
+    def _sort(self) -> None:
+        """Which given values are those of states, and which must be searched for."""
+        self.fixed: dict[int, tuple[int, float]] = {}
+        self.targets: dict[int, tuple[int, float]] = {}
+        for unknown, raw in self.given.items():
+            node, value = self.reduced.node(unknown), self._signed(unknown, raw)
+            if node is None:
+                if raw != 0.0:
+                    raise StartError(
+                        f"{self._text(unknown)} cannot hold: this quantity is always zero here. "
+                        "Remove the start value."
+                    )
+                continue
+            if node in self.system._values.implicit:
+                continue
+            store = self.fixed if node in self.position else self.targets
+            if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
+                raise StartError(
+                    f"Start values contradict each other: {self._text(store[node][0])} and "
+                    f"{self._text(unknown)}, but both are the same motion. Give only one of them."
+                )
+            store[node] = (unknown, value)
+        for node in self._resting:
+            rate = node + 1
+            if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
+                self.targets[rate] = (~self.system._members[node], 0.0)
+
+    def _timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
+        """Modes with those of functions of time as they are at the start; others stay or are 0."""
+        now = modes_at(self.system, theta, just_after(self.time))
+        if modes is None or not len(now):
+            return now
+        found = modes.copy()
+        timed = [m for clock in clocks(self.system) for m in clock.condition.modes]
+        found[timed] = now[timed]
+        return found
+
+    def _closed(self, trial: _Trial) -> np.ndarray:
+        used = trial.x[self.system._in_use]
+        return closed_with(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
+
+    def _met(self, first: _Trial) -> _Trial:
+        """Where everything that is demanded holds, in the positions that hold there."""
+        if not self.system.switching:
+            return self._solved(first, first)
+        fault: StartError | None = None
+        begins = ((begin, on) for begin in self._begins(first) for on in (False, True))
+        for begin, follows in begins:
+            try:
+                found = agreed(
+                    begin,
+                    partial(self._solved, first),
+                    self._repositioned,
+                    _between,
+                    lambda trial: self.system.switching.positions(trial.modes),
+                    _MOST,
+                    follows,
+                )
+            except StartError as error:
+                fault = fault or error
+                continue
+            if found is not None:
+                return self._stopped(found)
+        assert self.search is not None
+        raise fault or self._disagreement(self.search.residual(first.x, first.theta)[1])
+
+    def _begins(self, first: _Trial) -> Iterator[_Trial]:
+        """Where to begin, with positions."""
+        try:
+            begin = self._repositioned(first)
+        except StartError:
+            begin = first
+        yield begin
+        if begin is not first:
+            yield first
+        yield from self._across(begin)
+
+    def _across(self, begin: _Trial) -> Iterator[_Trial]:
+        """Points beyond borders, where something else changes what is demanded.
+
+        Within a play, nothing changes the torque that a spring behind it shall have: borders are
+        crossed until something does.
+        """
+        assert self.search is not None
+        touching, border = borders(self.system, self.search.value)
+        if not touching.size:
+            return
+        movable = np.ones(len(self.x), dtype=bool)
+        movable[list(self.search.fixed)] = False
+        trial, (missed, hopeless, *measure) = begin, self._idle(begin)
+        first = True
+        while hopeless or first:
+            found = []
+            settings = self._closed(trial)
+            ways, slopes = border(trial.x, trial.theta, self.time, settings)
+            slopes = slopes.reshape(len(ways), -1) * movable
+            for k in np.flatnonzero(touching[missed].any(axis=0)).tolist():
+                way, slope = ways[k], slopes[k]
+                if not (np.isfinite(slope).all() and slope.any() and np.isfinite(way)):
+                    continue
+                moved = trial.x + way * slope / (slope @ slope)
+                try:
+                    beyond = self._repositioned(_Trial(moved, trial.theta, trial.modes))
+                    found.append((self._idle(beyond), beyond))
+                except StartError:
+                    continue
+            found.sort(key=lambda pair: pair[0][2:])
+            yield from (point for idle, point in found if not idle[1])
+            first = False
+            if not found or list(found[0][0][2:]) >= measure:
+                return
+            (missed, hopeless, *measure), trial = found[0]
+
+    def _idle(self, trial: _Trial) -> tuple[np.ndarray, bool, int, float]:
+        assert self.search is not None
+        self.search.modes = trial.modes
+        return self.search.idle(trial.x, trial.theta)
+
+    def _solved(self, first: _Trial, trial: _Trial) -> _Trial:
+        """Where everything that is demanded holds in the positions of a trial."""
+        assert self.search is not None
+        self.search.modes = trial.modes
+        try:
+            x, theta = self.search.meet(trial.x, trial.theta)
+        except StartError:
+            if trial.x is first.x:
+                raise
+            x, theta = self.search.meet(first.x, first.theta)
+        return _Trial(x, theta, trial.modes)
+
+    def _repositioned(self, trial: _Trial) -> _Trial:
+        """The trial with the positions that hold there; itself if these are its own.
+
+        What would slide backwards is tried at standstill.
+        """
+        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        settings = self._closed(trial)
+        modes, guesses = np.split(settings, [len(trial.modes)])
+        holds = Holds(self.system, trial.theta)
+        speed = holds.look(self.time, used, modes, guesses).v
+        parts = holds.parts(modes)
+        turned = (parts[FORWARD] & (speed < 0)) | (parts[BACKWARD] & (speed > 0))
+        self._stop(holds, used, turned & ~self.system.switching.has_gap)
+        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * 1e-3)
+        x[self.system._in_use] = used
+        settler = Settler(self.system, trial.theta, 1.0)
+        try:
+            timed = self._timed(trial.theta)
+            found = settler.positions(self.time, used, timed, guesses)
+        except SolverError as error:
+            raise StartError(str(error)) from None
+        positions = self.system.switching.positions
+        if (positions(found) == positions(trial.modes)).all():
+            return trial
+        return _Trial(x, trial.theta, found)
+
+    def _stop(self, holds: Holds, used: np.ndarray, which: np.ndarray) -> None:
+        """Make speeds zero, but not those that are given."""
+        before = used.copy()
+        holds.stop(used, which)
+        given = [i for i, n in enumerate(self.system.states) if n in self.fixed]
+        used[given] = before[given]
+
+    def _stopped(self, trial: _Trial) -> _Trial:
+        """The trial without rounding in the speeds of what sticks."""
+        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        holds = Holds(self.system, trial.theta)
+        guesses = self._closed(trial)[len(trial.modes) :]
+        speed = holds.look(self.time, used, trial.modes, guesses).v
+        stuck = holds.parts(trial.modes)[STUCK]
+        self._stop(holds, used, stuck & (np.abs(speed) <= holds.rounding(used)))
+        x[self.system._in_use] = used
+        return trial._replace(x=x)
+
+    def _disagreement(self, missed: str) -> StartError:
+        return StartError(
+            f"{self.system.name}: {missed or 'what is demanded'} cannot hold at the start: the "
+            "positions of conditions, friction and contacts in which it is met are not those that "
+            "follow from it. Give start values nearer to the ones that are meant, or demand less."
+        )
+
+    def slopes(
+        self, x: np.ndarray, seed: np.ndarray, varied: Mapping[int, np.ndarray]
+    ) -> np.ndarray:
+        """Derivatives of the states found (see `start_slopes`)."""
+        flat, signs = self.system._flat, self.reduced.aliases.signs
+        values, p = {**flat.starts, **flat.given}, flat.parameters.theta
+        made = self.system.made
+        if "start slopes" not in made:
+            column = ca.vertcat(ca.SX(0, 1), *values.values())
+            made["start slopes"] = ca.Function("slopes", [p], [ca.jacobian(column, p)])
+        found = made["start slopes"](self.theta).sparse() @ seed
+        none = np.zeros(seed.shape[1])
+        rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
+        for unknown, slope in varied.items():
+            # a start value that is an expression of parameters moves with these too
+            rows[unknown] = rows.get(unknown, none) + slope
+        S = np.zeros((len(x), seed.shape[1]))
+        for unknown in (*flat.starts, *varied):
+            node = self.reduced.node(unknown)
+            if node in self.position:
+                S[self.position[node]] = signs[unknown] * rows[unknown]
+        for node, (unknown, _) in self.fixed.items():
+            S[self.position[node]] = signs[unknown] * rows[unknown]
+        if self.search is None:
+            return S
+        wanted = [signs[unknown] * rows[unknown] for unknown, _ in self.targets.values()]
+        return self.search.slopes(x, S, seed, np.array(wanted).reshape(-1, seed.shape[1]))
+
+    def _first_guesses(self) -> np.ndarray:
+        """Where the search for implicit quantities begins: start values given or declared."""
+        implicit = {node: i for i, node in enumerate(self.system._values.implicit)}
+        guesses = np.zeros(len(implicit))
+        for values in (self.starts, self.given) if implicit else ():
+            for unknown, value in values.items():
+                node = self.reduced.node(unknown)
+                if node in implicit:
+                    guesses[implicit[node]] = self._signed(unknown, value)
+        return guesses
+
+    def _text(self, unknown: int) -> str:
+        tree = self.system._tree
+        if unknown < 0:
+            return f"{tree.unknown_name(~unknown)} at rest (together=True)"
+        unit = tree.quantity(unknown).unit
+        return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+
+
+def _relative(system: System) -> list[int]:
+    """States that are positions of parts relative to each other, such as twists and gaps."""
+    tree, reduced = system._tree, system._reduced
+    units, absolute = set(), set()
+    for part in tree.nodes:
+        for i, quantity in enumerate(part.layout.quantities):
+            if quantity.kind == "potential":
+                units.add(quantity.unit)
+                absolute.add(reduced.node(part.first_unknown + i))
+    relative = (n for n in system.states if n not in absolute and n not in system.cyclic)
+    return [
+        n
+        for n in relative
+        if n in system._members and tree.quantity(system._members[n]).unit in units
+    ]
+
+
+def _between(begin: _Trial, end: _Trial, share: float) -> _Trial:
+    x, theta = (a + share * (b - a) for a, b in zip(begin[:2], end[:2], strict=True))
+    return _Trial(x, theta, begin.modes)

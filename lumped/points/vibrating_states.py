@@ -1,0 +1,46 @@
+"""Which states can vibrate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.timeloop.result import OperatingPoint
+
+__all__ = ["finite", "moving", "stuck"]
+
+
+def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
+    """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
+    found: NDArray[np.bool_] = ~np.isin(
+        system.states, [*system.cyclic, *system.switching.held(point.modes)]
+    )
+    return found
+
+
+def stuck(point: OperatingPoint) -> NDArray[np.bool_]:
+    """Which holds hold at the operating point, shape (h,)."""
+    found: NDArray[np.bool_] = point.modes[point.system.switching.first_modes] > 0.5
+    return found
+
+
+def finite(point: OperatingPoint) -> OperatingPoint:
+    """The point itself.
+
+    Raises
+    ------
+    SolverError
+        If a state or parameter is no number there.
+    """
+    p = point.system._flat.parameters
+    names = [*point.system.state_names, *(p.names[i] for i in p.free)]
+    values = np.append(point.x, point.theta)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise SolverError(
+            f"{point.system.name}: the operating point is not finite: {names[bad[0]]} = "
+            f"{values[bad[0]]}. Take one from start_point, equilibrium or a run."
+        )
+    return point

@@ -1,0 +1,1 @@
+"""Runs in time, and what they are made for: certificates, sweeps, inverse, sizing."""

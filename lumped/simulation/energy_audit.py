@@ -1,0 +1,219 @@
+"""Where the energy of a run went.
+
+A component that stores energy says how much by a method `stored`, one that dissipates by a method
+`loss`, both as expressions of its own quantities. What flows into those that store, through their
+mechanical ports, must be found again as stored or dissipated there. The powers come from torques
+and speeds at the ports, the stored energies from the states, so the balance closes only as well as
+the states were integrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.compiler.tree import Node
+from lumped.errors import EquationError
+from lumped.language.expression import Expr, Ref
+from lumped.language.lowering import lower
+from lumped.support.text_table import number
+from lumped.timeloop.result import Piece, Trajectory
+
+__all__ = ["EnergyAudit", "audited"]
+
+_WORK = {("rad", "N.m"), ("m", "N")}
+"""Units of potential and flow of a port whose product is work."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """Energies of a run, J: ``supplied == change + dissipated + impacts`` but for the error.
+
+    Attributes
+    ----------
+    components : tuple of str
+        Those that say what they store. All others count as supply, springs and bodies inside
+        components without a method `stored` too.
+    supplied : float
+        Work that came in through their mechanical ports, impacts apart.
+    change : float
+        What is stored at the end less that at the begin.
+    dissipated : float
+        What they dissipate themselves, by their method `loss`.
+    impacts : float
+        What they lost in jumps of the states.
+    turnover : float
+        Largest energy stored, or work done.
+    error : float
+        Largest gap of the balance in the course of the run, over the turnover.
+    works : tuple of (str, float)
+        What each of the others that does work gave at its mechanical ports, impacts apart;
+        negative if it took. Parts stand for the composites they are in.
+    """
+
+    components: tuple[str, ...]
+    supplied: float
+    change: float
+    dissipated: float
+    impacts: float
+    turnover: float
+    error: float
+    works: tuple[tuple[str, float], ...] = ()
+
+    def __repr__(self) -> str:
+        parts = (self.supplied, self.change, self.dissipated, self.impacts)
+        texts = [number(value + 0.0, 6) for value in parts]
+        return (
+            "energy of {} components, J: supplied {} = stored {} + dissipated {} + impacts {}, "
+            "to {} of the turnover {}"
+        ).format(len(self.components), *texts, number(self.error, 2), number(self.turnover, 4))
+
+
+def audited(
+    run: Trajectory, again: Callable[[Sequence[float] | np.ndarray | None], Trajectory]
+) -> EnergyAudit | None:
+    """Energy balance of a run; None if no component says what it stores.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Whose energies are wanted.
+    again : callable
+        The same run at other output times: those given, or None for the steps of the solver.
+
+    Raises
+    ------
+    EquationError
+        If a method `stored` or `loss` holds something else than the component's own quantities.
+    """
+    nodes = [node for node in run.system._tree.nodes if hasattr(node.component, "stored")]
+    if not nodes:
+        return None
+    steps = again(None)
+    pieces = [piece for piece in steps.pieces if len(piece.t)]
+    inner = [_inside(piece.t) for piece in pieces]
+    fine = again(np.concatenate([t.ravel() for t in inner]))
+    others = _others(run.system)
+    powers = np.concatenate([_values(piece, run.theta, nodes)[:, 1:] for piece in fine.pieces])
+    given = np.zeros(len(others))
+    supplied = dissipated = impacts = largest = worst = 0.0
+    first = before = float(_values(pieces[0], run.theta, nodes)[0, 0])
+    place = 0
+    for piece, t in zip(pieces, inner, strict=True):
+        stored = _values(piece, run.theta, nodes)[:, 0]
+        impacts += before - float(stored[0])
+        own = powers[place : place + t.size].reshape(*t.shape, 2 + len(others))
+        place += t.size
+        width = 0.5 * np.diff(piece.t)
+        work = np.cumsum(np.einsum("knp,n,k->kp", own, _WEIGHTS, width), axis=0)
+        in_, out = supplied + work[:, 0], dissipated + work[:, 1]
+        gaps = stored[1:] - first + impacts + out - in_
+        worst = max(worst, float(np.abs(gaps).max(initial=0.0)))
+        for each in (stored, in_, out):
+            largest = max(largest, float(np.abs(each).max(initial=0.0)))
+        if len(work):
+            supplied, dissipated = float(in_[-1]), float(out[-1])
+            given -= work[-1, 2:]
+        before = float(stored[-1])
+    error = worst / largest if largest else 0.0
+    paths = tuple(node.path for node in nodes)
+    works = tuple(
+        (node.path, float(work))
+        for node, work in zip(others, given, strict=True)
+        if abs(work) > 1e-9 * largest
+    )
+    return EnergyAudit(paths, supplied, before - first, dissipated, impacts, largest, error, works)
+
+
+def _others(system: System) -> list[Node]:
+    """Components without parts that do not say what they store and have mechanical ports."""
+    return [
+        node
+        for node in system._tree.nodes
+        if not node.children and not hasattr(node.component, "stored") and _ports(node)
+    ]
+
+
+def _ports(node: Node) -> list[int]:
+    """Places of the potentials of mechanical ports."""
+    quantities = node.layout.quantities
+    pairs = ((i, quantities[i], quantities[i + 1]) for i in range(0, 2 * len(node.layout.ports), 2))
+    return [i for i, potential, flow in pairs if (potential.unit, flow.unit) in _WORK]
+
+
+def _inside(t: np.ndarray) -> np.ndarray:
+    """Gauss points between times, shape (k - 1, 5)."""
+    found: np.ndarray = t[:-1, None] + 0.5 * np.diff(t)[:, None] * (1 + _NODES)
+    return found
+
+
+def _values(piece: Piece, theta: np.ndarray, nodes: list[Node]) -> np.ndarray:
+    """Energy stored, power through ports, power dissipated, and power into others, (k, 3 + m)."""
+    system = piece.system
+    if "audit" not in system.made:
+        system.made["audit"] = ca.Function("audit", system._inputs, [_sums(system, nodes)])
+    found = system.made["audit"](piece.x.T, theta, piece.t[None, :], piece.settings.T)
+    return np.asarray(found).T
+
+
+def _sums(system: System, nodes: list[Node]) -> ca.SX:
+    stored = power = loss = ca.SX(0)
+    for node in nodes:
+        component: Any = node.component
+        stored += _lowered(system, node, component.stored())
+        if hasattr(component, "loss"):
+            loss += _lowered(system, node, component.loss())
+        power += _power(system, node)
+    rest = [_power(system, node) for node in _others(system)]
+    return ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
+
+
+def _power(system: System, node: Node) -> ca.SX:
+    """Power that flows into a component through its mechanical ports."""
+    power = ca.SX(0)
+    for i in _ports(node):
+        q = node.first_unknown + i
+        power += system._raw([q + 1]) * _speed(system, q)
+    return power
+
+
+def _speed(system: System, unknown: int) -> ca.SX:
+    """Time derivative of a potential."""
+    reduced, values = system._reduced, system._values
+    node = reduced.node(unknown)
+    if node is None:
+        return ca.SX(0)
+    number, order = reduced.class_and_order(node)
+    if order < reduced.highest[number]:
+        rate = values.of([node + 1])
+    else:  # between springs without a body
+        moving = ca.vertcat(values.states, values.time)
+        rates = ca.vertcat(values.of([state + 1 for state in reduced.states]), 1)
+        rate = ca.jtimes(values.of([node]), moving, rates)
+    return float(reduced.aliases.signs[unknown]) * rate
+
+
+def _lowered(system: System, node: Node, expression: Expr) -> ca.SX:
+    """An expression of a component's own quantities in those of the system."""
+    layout = node.layout
+
+    def leaf(found: Expr) -> ca.SX:
+        name = ""
+        if isinstance(found, Ref) and found.owner is node.component:
+            name = found.name
+        if name in layout.parameters:
+            return system._flat.parameters.values[node.first_parameter + layout.parameters[name]]
+        if name not in layout.unknowns:
+            raise EquationError(
+                f"{node.label}: '{expression!r}' is an energy or a loss and may hold only the "
+                f"component's own quantities and parameters, not '{found!r}'."
+            )
+        return system._raw([node.first_unknown + layout.unknowns[name]])
+
+    return lower(expression, leaf, time=system._values.time)

@@ -1,0 +1,150 @@
+"""Inverse dynamics: the drive that a prescribed motion needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from lumped.compiler.flatten import flatten
+from lumped.compiler.system import Changes, Name, System
+from lumped.compiler.tree import Tree
+from lumped.errors import OptionError, SingularModelError, SolverError, nearest
+from lumped.language.expression import Expr, as_expr
+from lumped.language.quantity import Input
+from lumped.simulation.simulate import simulate
+from lumped.support.arguments import checked
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import OperatingPoint, Trajectory
+
+__all__ = ["inverse"]
+
+
+@checked
+def inverse(
+    system: System,
+    *,
+    motion: Mapping[str, Expr | float] | Mapping[Name, Expr | float],
+    drive: Name | Iterable[Name],
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
+    grid: int | Sequence[float | str] | np.ndarray | None = 500,
+    rtol: float = 1e-6,
+) -> Trajectory:
+    """Torques, forces or voltages that bring about a prescribed motion.
+
+    The input of each drive becomes an unknown, and each motion an equation in its place. Index
+    reduction differentiates the motion as often as the drive needs: twice for rigid bodies, twice
+    more for each spring between them. What the motion does not determine (another branch, a
+    current, a damped twist) remains a state and is integrated from its start values. The motion
+    holds from the time zero on; a drive that shall start from rest needs a motion that does.
+
+    While a motion with dry friction stands still, friction keeps the torque with which it last slid
+    (none before the first motion), as nothing tells how it shares the load with the drive.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    motion : mapping of name to expression or float
+        What quantities of the model shall be: expressions of `lumped.time`, such as those of
+        `lumped.profiles`, in the unit of the quantity. Any unknown will do: an angle, a speed, a
+        twist, a torque.
+    drive : name, or iterable of names
+        Inputs that bring it about, as many as motions. Each is given to its instance
+        (``Torque(tau=0)``); the value given does not count.
+    until : float
+        End, s.
+    parameters, start, grid, rtol
+        As for `simulate`.
+
+    Returns
+    -------
+    Trajectory
+        All quantities; its `system` is the model with the motions prescribed.
+
+    Raises
+    ------
+    OptionError
+        If there are not as many drives as motions, a drive is no input that is given to an
+        instance, or a motion is neither a number nor an expression.
+    UnknownNameError
+        If the model does not have a quantity.
+    SingularModelError
+        If the drives do not determine the motions: because they do not act on them, or only
+        through friction, a clutch or play.
+    StartError
+        If start values contradict the motion.
+    SolverError
+        If the motion has a jump or kink that bodies would have to follow, or the drive loses its
+        hold on the motion, as at a dead centre. Its `partial` holds the run up to there.
+    """
+    until = in_seconds(until, "until")
+    tree = system._tree
+    names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
+    drives = [_drive(tree, name) for name in names]
+    motions = {system.key(name): _wanted(system, name, value) for name, value in motion.items()}
+    if len(motions) != len(drives) or len(set(drives)) < len(drives) or not drives:
+        raise OptionError(
+            f"inverse: {len(motions)} motions ({', '.join(motions) or 'none'}) and {len(drives)} "
+            f"drives ({', '.join(drives) or 'none'}); each motion needs a drive of its own."
+        )
+    try:
+        flat = flatten(system.model, motions, frozenset(drives))
+        inverted = System(flat, None, [tree.unknown_name(u) for u in system._kept])
+    except SingularModelError as error:
+        raise SingularModelError(
+            f"{system.name}: {' and '.join(drives)} cannot bring about a prescribed "
+            f"{' and '.join(motions)}. A drive must determine the motion at every instant: through "
+            "rigid parts, springs and dampers it does; through friction, a clutch or play, or with "
+            "dry friction behind a spring, it does not. With the motion prescribed in place of "
+            f"the drive:\n{error}"
+        ) from None
+    run = simulate(inverted, until=until, parameters=parameters, start=start, grid=grid, rtol=rtol)
+    for name in drives:
+        bad = np.flatnonzero(~np.isfinite(run[name]))
+        if len(bad):
+            raise SolverError(
+                f"{system.name}: {name} = {run[name][bad[0]]} at t = {run.t[bad[0]]:.9g} s: it has "
+                f"no hold on {' and '.join(motions)} there, as at a dead centre. Choose a motion "
+                "that avoids this point.",
+                run,
+            )
+    return run
+
+
+def _drive(tree: Tree, name: Name) -> str:
+    """Dotted name of an input that is given to its instance."""
+    key = tree.key(name)
+    number = tree.unknown(key)
+    quantity, node = tree.quantity(number), tree.node_of_unknown(number)
+    given = [
+        one.name(local)
+        for one in tree.nodes
+        for local, q in one.component._quantities.items()
+        if isinstance(q, Input) and local in one.component._values
+    ]
+    if key not in given:
+        what = "is connected" if isinstance(quantity, Input) else "is not an input"
+        raise OptionError(
+            f"inverse: {key} ({quantity.text}, {quantity.unit}) of {node.label} {what}; a drive is "
+            f"an input that is given to its instance, as a number. {nearest(key, given)}"
+        )
+    return key
+
+
+def _wanted(system: System, name: Name, value: object) -> Expr:
+    quantity = system.quantity(name)
+    if isinstance(value, Expr):
+        return value
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise OptionError(
+            f"inverse: {system.key(name)} = {value!r}: a finite number or an expression of "
+            f"lumped.time in {quantity.unit} ({quantity.text}) is needed."
+        )
+    return as_expr(number)

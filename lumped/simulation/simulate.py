@@ -1,0 +1,238 @@
+"""Simulation in time."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Literal, ParamSpec
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import Interrupted, OptionError, SolverError, doubt
+from lumped.points.start import start_point
+from lumped.simulation.certify import certified
+from lumped.simulation.compare import between
+from lumped.simulation.energy_audit import audited
+from lumped.simulation.method_choice import closed_form_pays, stiff
+from lumped.support.arguments import checked
+from lumped.support.progress import Progress
+from lumped.support.units import in_seconds
+from lumped.timeloop.advance import Advance
+from lumped.timeloop.exact import Exact
+from lumped.timeloop.recorder import Recorder, output_times
+from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
+from lumped.timeloop.run import Run
+
+__all__ = ["simulate"]
+
+Grid = int | Sequence[float | str] | np.ndarray | None
+_P = ParamSpec("_P")
+Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
+
+
+def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
+    """The same, with an error of ours where it is interrupted before there is a run."""
+
+    @functools.wraps(analysis)
+    def run(*args: _P.args, **options: _P.kwargs) -> Trajectory:
+        try:
+            return analysis(*args, **options)
+        except Interrupted:
+            raise
+        except KeyboardInterrupt:
+            system = args[0] if args else options["system"]
+            assert isinstance(system, System)
+            text = f"{system.name}: interrupted before the run began; `partial` is empty."
+            raise Interrupted(text, _nothing(system)) from None
+
+    return run
+
+
+def _nothing(system: System) -> Trajectory:
+    cost = Statistics("none", 0, 0, 0, 0, 0.0, ())
+    return Trajectory(system, (), system.theta(None), (), cost)
+
+
+@_told
+@checked
+def simulate(
+    system: System,
+    *,
+    until: float | str,
+    begin: float | str | None = None,
+    parameters: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
+    free: Iterable[Name] = (),
+    grid: Grid = 500,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    method: Method = "auto",
+    max_steps: int = 1_000_000,
+    certify: bool = False,
+) -> Trajectory:
+    """Simulate from one time to another.
+
+    Where a function of time jumps or has a kink, and where a condition, contact or friction element
+    changes its mode, the method stops exactly there and starts anew.
+
+    With the extra ``fast`` (llvmlite) runs are made in machine code as soon as that pays: from the
+    second or third run of a system on, and within a run that takes longer than the code takes to
+    make (the time loop 3 s, once on a machine; a system 0.05 s, or 0.1 ms for each operation).
+    Results are the same within rounding, and `Statistics.native` says so. The code is kept in the
+    user's folder of caches, or in ``LUMPED_CACHE``; the environment variable ``LUMPED_NATIVE=0``
+    forbids it, ``LUMPED_NATIVE=1`` asks for it from the first run on.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    until : float or str
+        End, s, or with a unit, such as ``"500 ms"``.
+    begin : float or str, optional
+        Begin, s; default is the time of the start point, or zero. With a start point of another
+        time, its states are taken as those at the begin.
+    parameters : mapping of name to float, optional
+        Parameters to change for this run.
+    start : mapping of name to float, or OperatingPoint, optional
+        Start values to set or change; or a point to start from, with its time, states, parameters
+        and modes: one that `equilibrium` or `start_point` found, or one of an earlier run, which
+        then goes on (``start=run.point(2.0)``).
+    free : iterable of names
+        Parameters that the start values determine (see `start_point`).
+    grid : int, sequence of float, or None
+        Number of equal output intervals (both sides of a jump are added), or the output times
+        themselves, s, (a value at a jump is that after it), or None for the steps of the solver (of
+        the closed form the ends of its parts).
+    rtol : float
+        Relative tolerance.
+    atol : float, optional
+        Absolute tolerance, relative to the nominal value of each state; default is
+        ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
+        ``atol / rtol`` throughout; `Trajectory` names such states when printed.
+    method : {"auto", "explicit", "implicit", "exact", "steps"}
+        "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until the problem turns out
+        stiff and then the second. "exact" is the closed form, for systems that are linear between
+        jumps, with functions of time that are polynomials there. "auto" takes the closed form
+        where there is one, rounding leaves it better than `rtol`, and its modes cost little;
+        else "implicit" where the eigenvalues at the start say that explicit steps would be held
+        by stability; else, and for ``grid=None``, "steps".
+    max_steps : int
+        Give up after so many attempted steps.
+    certify : bool
+        Run once more by steps with a hundredth of the tolerances and give the differences as
+        ``run.certificate``, with the energy balance of the run.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    OptionError
+        If `until`, `begin`, `grid`, `rtol`, `atol` or `method` make no sense, the start point
+        belongs to another system, or `method` is "exact" and the system is not linear.
+    StartError
+        If the start values contradict each other.
+    SolverError
+        If the run cannot be completed; its `partial` holds the run up to there.
+    Interrupted
+        If it is interrupted (Ctrl-C); with `partial` too.
+    """
+    until = in_seconds(until, "until")
+    if begin is None:
+        begin = start.time if isinstance(start, OperatingPoint) else 0.0
+    begin = in_seconds(begin, "begin")
+    _check(begin, until, rtol, atol, method, max_steps)
+    times = output_times(grid, until, begin)
+    if isinstance(start, OperatingPoint):
+        if not start.system.is_chart_of(system) or parameters or tuple(free):
+            raise OptionError(
+                "simulate: a start point brings its own parameters and belongs to the system that "
+                "it was made for; give no parameters or free parameters beside it."
+            )
+        point = start if start.time == begin else replace(start, time=begin)
+    else:
+        point = start_point(system, parameters, start, free, time=begin)
+    relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
+    used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
+    with Progress(system.name, until - begin) as progress:
+        output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)
+        advance: Advance | Exact
+        if used == "exact":
+            advance = Exact(point.theta, rtol, output)
+        else:
+            advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
+        run = Run(point, until, rtol, advance, output)
+        try:
+            run.go()
+            found = run.trajectory()
+        except KeyboardInterrupt:
+            raise _interrupted(run) from None
+        except SolverError as error:
+            if used == "exact" or advance.steps + advance.rejected >= max_steps:
+                raise  # rounding and the number of steps are limits of ours, not of the drive
+            raise SolverError(doubt(rtol) + str(error), error.partial) from None
+    system.made["runs"] = system.made.get("runs", 0) + 1
+    if not certify:
+        return found
+    closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
+
+    def again(times: Grid, *, tightly: bool) -> Trajectory:
+        share = tight / rtol if tightly else 1.0
+        return simulate(
+            system,
+            until=until,
+            start=point,
+            grid=times,
+            rtol=rtol * share,
+            atol=None if atol is None else atol * share,
+            method="steps" if used == "auto" or (tightly and closed) else used,
+            max_steps=100 * max_steps,
+        )
+
+    try:
+        inner = between(found)
+        times = np.sort(np.concatenate([found.t, inner]))
+        same = again(times, tightly=False) if len(inner) else found
+        tighter = again(times, tightly=True)
+        energy = audited(found, lambda times: again(times, tightly=closed))
+        return certified(found, same, tighter, tight, energy)
+    except SolverError as error:
+        raise SolverError(f"certify: the second run, at rtol = {tight:g}: {error}", found) from None
+    except KeyboardInterrupt:
+        text = f"{system.name}: interrupted while it was certified; `partial` is the whole run."
+        raise Interrupted(text, found) from None
+
+
+def _interrupted(run: Run) -> Interrupted:
+    partial = run.trajectory()
+    return Interrupted(
+        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
+        partial,
+    )
+
+
+def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
+    if closed_form_pays(point, until, rtol):
+        return "exact"
+    return "implicit" if stiff(point, until, rtol) else "steps"
+
+
+def _check(
+    begin: float, until: float, rtol: float, atol: float | None, method: str, max_steps: int
+) -> None:
+    if not until > begin:
+        what = "a positive, finite time" if begin == 0 else f"after the begin, {begin:g} s"
+        what += " (that of the start point, unless begin= says another)" * (begin != 0)
+        raise OptionError(f"until = {until!r} s: the end must be {what}.")
+    if not 1e-14 <= rtol < 1:
+        raise OptionError(f"rtol = {rtol}: the relative tolerance must lie between 1e-14 and 1.")
+    if atol is not None and not atol > 0:
+        raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
+    if max_steps < 1:
+        raise OptionError(f"max_steps = {max_steps}: at least one step is needed.")
+    methods = ("auto", "explicit", "implicit", "exact", "steps")
+    if method not in methods:
+        raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

@@ -1,0 +1,224 @@
+"""What a run asks of a motor: peaks, thermal load, and the points on its torque-speed plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Limit", "Load", "Sizing", "sizing"]
+
+Limit = float | Sequence[tuple[float, float]]
+"""A torque for all speeds, or rows of speed and torque."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """How far a limit is used.
+
+    Attributes
+    ----------
+    ratio : float
+        Torque over the limit at its speed; infinite beyond the greatest speed of the limit.
+    speed, torque, limit : float
+        Where that is greatest.
+    """
+
+    ratio: float
+    speed: float
+    torque: float
+    limit: float
+
+    @property
+    def fits(self) -> bool:
+        """The limit is kept."""
+        return self.ratio <= 1
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """What a run asks of a motor; torques in N.m and speeds in rad/s, or forces and m/s.
+
+    Attributes
+    ----------
+    peak_torque, peak_speed : float
+        Greatest magnitudes.
+    rms_torque : float
+        ``sqrt(1/T integral tau^2 dt)``: the constant torque with the same copper losses.
+    mean_speed : float
+        ``1/T integral |w| dt``.
+    peak_power, peak_regeneration, mean_power : float
+        Greatest mechanical power given and taken back, and the mean, W.
+    thermal : Load or None
+        The thermal equivalent, `rms_torque` at `mean_speed`, against the rated torque.
+    peak : Load or None
+        The point that comes nearest to the greatest torque, or goes farthest beyond it.
+    units : tuple of str
+        Units of torque and speed.
+    points : tuple of ndarray, each of shape (k,)
+        Speed and torque over the run.
+    rated, maximum : float, rows of (speed, torque) or None
+        The limits that were given.
+    """
+
+    peak_torque: float
+    peak_speed: float
+    rms_torque: float
+    mean_speed: float
+    peak_power: float
+    peak_regeneration: float
+    mean_power: float
+    thermal: Load | None
+    peak: Load | None
+    units: tuple[str, str]
+    points: tuple[np.ndarray, np.ndarray] = field(repr=False, compare=False)
+    rated: Limit | None = None
+    maximum: Limit | None = None
+
+    def plot(self) -> Figure:
+        """Torque over speed with the limits (see `lumped.plot.torque_speed`)."""
+        from lumped.drawing.plots import torque_speed
+
+        return torque_speed(self)
+
+    @property
+    def fits(self) -> bool:
+        """All limits that were given are kept."""
+        return all(load.fits for load in (self.thermal, self.peak) if load is not None)
+
+    def __repr__(self) -> str:
+        torque, speed = self.units
+        rows = [
+            ("peak torque", number(self.peak_torque), torque),
+            ("rms torque", number(self.rms_torque), torque),
+            ("peak speed", number(self.peak_speed), speed),
+            ("mean speed", number(self.mean_speed), speed),
+            ("peak power", number(self.peak_power), "W"),
+            ("peak regeneration", number(self.peak_regeneration), "W"),
+            ("mean power", number(self.mean_power), "W"),
+        ]
+        for what, load in (("rated", self.thermal), ("maximum", self.peak)):
+            if load is not None:
+                rows.append((f"load of {what} torque", number(100 * load.ratio, 4), "%"))
+        return table(("motor", "value", "unit"), rows)
+
+
+@checked
+def sizing(
+    run: Trajectory,
+    *,
+    torque: Name,
+    speed: Name,
+    rated: Limit | None = None,
+    maximum: Limit | None = None,
+) -> Sizing:
+    """What a run asks of a motor, and whether a given motor can do it.
+
+    Torque and speed are taken as straight lines between the output points, and the run as one
+    cycle that repeats.
+
+    Parameters
+    ----------
+    run : Trajectory
+        One cycle, from `simulate` or `inverse`.
+    torque, speed : name
+        Torque of the motor (N.m) and its angular velocity (rad/s), or force (N) and speed (m/s).
+    rated, maximum : float or rows of (speed, torque), optional
+        Torque that the motor bears for ever, and its greatest: one number, or rows over the
+        magnitude of the speed, with straight lines between them, the first torque below them, and
+        none above the last speed.
+
+    Raises
+    ------
+    OptionError
+        If the units are not those of a torque and its speed, or a limit makes no sense.
+
+    Notes
+    -----
+    The windings heat with the square of the torque, so a cycle short against the thermal time
+    constant of the motor is as hot as its root mean square (Leonhard, Control of Electrical Drives,
+    3rd ed., ch. 4).
+    """
+    units = run.system.quantity(torque).unit, run.system.quantity(speed).unit
+    if units not in (("N.m", "rad/s"), ("N", "m/s")):
+        raise OptionError(
+            f"sizing: torque = {run.system.key(torque)} ({units[0]}) and speed = "
+            f"{run.system.key(speed)} ({units[1]}); a torque (N.m) and its angular velocity "
+            "(rad/s) are needed, or a force (N) and a speed (m/s)."
+        )
+    dt = np.diff(run.t)
+    if not dt.sum() > 0:
+        raise OptionError("sizing: the run has no duration; give `grid` at least two instants.")
+    tau, w = run[torque], run[speed]
+    rms = float(np.sqrt(_mean_product(dt, tau, tau)))
+    mean_speed, power = _mean_size(dt, w), tau * w
+    thermal = None if rated is None else _load(rated, "rated", np.array([mean_speed]), [rms])
+    peak = None if maximum is None else _load(maximum, "maximum", np.abs(w), np.abs(tau))
+    return Sizing(
+        float(np.abs(tau).max()),
+        float(np.abs(w).max()),
+        rms,
+        mean_speed,
+        float(max(power.max(), 0.0)),
+        float(max(-power.min(), 0.0)),
+        _mean_product(dt, tau, w),
+        thermal,
+        peak,
+        units,
+        (w, tau),
+        rated,
+        maximum,
+    )
+
+
+def _mean_product(dt: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:
+    """Mean of the product of two quantities that are straight between points."""
+    a, b, c, d = y[:-1], y[1:], z[:-1], z[1:]
+    return float(dt @ (2 * a * c + a * d + b * c + 2 * b * d) / (6 * dt.sum()))
+
+
+def _mean_size(dt: np.ndarray, y: np.ndarray) -> float:
+    """Mean magnitude of a quantity that is straight between points."""
+    a, b = y[:-1], y[1:]
+    size = np.abs(a) + np.abs(b)
+    crossing = a * b < 0
+    inside = np.where(crossing, (a**2 + b**2) / np.where(size > 0, size, 1.0), size)
+    return float(dt @ inside / (2 * dt.sum()))
+
+
+def _load(limit: Limit, what: str, speed: np.ndarray, torque: Sequence[float] | np.ndarray) -> Load:
+    sizes = np.asarray(torque)
+    bound = _bound(limit, what, speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(sizes > 0, sizes / bound, 0.0)
+    ratio[np.isnan(bound)] = np.inf
+    i = int(np.argmax(ratio))
+    return Load(float(ratio[i]), float(speed[i]), float(sizes[i]), float(np.nan_to_num(bound[i])))
+
+
+def _bound(limit: Limit, what: str, speed: np.ndarray) -> np.ndarray:
+    """Torque of a limit at magnitudes of the speed; nan beyond its last."""
+    single = np.isscalar(limit)
+    rows = np.array([(0.0, limit)] if single else limit, dtype=float)
+    if rows.ndim != 2 or rows.shape[1] != 2 or not len(rows):
+        raise OptionError(f"sizing: {what} = {limit!r}: a torque or rows of (speed, torque).")
+    speeds, torques = rows.T
+    if not ((np.diff(speeds) > 0).all() and speeds[0] >= 0 and (torques >= 0).all()):
+        raise OptionError(
+            f"sizing: {what} = {limit!r}: speeds must increase from zero or above, and no torque "
+            "may be negative."
+        )
+    beyond = torques[0] if single else np.nan
+    bound: np.ndarray = np.interp(speed, speeds, torques, right=beyond)
+    return bound

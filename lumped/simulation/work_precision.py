@@ -1,0 +1,283 @@
+"""What accuracy costs: the methods over a ladder of tolerances on one's own model."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import LumpedError, OptionError
+from lumped.points.start import start_point
+from lumped.simulation.compare import compared, observed
+from lumped.simulation.method_choice import closed_form_pays
+from lumped.simulation.simulate import Method, simulate
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.support.units import in_seconds
+from lumped.timeloop.linear_form import linear_form
+from lumped.timeloop.result import OperatingPoint, Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["WorkPrecision", "WorkRow", "work_precision"]
+
+_INTERVALS = 997
+"""A prime, so that output times do not fall on the zeros of a vibration."""
+_MOST_STEPS = 200_000
+_TIGHTEST = 1e-13
+_LONG = 1.0
+"""Seconds beyond which a run is not repeated for its time."""
+
+
+@dataclass(frozen=True)
+class WorkRow:
+    """One method at one tolerance.
+
+    Attributes
+    ----------
+    method : str
+        As given to `simulate`.
+    rtol : float
+        Relative tolerance.
+    error : float
+        Largest difference from the reference over the quantities, relative to their ranges; nan
+        for a run that failed.
+    worst : str
+        Quantity with that error.
+    seconds : float
+        Wall time of a run, the best of three (of one, if it takes more than a second); the
+        functions are compiled before. nan for a run that failed.
+    steps, rejected, evaluations, events : int
+        Counts of the run.
+    outcome : str
+        "ok", which events are not those of the reference, or why the run failed.
+    """
+
+    method: str
+    rtol: float
+    error: float
+    worst: str
+    seconds: float
+    steps: int
+    rejected: int
+    evaluations: int
+    events: int
+    outcome: str
+
+
+@dataclass(frozen=True, eq=False)
+class WorkPrecision:
+    """Error against run time.
+
+    Attributes
+    ----------
+    system : System
+        What was simulated.
+    rows : tuple of WorkRow
+        Methods and tolerances.
+    names : tuple of str
+        Quantities whose errors count.
+    reference : str
+        Method and tolerance of the reference.
+    reference_error : float
+        Its own error: the largest difference from a second run, of another method or of ten times
+        its tolerance. Smaller errors of rows mean nothing.
+    window : float
+        Longest time around an event that was not compared, s.
+    """
+
+    system: System
+    rows: tuple[WorkRow, ...]
+    names: tuple[str, ...]
+    reference: str
+    reference_error: float
+    window: float
+
+    @checked
+    def fastest(self, error: float = 1e-6) -> WorkRow:
+        """The fastest run with an error of at most this.
+
+        Raises
+        ------
+        OptionError
+            If there is none, or the reference is not that accurate.
+        """
+        if not error > self.reference_error:
+            raise OptionError(
+                f"{self.system.name}: error = {error:g} is not above {self.reference_error:.1g}, "
+                "the error of the reference itself. Give tighter tolerances."
+            )
+        good = [row for row in self.rows if row.outcome == "ok" and row.error <= error]
+        if not good:
+            reached = min((r.error for r in self.rows if r.outcome == "ok"), default=np.nan)
+            raise OptionError(
+                f"{self.system.name}: no run has an error of {error:g} or less; the best has "
+                f"{reached:.1g}. Give tighter tolerances."
+            )
+        return min(good, key=lambda row: row.seconds)
+
+    def plot(self) -> Figure:
+        """Run time over error, one line for each method (see `lumped.plot.work_precision`)."""
+        from lumped.drawing.plots import work_precision as drawn
+
+        return drawn(self)
+
+    def __repr__(self) -> str:
+        head = ("method", "rtol", "error", "ms", "steps", "rejected", "evaluations", "events")
+        lines = [
+            f"{self.system.name}: errors of {len(self.names)} quantities relative to their ranges",
+            f"reference: {self.reference}, own error {self.reference_error:.1g}; "
+            f"up to {self.window:.1g} s around events not compared",
+        ]
+        rows = []
+        for r in self.rows:
+            below = "< " if r.error <= self.reference_error else ""
+            error = f"{below}{number(max(r.error, self.reference_error), 2)}"
+            rows.append(
+                (
+                    r.method,
+                    number(r.rtol),
+                    "-" if np.isnan(r.error) else error,
+                    "-" if np.isnan(r.seconds) else number(1e3 * r.seconds, 3),
+                    *(str(n) for n in (r.steps, r.rejected, r.evaluations, r.events)),
+                    r.outcome if len(r.outcome) <= 60 else r.outcome[:57] + "...",
+                )
+            )
+        return "\n".join(lines) + "\n" + table((*head, "outcome"), rows)
+
+
+@checked
+def work_precision(
+    system: System,
+    *,
+    until: float | str,
+    of: Iterable[Name] | None = None,
+    methods: Sequence[Method] | None = None,
+    tolerances: Sequence[float] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
+    parameters: Changes | None = None,
+    start: Changes | OperatingPoint | None = None,
+) -> WorkPrecision:
+    """Run the methods over a ladder of tolerances against a much more accurate reference.
+
+    The reference is the closed form, checked by steps at a hundredth of the tightest tolerance,
+    if the system is linear and rounding allows it. Else it is that run by steps, checked by one
+    at ten times its tolerance. Errors are taken at 998 equidistant times, without the time
+    between the instants at which an event is in both runs.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    until : float
+        End, s.
+    of : iterable of names, optional
+        Quantities whose errors count; default is all states.
+    methods : sequence of str, optional
+        As for `simulate`; default is all but "steps", "exact" only for linear systems.
+    tolerances : sequence of float
+        Relative tolerances.
+    parameters, start
+        As for `simulate`.
+
+    Raises
+    ------
+    OptionError
+        If there is nothing to compare or to run.
+    SolverError
+        If the reference cannot be computed; single runs that fail are rows.
+    """
+    until = in_seconds(until, "until")
+    names, ladder = observed(system, of), [float(r) for r in tolerances]
+    chosen = _methods(system) if methods is None else list(methods)
+    if not chosen or not all(1e-14 <= rtol < 1 for rtol in ladder):
+        raise OptionError(
+            "work_precision: at least one method is needed, and tolerances between 1e-14 and 1."
+        )
+    point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
+    if not ladder:
+        raise OptionError("work_precision: give at least one tolerance.")
+    grid = np.linspace(point.time, until, _INTERVALS + 1)
+
+    def run(method: Method, rtol: float, most: int = 1_000_000) -> Trajectory:
+        return simulate(
+            system,
+            until=until,
+            start=point,
+            grid=grid,
+            rtol=rtol,
+            method=method,
+            max_steps=most,
+        )
+
+    tight = max(1e-2 * min(ladder), _TIGHTEST)
+    if closed_form_pays(point, until, 1e-9):
+        reference, text = run("exact", 1e-9), f"exact, checked by steps at rtol {tight:.1g}"
+        check = run("steps", tight)
+    else:
+        reference = run("steps", tight)
+        text = f"steps at rtol {tight:.1g}, checked at {10 * tight:.1g}"
+        check = run("steps", 10 * tight)
+    own = compared(check, reference, names)
+    rows, window = [], own.window
+    for method in chosen:
+        for rtol in ladder:
+            row, excluded = _row(reference, names, run, method, rtol)
+            rows.append(row)
+            window = max(window, excluded)
+    return WorkPrecision(system, tuple(rows), tuple(names), text, own.worst.relative, window)
+
+
+def _methods(system: System) -> list[Method]:
+    try:
+        linear_form(system)
+    except OptionError:
+        return ["explicit", "implicit", "auto"]
+    return ["explicit", "implicit", "exact", "auto"]
+
+
+def _row(
+    reference: Trajectory,
+    names: list[str],
+    run: Callable[[Method, float, int], Trajectory],
+    method: Method,
+    rtol: float,
+) -> tuple[WorkRow, float]:
+    """A method at a tolerance, and the longest time that was not compared."""
+    nan = float("nan")
+    try:
+        found = run(method, rtol, _MOST_STEPS)
+        comparison = compared(found, reference, names)
+    except LumpedError as error:
+        part: Trajectory | None = getattr(error, "partial", None)
+        steps, rejected, evaluations = 0, 0, 0
+        if part is not None:
+            s = part.statistics
+            steps, rejected, evaluations = s.steps, s.rejected, s.evaluations
+        reason = str(error).splitlines()[0]
+        return WorkRow(method, rtol, nan, "", nan, steps, rejected, evaluations, 0, reason), 0.0
+    seconds = []
+    for _ in range(3):
+        begin = clock.perf_counter()
+        run(method, rtol, _MOST_STEPS)
+        seconds.append(clock.perf_counter() - begin)
+        if seconds[-1] > _LONG:
+            break
+    s, worst = found.statistics, comparison.worst
+    row = WorkRow(
+        method,
+        rtol,
+        worst.relative,
+        worst.name,
+        min(seconds),
+        s.steps,
+        s.rejected,
+        s.evaluations,
+        len(found.events),
+        comparison.missed or "ok",
+    )
+    return row, comparison.window

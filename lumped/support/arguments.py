@@ -1,0 +1,311 @@
+"""What public functions are given, checked against their own annotations."""
+
+from __future__ import annotations
+
+import builtins
+import inspect
+import math
+import types
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import wraps
+from typing import Any, ForwardRef, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lumped.errors import OptionError, nearest, shown
+from lumped.support.units import has_unit
+
+__all__ = ["checked"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_FROM = {
+    "Compare": "a relation such as lumped.time >= 0.5",
+    "Component": "a component or model",
+    "Connection": "a connection, from lumped.connect or lumped.chain",
+    "Equation": "an equation a == b",
+    "Expr": "an expression",
+    "FrequencyResponse": "a response from lumped.frequency_response",
+    "Modes": "modes from lumped.modes",
+    "OperatingPoint": "an operating point from lumped.equilibrium or lumped.start_point",
+    "Path": "a path",
+    "Port": "a port",
+    "PeriodicOrbit": "an orbit from lumped.periodic",
+    "System": "a system from lumped.assemble",
+    "Trajectory": "a run from lumped.simulate",
+}
+"""Where what is needed comes from."""
+_FUNCTIONALS = [
+    "Clearance",
+    "Damping",
+    "Final",
+    "Frequency",
+    "Instant",
+    "Integral",
+    "Peak",
+    "Swing",
+]
+_FROM |= {name: f"lumped.functionals.{name.lower()}(...)" for name in _FUNCTIONALS}
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """A function that refuses arguments that do not fit its annotations.
+
+    Numbers must be finite, a list of names is no text, a system is no model, and an operating point
+    belongs to the system beside it. Values of mappings are left to the function: they may have
+    units. Annotations that hold what is imported for type checkers only are compared by name.
+
+    Raises
+    ------
+    OptionError
+        When called with an unknown, missing or wrong argument, which the text names.
+    """
+    signature = inspect.signature(function)
+    name = function.__qualname__.removesuffix(".__init__").replace(".__getitem__", "[]")
+    several = [k for k, p in signature.parameters.items() if p.kind is p.VAR_POSITIONAL]
+    known = [p for p in signature.parameters if p != "self"]
+    hints: dict[str, Any] = {}
+    sure: dict[str, set[type]] = {}
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not hints and known:
+            hints.update(_hints(function, signature))
+            sure.update({key: _sure(hint) for key, hint in hints.items()})
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError as fault:
+            unknown = [key for key in kwargs if key not in known]
+            text = (
+                f"no option '{unknown[0]}'. {nearest(unknown[0], known)}"
+                if unknown
+                else f"{fault}."
+            )
+            raise OptionError(f"{name}: {text}") from None
+        given = bound.arguments
+        for key, value in given.items():
+            if key in several:
+                members = enumerate(value)
+                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
+            elif key in hints and not (
+                type(value) in sure[key] and (type(value) is not float or math.isfinite(value))
+            ):
+                given[key] = _fitting(name, key, value, hints[key])
+        _same_system(name, given)
+        return function(*bound.args, **bound.kwargs)
+
+    return call
+
+
+def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[str, Any]:
+    """Types of the arguments that can be checked."""
+    names = _Names(vars(builtins) | function.__globals__)
+    return {
+        key: eval(p.annotation, {}, names)
+        for key, p in signature.parameters.items()
+        if p.kind is not p.VAR_KEYWORD and isinstance(p.annotation, str)
+    }
+
+
+def _sure(hint: Any) -> set[type]:
+    """Types whose values fit without a further look, but for floats that are not finite."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    plain = {kind for kind in kinds if isinstance(kind, type) and kind is not np.ndarray}
+    return plain | {int} if float in plain else plain
+
+
+class _Names(dict[str, Any]):
+    """Names of a module; one that only type checkers import is a class that holds its name."""
+
+    def __missing__(self, key: str) -> Any:
+        return type(key, (_Absent,), {})
+
+
+class _Absent:
+    """Base of classes that stand for others of the same name."""
+
+
+def _fitting(function: str, key: str, value: Any, hint: Any) -> Any:
+    """The value, iterators made lists.
+
+    Raises
+    ------
+    OptionError
+        If it does not fit.
+    """
+    if isinstance(value, Iterator):
+        value = list(value)
+    if _fits(value, hint):
+        if isinstance(value, Mapping):
+            _check_members(function, key, value, hint)
+        return value
+    raise OptionError(
+        f"{function}: {key} = {shown(value)}: {_words(hint)} is needed.{_hint(value, hint)}"
+    )
+
+
+def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any) -> None:
+    """Refuse what is no list or no function in a mapping of such; numbers may have units.
+
+    Raises
+    ------
+    OptionError
+        With the key of the member.
+    """
+    for kind in (hint, *get_args(hint)):
+        if get_origin(kind) is not Mapping:
+            continue
+        wanted = get_args(kind)[1]
+        several = {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}
+        if several or (isinstance(wanted, type) and issubclass(wanted, _Absent)):
+            for name, value in given.items():
+                _fitting(function, f"{key}[{shown(name)}]", value, wanted)
+
+
+def _same_system(function: str, given: dict[str, Any]) -> None:
+    """Refuse an operating point of another system; take the states that a point is made of.
+
+    Raises
+    ------
+    OptionError
+        If a point belongs to another system.
+    """
+    if "system" not in given:
+        return
+    for key, value in given.items():
+        if type(value).__name__ == "OperatingPoint":
+            if value.system._flat is not given["system"]._flat:
+                raise OptionError(
+                    f"{function}: {key} belongs to another system. Make the operating point with "
+                    "the system that is given."
+                )
+            given["system"] = value.system
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    if hint is Any:
+        return True
+    if hint is None or isinstance(hint, type | ForwardRef):
+        return _is_a(value, hint)
+    if hint is ArrayLike:
+        return _numbers(value)
+    origin, kinds = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        if float in kinds and str in kinds and has_unit(value):
+            return True
+        return any(_fits(value, one) for one in kinds)
+    if origin is Literal:
+        return isinstance(value, str) and value in kinds
+    if origin in (Iterable, Sequence, tuple, list):
+        return _fit_all(value, kinds)
+    if origin is Mapping:
+        return isinstance(value, Mapping) and all(_fits(k, kinds[0]) for k in value)
+    return callable(value) if origin is Callable else True
+
+
+def _is_a(value: Any, hint: Any) -> bool:
+    """Whether a value is of a class, and finite if it is a number."""
+    if hint is None or hint is type(None):
+        return value is None
+    if hint is float:
+        return _real(value) and math.isfinite(value)
+    if hint is int:
+        return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if hint is bool:
+        return isinstance(value, bool | np.bool_)
+    if hint is np.ndarray:
+        return isinstance(value, np.ndarray) and _numbers(value)
+    if isinstance(hint, ForwardRef) or issubclass(hint, _Absent):
+        return _called(hint) in [cls.__name__ for cls in type(value).__mro__]
+    if getattr(hint, "_is_protocol", False):
+        return all(hasattr(value, name) for name in dir(hint) if not name.startswith("_"))
+    return isinstance(value, hint)
+
+
+def _real(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def _fit_all(value: Any, kinds: tuple[Any, ...]) -> bool:
+    """Whether all members of a list are of a kind."""
+    if isinstance(value, str | bytes | Mapping):
+        return False
+    if kinds[0] is float and isinstance(value, np.ndarray):
+        return _numbers(value)
+    try:
+        members = list(value)
+    except Exception:  # whatever a foreign type says to this
+        return False
+    if len(kinds) > 1 and kinds[1] is not Ellipsis:
+        return len(members) == len(kinds) and all(map(_fits, members, kinds))
+    return all(_fits(member, kinds[0]) for member in members)
+
+
+def _numbers(value: Any) -> bool:
+    """Whether something is made of finite numbers."""
+    try:
+        found = np.asarray(value)
+    except (TypeError, ValueError):
+        return False
+    return found.dtype.kind in "iuf" and bool(np.isfinite(found).all())
+
+
+def _words(hint: Any) -> str:
+    """What is needed."""
+    origin, kinds = get_origin(hint), get_args(hint)
+    if hint is ArrayLike or hint is np.ndarray:
+        return "a list of finite numbers"
+    if origin in (Union, types.UnionType):
+        if _names(hint):
+            return "a name such as 'motor.w'"
+        parts = dict.fromkeys(_words(one) for one in kinds if one is not type(None))
+        return " or ".join(parts)
+    if origin is Literal:
+        return f"one of {', '.join(map(repr, kinds))}"
+    if origin in (Iterable, Sequence, tuple, list):
+        if len(kinds) > 1 and kinds[1] is not Ellipsis:
+            return f"a row of {len(kinds)}, each {_words(kinds[0])},"
+        if get_origin(kinds[0]) is tuple and set(get_args(kinds[0])) == {float}:
+            return f"rows of {len(get_args(kinds[0]))} numbers"
+        if kinds[0] is float:
+            return "a list of finite numbers"
+        return "a list of names" if _names(kinds[0]) else f"a list, each {_words(kinds[0])},"
+    if origin is Mapping:
+        return "a dictionary with names as keys, such as {'rotor.w': 100.0},"
+    if origin is Callable:
+        return "a function"
+    simple = {float: "a finite number", int: "a whole number", bool: "True or False", str: "a text"}
+    if hint in simple:
+        return simple[hint]
+    return _FROM.get(_called(hint), f"a {_called(hint)}")
+
+
+def _called(hint: Any) -> str:
+    """Name of a class, or of what an annotation names before it exists."""
+    return str(getattr(hint, "__forward_arg__", getattr(hint, "__name__", hint)))
+
+
+def _names(hint: Any) -> bool:
+    """Whether names of quantities are meant."""
+    return hint is str or {_called(kind) for kind in get_args(hint)} == {
+        "str",
+        "Expr",
+    }
+
+
+def _hint(value: Any, hint: Any) -> str:
+    """What is likely meant."""
+    kinds = [hint, *get_args(hint)]
+    if any(getattr(kind, "__name__", "") == "System" for kind in kinds):
+        if hasattr(type(value), "initial_equations"):
+            return " This is a model: assemble it first, system = lumped.assemble(model)."
+        if hasattr(value, "system"):
+            return " Its system is its attribute `system`."
+    if inspect.isclass(value):
+        return " Write it with parentheses."
+    lists = [kind for kind in kinds if get_origin(kind) in (Iterable, Sequence)]
+    if any(_fits(value, get_args(kind)[0]) for kind in lists):
+        return f" Write [{shown(value)}]."
+    return ""

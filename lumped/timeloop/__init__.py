@@ -1,0 +1,1 @@
+"""A run: its instants, its changes of modes, its steps, its results."""

@@ -1,0 +1,70 @@
+"""Calls of compiled functions with numbers, without conversions on the way."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from lumped.compiler.system import System
+
+__all__ = ["Call", "called", "expanded"]
+
+_EXPAND_BELOW = 200
+"""States up to which what is called often is expanded to scalar operations."""
+
+
+class Call:
+    """A CasADi function that takes and gives arrays.
+
+    Calling the function itself turns every argument and result into CasADi's matrices, which
+    costs more than a small model's right-hand side.
+
+    Parameters
+    ----------
+    function : Function
+        Of sparse inputs and outputs only the nonzeros are given.
+    """
+
+    def __init__(self, function: ca.Function) -> None:
+        buffer: Any
+        buffer, self._run = function.buffer()
+        self._arguments = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self._name = function.name()
+        self._returned = buffer.ret
+        for i, argument in enumerate(self._arguments):
+            buffer.set_arg(i, argument.data)
+        for i, result in enumerate(self._results):
+            buffer.set_res(i, result.data)
+
+    def __call__(self, *arguments: npt.ArrayLike) -> list[np.ndarray]:
+        """Results as flat arrays, column after column.
+
+        Raises
+        ------
+        RuntimeError
+            If the evaluation fails.
+        """
+        for held, given in zip(self._arguments, arguments, strict=True):
+            held[:] = given
+        self._run()
+        if self._returned():
+            raise RuntimeError(f"{self._name} could not be evaluated")
+        return [result.copy() for result in self._results]
+
+
+def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
+    """A function of a system, to be called with numbers."""
+    key = ("call", name)
+    if key not in system.made:
+        system.made[key] = Call(getattr(system, name))
+    call: Call = system.made[key]
+    return call
+
+
+def expanded(function: ca.Function, system: System) -> ca.Function:
+    """The function as scalar operations, unless the system is so large that they are too many."""
+    return function.expand() if len(system.states) <= _EXPAND_BELOW else function

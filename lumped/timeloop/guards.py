@@ -1,0 +1,232 @@
+"""What a run must not pass over in silence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+
+if TYPE_CHECKING:
+    from lumped.timeloop.result import Trajectory
+
+__all__ = [
+    "Unfit",
+    "exchange_fault",
+    "finite_fault",
+    "followers",
+    "jump_fault",
+    "levers",
+    "may_be_unfit",
+    "shrinking_fault",
+    "singular_fault",
+    "unfit_states",
+]
+
+_MOST_LEVERAGE = 1e3
+"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
+to what this ratio is like elsewhere."""
+
+_ELSEWHERE = 25
+"""Points at which it is looked at for that."""
+
+
+class Unfit(NamedTuple):
+    """A state that should not lead any more.
+
+    Attributes
+    ----------
+    point : int
+        Number of the point at which this was found.
+    follower, leader : int
+        Node that should lead, node of the state that leads now.
+    """
+
+    point: int
+    follower: int
+    leader: int
+
+
+def finite_fault(system: System, t: float, x: np.ndarray, rates: np.ndarray) -> str | None:
+    """Derivatives that are not finite numbers."""
+    bad = np.flatnonzero(~np.isfinite(rates))
+    if not len(bad):
+        return None
+    names = system.state_names
+    listed = ", ".join(f"{n} = {v:.6g}" for n, v in list(zip(names, x, strict=True))[:8])
+    return (
+        f"the derivative of {names[bad[0]]} is not a finite number at t = {t:g} s, where {listed}. "
+        "A division by zero or a function outside its range; check the parameters and start "
+        "values that enter it."
+    )
+
+
+def jump_fault(
+    system: System,
+    theta: np.ndarray,
+    t: float,
+    x: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+) -> str | None:
+    """A position or speed that bodies would have to follow at a jump of the modes."""
+    names, function = followers(system)
+    if not names:
+        return None
+    old, new = (np.asarray(function(x, theta, t, m)).ravel() for m in (before, after))
+    jump = np.abs(new - old) > 1e-9 * np.maximum(1.0, np.abs(old))
+    if not jump.any():
+        return None
+    i = int(np.argmax(jump))
+    return (
+        f"{names[i]} would have to jump from {old[i] + 0.0:.6g} to {new[i] + 0.0:.6g} at "
+        f"t = {t:g} s, because a prescribed motion jumps or has a kink there that a body or damper "
+        "must follow. Prescribe a smoother motion (no jump of the angle or position, for bodies "
+        "none of the speed either, behind a spring none of acceleration and jerk), or put a spring "
+        "without damper in between."
+    )
+
+
+def shrinking_fault(
+    system: System,
+    theta: np.ndarray,
+    t: float,
+    x: np.ndarray,
+    rates: np.ndarray,
+    settings: np.ndarray,
+    scale: np.ndarray,
+) -> str:
+    """Why steps became too small: what the present point tells, and one just ahead.
+
+    Parameters
+    ----------
+    scale : ndarray, shape (n,)
+        Error that is tolerated in each state.
+    """
+    ahead = 1e-9 * max(1.0, abs(t))
+    beyond = system.rhs(x + ahead * rates, theta, t + ahead, settings)
+    for f in (rates, np.asarray(beyond).ravel()):
+        fault = finite_fault(system, t, x, f)
+        if fault:
+            return fault
+    worst = int(np.argmax(np.abs(rates) / scale))
+    return (
+        f"the step size shrank to nothing at t = {t:.9g} s; the fastest "
+        f"state there is {system.state_names[worst]} = {x[worst]:.6g} with derivative "
+        f"{rates[worst]:.6g}. A quantity runs to infinity or leaves the range of a function."
+    )
+
+
+def singular_fault(t: float) -> str:
+    """The matrix of an implicit step has no inverse."""
+    return (
+        f"the linear equations of a step cannot be solved near t = {t:.9g} s. "
+        "Use method='explicit', or check the parameters."
+    )
+
+
+def may_be_unfit(system: System) -> bool:
+    """Whether what a state leads varies at all."""
+    return bool(levers(system)[0])
+
+
+def unfit_states(
+    system: System,
+    theta: np.ndarray,
+    t: np.ndarray,
+    x: np.ndarray,
+    modes: np.ndarray,
+    guesses: np.ndarray,
+) -> Unfit | None:
+    """The first of several points at which a state hardly leads what depends on it.
+
+    Near a dead centre of a linkage the leading angle stands still while others move.
+
+    Parameters
+    ----------
+    t, x, modes, guesses : ndarray, shapes (k,), (k, n), (m,), (k, i)
+        The points.
+    """
+    pairs, function = levers(system)
+    if not pairs or not len(t):
+        return None
+    settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
+    ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings)))
+    worst = np.where(np.isfinite(ratios), ratios, np.inf).max(axis=0)
+    beyond = np.flatnonzero(worst > _MOST_LEVERAGE)
+    if not len(beyond):
+        return None
+    point = int(beyond[0])
+    return Unfit(point, *pairs[int(np.argmax(ratios[:, point]))])
+
+
+def _dependent(system: System) -> list[int]:
+    nodes = system._reduced.dependent
+    return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
+
+
+def followers(system: System) -> tuple[list[str], ca.Function]:
+    """Dependent positions and speeds that depend on modes: names and values."""
+    if "followers" not in system.made:
+        nodes = _dependent(system)
+        found = system._values.of(nodes)
+        touched = sorted(set(ca.jacobian_sparsity(found, system._values.modes).get_triplet()[0]))
+        names = [system._node_name(nodes[i]) for i in touched]
+        function = ca.Function("followers", system._inputs, [found[touched]])
+        system.made["followers"] = (names, function)
+    kept: tuple[list[str], ca.Function] = system.made["followers"]
+    return kept
+
+
+def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
+    """Varying ratios of dependent positions to leading ones, and of speeds to speeds.
+
+    Relative to their typical size if that is above one, so that units do not count: a torque that
+    follows a twist by 1e4 N.m/rad everywhere is well led.
+    """
+    if "levers" not in system.made:
+        nodes, x = _dependent(system), system._inputs[0]
+        ratios = ca.jacobian(system._values.of(nodes), x)
+        rows, columns = ratios.sparsity().get_triplet()
+        entries = ca.SX(ratios.nz[:])
+        order = [system._reduced.class_and_order(n)[1] for n in nodes]
+        leading = [system._reduced.class_and_order(n)[1] for n in system.states]
+        varying = [
+            i
+            for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
+            if order[rows[i]] == leading[columns[i]]
+        ]
+        pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
+        function = ca.Function("levers", system._inputs, [entries[varying]])
+        if pairs and not system._values.implicit:
+            scaled = entries[varying] / ca.DM(_typical(system, function))
+            function = ca.Function("levers", system._inputs, [scaled])
+        system.made["levers"] = (pairs, function)
+    found: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
+    return found
+
+
+def _typical(system: System, function: ca.Function) -> np.ndarray:
+    """Middle size of ratios over random points, at least one."""
+    n, settings = len(system.states), system._inputs[3].numel()
+    rng = np.random.default_rng(6)
+    points = rng.uniform(-1.0, 1.0, (n, _ELSEWHERE))
+    theta = system._flat.parameters.defaults
+    sizes = np.abs(np.asarray(function(points, theta, 0.0, np.zeros(settings))))
+    found = [np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else 1.0 for row in sizes]
+    return np.maximum(1.0, found)
+
+
+def exchange_fault(run: Trajectory, t: float) -> str:
+    """Why derivatives end where another motion leads, and what to do."""
+    found = [e for e in run.events if e.before in run.system.state_names and e.time <= t]
+    changes = [f"{e.after} leads instead of {e.before}" for e in found[-1:]]
+    after = found[-1].after if found else "the motion that leads later"
+    return (
+        f"{run.system.name}: at t = {t:.9g} s states change places: "
+        f"{''.join(changes) or 'see run.events'}. Derivatives are not followed across that. "
+        f"Declare {after} with state='always', so that it leads from the start, or end the run "
+        "before."
+    )

@@ -1,0 +1,378 @@
+"""Instants at which functions of time change their piece, found before a run, and all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.switching import Condition, is_even
+from lumped.compiler.system import System
+from lumped.errors import SolverError
+from lumped.language.lowering import has_steps
+from lumped.numerics.interval_bounds import Interval, bounds
+
+__all__ = ["Clock", "Instants", "clocks", "instants", "modes_at"]
+
+_MOST = 300_000
+"""Parts of a run that are looked at together in the search for the changes of one condition."""
+
+_NARROWEST = 1e-14
+"""Relative width of a part of a run in which a change is not looked for any closer."""
+
+_HALVINGS = 64
+
+_INSIDE = (0.5, 0.31, 0.83)
+"""Where a part without changes is looked at; two of three points do not touch a border."""
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """A condition that depends on the time and on parameters only.
+
+    Attributes
+    ----------
+    condition : Condition
+        The condition.
+    needs : list of int
+        Numbers of the clocks that it needs.
+    inputs : list of SX
+        Symbols of the time, of the modes that it needs, and of the parameters.
+    slope : SX
+        Derivative of the argument by the time.
+    """
+
+    condition: Condition
+    needs: list[int]
+    inputs: list[ca.SX]
+    slope: ca.SX
+
+    @cached_property
+    def value(self) -> ca.Function:
+        """(time, modes that it needs, parameters) -> argument and its slope."""
+        outputs = [ca.densify(self.condition.argument), ca.densify(self.slope)]
+        return ca.Function("clock", self.inputs, outputs)
+
+    @cached_property
+    def even(self) -> bool:
+        """The argument is linear in the time, so one slope tells all of its changes."""
+        return is_even(self.condition.argument, self.inputs[0])
+
+    @cached_property
+    def steps(self) -> bool:
+        """The argument holds functions of steps, which have no slope where they jump."""
+        return has_steps(self.condition.argument, self.inputs[0])
+
+    @cached_property
+    def moves(self) -> bool:
+        """The time stands in the argument."""
+        return bool(ca.depends_on(self.condition.argument, self.inputs[0]))
+
+    def number(self, place: np.ndarray) -> np.ndarray:
+        """Which piece an argument is in; 1 or 0 for a relation that holds or not."""
+        pieces = self.condition.pieces
+        if pieces is not None:
+            return pieces.number(place)
+        holds = place > 0 if self.condition.relation.strict else place >= 0
+        return holds.astype(int)
+
+    def border(self, number: np.ndarray) -> np.ndarray:
+        """Where the piece begins."""
+        pieces = self.condition.pieces
+        return np.zeros(len(number)) if pieces is None else pieces.begin(number)
+
+    def settings(self, number: np.ndarray) -> np.ndarray:
+        """Modes in a piece, shape (..., width)."""
+        pieces = self.condition.pieces
+        return number[..., None].astype(float) if pieces is None else pieces.settings(number)
+
+
+def clocks(system: System) -> list[Clock]:
+    """All of a system, each after those that it needs."""
+    if "clocks" not in system.made:
+        s, v = system.switching, system._values
+        found: list[Clock] = []
+        for condition, needs in zip(s.timed, s.needs, strict=True):
+            modes = [mode for i in needs for mode in s.timed[i].modes]
+            inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system._inputs[1]]
+            slope = ca.jacobian(condition.argument, v.time)
+            found.append(Clock(condition, needs, inputs, slope))
+        system.made["clocks"] = found
+    made: list[Clock] = system.made["clocks"]
+    return made
+
+
+def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
+    """Modes at a time, or just after it where it is an instant of change.
+
+    Modes that depend on more than the time are zero.
+    """
+    modes = np.zeros(system._flat.mode_count)
+    all_clocks = clocks(system)
+    for clock in all_clocks:
+        needed = [m for i in clock.needs for m in all_clocks[i].condition.modes]
+        place, slope = (float(v) for v in clock.value(time, modes[needed], theta))
+        near = place + slope * max(1e-300, 1e-15 * abs(time))
+        settings = clock.settings(clock.number(np.array([near if near != place else place])))
+        if near == place and slope and clock.condition.pieces is None and place == 0.0:
+            settings = clock.settings(np.array([int(slope > 0)]))
+        modes[clock.condition.modes] = settings[0]
+    return modes
+
+
+@dataclass(frozen=True, eq=False)
+class Instants:
+    """Instants in a span, and the modes between them.
+
+    Attributes
+    ----------
+    times : ndarray, shape (k,)
+        Instants after the begin of the span, up to its end.
+    names : list of str
+        What changes at each: the components.
+    places : ndarray of int, shape (m,)
+        Modes that depend on the time alone.
+    modes : ndarray, shape (k + 1, m)
+        Their values before the first instant, between two, and after the last.
+    """
+
+    times: np.ndarray
+    names: list[str]
+    places: np.ndarray
+    modes: np.ndarray
+
+
+def instants(system: System, theta: np.ndarray, begin: float, end: float) -> Instants:
+    """All instants between two times at which functions of time change their piece.
+
+    Raises
+    ------
+    SolverError
+        If they follow each other without end.
+    """
+    key, known = (theta.tobytes(), begin, end), system.made.get("instants")
+    if known is None or known[0] != key:
+        known = system.made["instants"] = key, _Search(system, theta, begin, end).found()
+    made: Instants = known[1]
+    return made
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """Pieces of one clock over the span: where it changes, and its numbers between."""
+
+    times: np.ndarray
+    numbers: np.ndarray
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        found: np.ndarray = self.numbers[np.searchsorted(self.times, times, side="right")]
+        return found
+
+
+class _Search:
+    def __init__(self, system: System, theta: np.ndarray, begin: float, end: float) -> None:
+        self.system, self.theta, self.begin, self.end = system, theta, begin, end
+        self.clocks = clocks(system)
+
+    def found(self) -> Instants:
+        """All instants, with those that rounding alone keeps apart in one."""
+        courses: list[_Course] = []
+        plain = self._plain()
+        for k, clock in enumerate(self.clocks):
+            needs = [courses[i] for i in clock.needs]
+            courses.append(plain[k] if k in plain else self._course(clock, needs))
+        times = np.unique(np.concatenate([np.zeros(0), *(c.times for c in courses)]))
+        apart = 1e-13 * max(abs(self.begin), abs(self.end))
+        times = times[(times > self.begin) & (times <= self.end)]
+        times = np.where(self.end - times <= apart, self.end, times)
+        kept = np.append(True, np.diff(times) > apart) if len(times) else np.zeros(0, dtype=bool)
+        times = times[kept]
+        edges = np.concatenate([[self.begin], times, [self.end]])
+        # the last part has no length if something changes at the end
+        middles = 0.5 * (edges[:-1] + edges[1:])
+        if len(times) and times[-1] == self.end:
+            middles[-1] = self.end + apart
+        names: list[dict[str, None]] = [{} for _ in times]
+        columns = [np.zeros((len(middles), 0))]
+        changes: list[np.ndarray] = []
+        for clock, course in zip(self.clocks, courses, strict=True):
+            numbers = course.at(middles)
+            columns.append(clock.settings(numbers))
+            changes.append(np.diff(numbers) != 0)
+            # what changes because another does is not named
+            first = changes[-1].copy()
+            for need in clock.needs:
+                first &= ~changes[need]
+            for k in np.flatnonzero(first).tolist():
+                names[k][clock.condition.name] = None
+        places = [m for clock in self.clocks for m in clock.condition.modes]
+        return Instants(
+            times,
+            [", ".join(n) for n in names],
+            np.array(places, dtype=int),
+            np.hstack(columns),
+        )
+
+    def _plain(self) -> dict[int, _Course]:
+        """Courses of relations that are linear in the time and need no others, all at once."""
+        which = [
+            k
+            for k, clock in enumerate(self.clocks)
+            if clock.condition.pieces is None and not clock.needs and clock.even
+        ]
+        if "plain clocks" not in self.system.made:
+            both = [(self.clocks[k].condition.argument, self.clocks[k].slope) for k in which]
+            outputs = [
+                ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in zip(*both, strict=True)
+            ]
+            inputs = [self.system._values.time, self.system._inputs[1]]
+            self.system.made["plain clocks"] = ca.Function("plain", inputs, outputs)
+        if not which:
+            return {}
+        function = self.system.made["plain clocks"]
+        zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))
+        found = {}
+        for k, at_zero, rate in zip(which, zero.tolist(), slope.tolist(), strict=True):
+            instant = -at_zero / rate if rate else np.inf
+            if self.begin < instant <= self._beyond():
+                found[k] = _Course(np.array([instant]), np.array([int(rate < 0), int(rate > 0)]))
+            else:
+                middle = np.array([at_zero + rate * 0.5 * (self.begin + self.end)])
+                found[k] = _Course(np.zeros(0), self.clocks[k].number(middle))
+        return found
+
+    def _course(self, clock: Clock, needs: list[_Course]) -> _Course:
+        """Where a clock changes; what it needs is known."""
+        inner = np.unique(np.concatenate([np.zeros(0), *(c.times for c in needs)]))
+        inner = inner[(inner > self.begin) & (inner < self.end)]
+        # a little beyond the end, as the modes there may be asked for
+        edges = np.concatenate([[self.begin], inner, [self._beyond()]])
+        middles = 0.5 * (edges[:-1] + edges[1:])
+        columns = [
+            self.clocks[i].settings(c.at(middles)) for i, c in zip(clock.needs, needs, strict=True)
+        ]
+        given = np.hstack([np.zeros((len(middles), 0)), *columns])
+        if clock.even:
+            roots = self._even(clock, edges, given)
+        elif clock.moves:
+            roots = self._uneven(clock, edges, given)
+        else:
+            roots = np.zeros(0)
+        times = np.unique(np.concatenate([inner, roots]))
+        bounds_ = np.concatenate([[self.begin], times, [self._beyond()]])
+        segment = np.searchsorted(inner, 0.5 * (bounds_[:-1] + bounds_[1:]), side="right")
+        found = []
+        for share in _INSIDE:
+            times_inside = bounds_[:-1] + share * np.diff(bounds_)
+            found.append(clock.number(self._values(clock, times_inside, given[segment])[0]))
+        numbers = np.sort(found, axis=0)[1]
+        changes = np.diff(numbers) != 0
+        return _Course(times[changes], np.append(numbers[0], numbers[1:][changes]))
+
+    def _beyond(self) -> float:
+        return self.end + 1e-9 * max(self.end - self.begin, 1e-300)
+
+    def _values(
+        self, clock: Clock, times: np.ndarray, given: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Argument and slope at times, with the modes that hold there; below all if not a number."""
+        found = clock.value(times[None, :], given.T, self.theta) if len(times) else [()] * 2
+        place, slope = (np.asarray(v, dtype=float).ravel() for v in found)
+        return np.where(np.isnan(place), -np.inf, place), slope
+
+    def _even(self, clock: Clock, edges: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Changes of an argument that is linear in the time."""
+        zero, slope = self._values(clock, np.zeros(len(given)), given)
+        found = []
+        for k in np.flatnonzero(slope != 0).tolist():
+            ends = zero[k] + slope[k] * edges[k : k + 2]
+            first, last = np.sort(clock.number(ends))
+            borders = clock.border(np.arange(first + 1, last + 1))
+            found.append((borders - zero[k]) / slope[k])
+        roots = np.concatenate([np.zeros(0), *found])
+        if len(roots) > _MOST:
+            raise self._endless(clock, float(roots.min()))
+        return roots[(roots > self.begin) & (roots <= self._beyond())]
+
+    def _uneven(self, clock: Clock, edges: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Changes of any argument: intervals decide between none, one, and looking closer."""
+        a, b, segment = edges[:-1], edges[1:], np.arange(len(given))
+        found = [np.zeros(0)]
+        size = max(abs(self.begin), abs(self.end))
+        total = 0
+        while len(a):
+            total += len(a)
+            if len(a) > _MOST or total > 20 * _MOST:
+                raise self._endless(clock, float(a.min()))
+            (low, high), monotone = self._range(clock, a, b, given[segment])
+            count = self._borders(clock, low, high)
+            narrow = b - a <= _NARROWEST * size
+            one = (count > 0) & (monotone | narrow)
+            if one.any():
+                found.append(self._located(clock, a[one], b[one], given[segment[one]]))
+            more = (count > 0) & ~one
+            a, b, segment = a[more], b[more], segment[more]
+            middle = 0.5 * (a + b)
+            a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+            segment = np.concatenate([segment, segment])
+        return np.concatenate(found)
+
+    def _range(
+        self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray
+    ) -> tuple[Interval, np.ndarray]:
+        """Bounds of the argument in intervals, and where it only rises or only falls."""
+        ends = [(column, column) for column in given.T]
+        theta = [(np.array([p]),) * 2 for p in self.theta.tolist()]
+        (place,), (slope,) = bounds(clock.value, [[(a, b)], ends, theta])
+        if clock.steps:
+            return place, np.zeros(len(a), dtype=bool)
+        low, high = (np.broadcast_to(v, a.shape) for v in place)
+        falling, rising = (np.broadcast_to(v, a.shape) for v in slope)
+        middle, _ = self._values(clock, 0.5 * (a + b), given)
+        reach = 0.5 * (b - a) * np.fmax(np.abs(falling), np.abs(rising))
+        known = np.isfinite(reach) & np.isfinite(middle)
+        low = np.where(known, np.fmax(low, middle - reach), low)
+        high = np.where(known, np.fmin(high, middle + reach), high)
+        return (low, high), (falling >= 0) | (rising <= 0)
+
+    @staticmethod
+    def _borders(clock: Clock, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """How many borders lie inside bounds, at most two."""
+        if clock.condition.pieces is None:
+            return ((low < 0) & (high > 0)).astype(int)
+        wide = ~(np.isfinite(low) & np.isfinite(high))
+        first = clock.number(np.where(wide, 0.0, low))
+        last = clock.number(np.where(wide, 0.0, high))
+        return np.where(wide, 2, np.minimum(last - first, 2))
+
+    def _located(self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Changes in intervals in which the argument only rises or only falls."""
+        first = clock.number(self._values(clock, a, given)[0])
+        last = clock.number(self._values(clock, b, given)[0])
+        low, count = np.minimum(first, last), np.abs(last - first)
+        if count.sum() > _MOST:
+            raise self._endless(clock, float(a.min()))
+        owner = np.repeat(np.arange(len(a)), count)
+        before = np.concatenate([[0], np.cumsum(count)])[:-1]
+        wanted = low[owner] + 1 + np.arange(len(owner)) - before[owner]
+        rising = (last > first)[owner]
+        a, b, given = a[owner], b[owner], given[owner]
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (a + b)
+            reached = clock.number(self._values(clock, middle, given)[0]) >= wanted
+            after = reached == rising
+            a, b = np.where(after, a, middle), np.where(after, middle, b)
+        return b
+
+    def _endless(self, clock: Clock, near: float) -> SolverError:
+        condition = clock.condition
+        left, right = condition.relation.sides
+        return SolverError(
+            f"{self.system.name}: '{left}' passes {right} in {condition.name} more than {_MOST} "
+            f"times between {self.begin:g} and {self.end:g} s, first near t = {near:.6g} s, so not "
+            "all instants of its changes can be found before the run. Shorten the run, or write "
+            "lumped.ops.smooth(...) around the expression if its kinks do not matter.",
+            None,
+        )

@@ -1,0 +1,159 @@
+"""Collect what a run computes: at the times asked for, in smooth pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError
+from lumped.support.progress import Progress
+from lumped.support.units import in_seconds
+from lumped.timeloop.result import Piece
+
+__all__ = ["Recorder", "output_times", "scale"]
+
+_MOST = 100_000_000
+"""Output intervals that any use has."""
+_ROUNDING = 1e-14
+"""What times may differ by that are meant to be the same, relative to them."""
+_Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Times (k,), states (k, n), settings (k, m)."""
+
+
+def output_times(
+    grid: int | Sequence[float | str] | np.ndarray | None, until: float, begin: float = 0.0
+) -> np.ndarray | None:
+    """Output times of a run: equal intervals, those given, or None for the solver's steps.
+
+    Raises
+    ------
+    OptionError
+        If they make no sense.
+    """
+    if grid is None:
+        return None
+    if isinstance(grid, int | np.integer) and not isinstance(grid, bool):
+        if not 1 <= grid <= _MOST:
+            raise OptionError(
+                f"grid = {grid}: the number of output intervals must lie between 1 and {_MOST}."
+            )
+        equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
+        return equal
+    times = _numbers(grid)
+    if times.ndim != 1 or not len(times) or not (np.diff(times) >= 0).all():
+        raise OptionError(
+            f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
+            "that does not decrease, or None for the steps of the solver."
+        )
+    near = _ROUNDING * max(abs(begin), abs(until))
+    if not (times[0] >= begin - near and times[-1] <= until + near):
+        raise OptionError(
+            "grid: output times from {} to {} s leave {} to {} s.".format(
+                *(repr(float(t)).removesuffix(".0") for t in (times[0], times[-1], begin, until))
+            )
+        )
+    inside: np.ndarray = np.clip(times, begin, until)
+    return inside
+
+
+def _numbers(grid: object) -> np.ndarray:
+    """Output times in s as an array; not yet checked."""
+    try:
+        return np.asarray(grid, dtype=float)
+    except (TypeError, ValueError):
+        listed = grid if isinstance(grid, Iterable) else [grid]
+        return np.array([in_seconds(time, "grid: time") for time in listed])
+
+
+def scale(begin: float, until: float) -> float:
+    """Size of the times of a run, s; what tells instants apart is relative to it."""
+    return max(abs(begin), abs(until))
+
+
+class Recorder:
+    """Output of one run.
+
+    Parameters
+    ----------
+    begin, until : float
+        Begin and end of the run, s.
+    times : ndarray or None
+        Output times; None for the steps of the solver.
+    both_sides : bool
+        Both ends of each segment are recorded, besides the output times between them.
+    progress : Progress
+        Is told how far the run has come.
+
+    Attributes
+    ----------
+    taken : int
+        Output times that were handed out.
+    """
+
+    def __init__(
+        self,
+        begin: float,
+        until: float,
+        times: np.ndarray | None,
+        both_sides: bool,
+        progress: Progress,
+    ) -> None:
+        self._begin, self.times, self.both_sides = begin, times, both_sides
+        self._near, self._progress = 1e-13 * scale(begin, until), progress
+        self.taken = 0
+        self._parts: list[tuple[System, list[_Rows]]] = []
+
+    @property
+    def on_grid(self) -> bool:
+        """Whether output times were given."""
+        return self.times is not None
+
+    def open(self, system: System) -> None:
+        """Begin a new piece."""
+        self._parts.append((system, []))
+
+    def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+        """Points of the present piece: times (k,), states (k, n), settings (k, m)."""
+        self._parts[-1][1].append((t, x, settings))
+        if len(t):
+            self._progress.at(float(t[-1]) - self._begin)
+
+    def edge(self, t: float, x: np.ndarray, settings: np.ndarray) -> None:
+        """An end of a segment; grid points that coincide with it are left out."""
+        if self.both_sides:
+            self.add(np.array([t]), x[None, :], settings[None, :])
+            if self.times is not None:
+                close = np.searchsorted(self.times, t + self._near, "right")
+                self.taken = max(self.taken, int(close))
+
+    def due(self, end: float) -> np.ndarray:
+        """Output times before `end` that were not handed out yet."""
+        if self.times is None:
+            return np.zeros(0)
+        stop = max(int(np.searchsorted(self.times, end, "left")), self.taken)
+        wanted = self.times[self.taken : stop]
+        self.taken = stop
+        return wanted
+
+    def finish(self, x: np.ndarray, settings: np.ndarray) -> None:
+        """Output times at the very end."""
+        rest = self.due(np.inf)
+        if len(rest):
+            self.add(rest, *(np.repeat(v[None, :], len(rest), axis=0) for v in (x, settings)))
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """What was recorded so far."""
+        return tuple(Piece(system, *_joined(system, rows)) for system, rows in self._parts)
+
+
+def _joined(system: System, rows: list[_Rows]) -> _Rows:
+    """Points of a piece in one."""
+    if len(rows) == 1:
+        return rows[0]
+    if not rows:
+        n, m = len(system.states), system._inputs[3].numel()
+        return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+    t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
+    return t, x, settings

@@ -1,0 +1,415 @@
+"""Results: frozen, answering to names and references, printing as tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, SolverError
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.support.units import in_seconds
+from lumped.timeloop.changeover import Change
+from lumped.timeloop.event import Event
+from lumped.timeloop.result_files import Drawn, computed, saved, state_names
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lumped.simulation.certify import Certificate
+
+__all__ = [
+    "Convergence",
+    "Event",
+    "Kept",
+    "Named",
+    "OperatingPoint",
+    "Piece",
+    "Statistics",
+    "Trajectory",
+]
+
+_WORDS = {
+    "none": "nothing was computed",
+    "exact": "closed form, as the model is linear between jumps",
+    "explicit": "DOP853",
+    "implicit": "Rodas5P",
+    "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+}
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run cost.
+
+    Attributes
+    ----------
+    method : str
+        Methods used, in order.
+    steps, rejected, evaluations, segments : int
+        Accepted and rejected steps, evaluations of the right-hand side, restarts + 1.
+    seconds : float
+        Wall time of the stepping.
+    small : tuple of str
+        States that moved, but stayed so small that the absolute tolerance governs them.
+    implicit_from : float
+        When the implicit method took over, s; infinite if it did not.
+    native : bool
+        Whether steps were made in machine code.
+    """
+
+    method: str
+    steps: int
+    rejected: int
+    evaluations: int
+    segments: int
+    seconds: float
+    small: tuple[str, ...]
+    implicit_from: float = math.inf
+    native: bool = False
+
+    @property
+    def why(self) -> str:
+        """The method in words."""
+        return _WORDS[self.method]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """How Newton's method found a point.
+
+    Attributes
+    ----------
+    iterations, evaluations : int
+        Newton steps, and evaluations of the derivatives of all states.
+    residual : float
+        Largest derivative that is left, relative to the terms that cancel in it.
+    condition : float
+        Condition number of the equations, their rows scaled by these terms; infinite where an
+        equilibrium is one of many, such as the speed of a free drive.
+    growth : float
+        Fastest growth of small deviations, 1/s: zero at a stable equilibrium, nan if unknown.
+    """
+
+    iterations: int
+    evaluations: int
+    residual: float
+    condition: float
+    growth: float
+
+    def __str__(self) -> str:
+        condition = f"{self.condition:.3g}" if np.isfinite(self.condition) else "none: one of many"
+        text = (
+            f"found in {self.iterations} iterations, {self.evaluations} evaluations; residual "
+            f"{self.residual:.1e}, condition {condition}"
+        )
+        return text + (f"; unstable, grows as exp({self.growth:.4g} t)" if self.growth > 0 else "")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What the search for an equilibrium kept as it was given.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of the parameters that the equilibrium determines.
+    nodes : tuple of int
+        Quantities that keep their values, as numbers of the reduced system.
+    initial : bool
+        Initial equations hold.
+    rest : bool
+        Nothing moves.
+    start : mapping of str to float
+        Start values with which it began.
+    """
+
+    free: tuple[int, ...] = ()
+    nodes: tuple[int, ...] = ()
+    initial: bool = False
+    rest: bool = False
+    start: Mapping[str, float] = field(default_factory=dict)
+
+
+class Named:
+    """Answers to the names of a system's quantities: ``name in run``, ``list(run)``."""
+
+    system: System
+
+    def __contains__(self, name: Name) -> bool:
+        return self.system.key(name) in ("time", *computed(self.system))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(computed(self.system))
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoint(Named):
+    """Values of all states at one instant.
+
+    Attributes
+    ----------
+    system : System
+        What it belongs to.
+    time : float
+        Instant, s.
+    x : ndarray, shape (n,)
+        States in the order of ``system.state_names``.
+    theta, modes : ndarray
+        Parameters; modes and values of implicit quantities.
+    collisions : tuple of Change
+        Impacts at this very instant; the states are those after them.
+    search : Convergence or None
+        How an equilibrium was found.
+    kept : Kept or None
+        What it kept.
+    residual : float or None
+        How far the worst of the initial equations and given values that are no states is missed at
+        a start, relative to what is wanted if that is above one; None where there are none.
+    lost : tuple of str
+        Given start values and initial equations that an equilibrium does not keep, in words.
+    """
+
+    system: System
+    time: float
+    x: np.ndarray
+    theta: np.ndarray
+    modes: np.ndarray
+    collisions: tuple[Change, ...] = ()
+    search: Convergence | None = None
+    kept: Kept | None = None
+    residual: float | None = None
+    lost: tuple[str, ...] = ()
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters that can be changed, and their values here."""
+        p = self.system._flat.parameters
+        return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
+
+    def __getitem__(self, name: Name) -> float:
+        function = self.system.function([name])
+        return float(function(self.x, self.theta, self.time, self.modes))
+
+    def __repr__(self) -> str:
+        rows = [
+            (name, number(value), self.system.quantity(name).unit)
+            for name, value in zip(self.system.state_names[:20], self.x, strict=False)
+            if "(" not in name
+        ]
+        head = f"{self.system.name} at t = {self.time:g} s"
+        if self.search is not None:
+            head += f"; {self.search}"
+        if self.residual is not None:
+            head += f"; what was demanded is met to {self.residual:.1e}"
+        if self.lost:
+            head += (
+                f"\nnot kept, as no equilibrium near the start does: {', '.join(self.lost[:12])}"
+            )
+        return f"{head}\n" + table(("state", "value", "unit"), rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A smooth part of a run.
+
+    Attributes
+    ----------
+    system : System
+        The system with the states of this part.
+    t : ndarray, shape (k,)
+        Times, s.
+    x : ndarray, shape (k, n)
+        States.
+    settings : ndarray, shape (k, m)
+        Modes, and implicit quantities nearby.
+    """
+
+    system: System
+    t: np.ndarray
+    x: np.ndarray
+    settings: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(Named):
+    """A simulated run.
+
+    ``run[name]`` gives any quantity of the system over `t`; it is computed when first asked for.
+    ``list(run)`` gives their names.
+
+    Attributes
+    ----------
+    system : System
+        What was simulated.
+    pieces : tuple of Piece
+        Smooth parts, in order of time.
+    theta : ndarray
+        Parameters.
+    events : tuple of Event
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
+    statistics : Statistics
+        Cost of the run.
+    certificate : Certificate or None
+        Error estimate, if it was asked for.
+    """
+
+    system: System
+    pieces: tuple[Piece, ...]
+    theta: np.ndarray
+    events: tuple[Event, ...]
+    statistics: Statistics
+    certificate: Certificate | None = None
+    _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def t(self) -> np.ndarray:
+        """Times, s; on a jump the same time stands twice, before and after it."""
+        return np.concatenate([np.zeros(0), *(piece.t for piece in self.pieces)])
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """States, shape (len(t), n), in the order of each piece's system."""
+        none = np.zeros((0, len(self.system.states)))
+        return np.concatenate([none, *(piece.x for piece in self.pieces)])
+
+    @property
+    def steps(self) -> int:
+        """Accepted steps."""
+        return self.statistics.steps
+
+    def __getitem__(self, name: Name) -> np.ndarray:
+        key = self.system.key(name)
+        if key == "time":
+            return self.t
+        if key not in self._known:
+            systems = {id(p.system): p.system for p in self.pieces}
+            functions = {place: system.function([key]) for place, system in systems.items()}
+            parts = [
+                functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
+                for p in self.pieces
+                if len(p.t)
+            ]
+            values = [np.zeros(0), *(np.asarray(part, dtype=float).ravel() for part in parts)]
+            found = np.concatenate(values)
+            bad = np.flatnonzero(np.isnan(found))
+            if len(bad):
+                raise SolverError(
+                    f"{self.system.name}: {key} is not a number at t = {self.t[bad[0]]:g} s "
+                    f"(and at {len(bad) - 1} other times of {len(found)}): zero over zero or a "
+                    "function outside its range, such as a linkage that a prescribed motion asks "
+                    "to go where it cannot. Check the motion and the parameters that enter it."
+                )
+            self._known[key] = found
+        return self._known[key]
+
+    @checked
+    def point(self, time: float | str) -> OperatingPoint:
+        """The recorded point nearest to a time, to linearise there; on a jump that after it.
+
+        Raises
+        ------
+        OptionError
+            If the time is not within the run.
+        """
+        time = in_seconds(time, "t")
+        if not len(self.t):
+            raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
+        if not self.t[0] <= time <= self.t[-1]:
+            raise OptionError(
+                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
+                f"{self.t[-1]:g} s."
+            )
+        pieces = [piece for piece in self.pieces if len(piece.t)]
+        distance = [np.abs(piece.t - time).min() for piece in pieces]
+        piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]
+        gaps = np.abs(piece.t - time)[::-1]
+        k = len(gaps) - 1 - int(gaps.argmin())
+        return OperatingPoint(
+            piece.system, float(piece.t[k]), piece.x[k], self.theta, piece.settings[k]
+        )
+
+    @checked
+    def table(self, names: Iterable[Name]) -> np.ndarray:
+        """Several quantities as columns, shape (k, len(names))."""
+        columns = [self[name] for name in names]
+        if not columns:
+            raise OptionError(f"{self.system.name}: name at least one quantity.")
+        return np.column_stack(columns)
+
+    @checked
+    def save(self, path: str | Path, names: Iterable[Name] | None = None) -> Path:
+        """Write quantities to a file (.nc, .npz, .csv, .mat); see `lumped.load` to read it.
+
+        The file is written whole or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            Its ending says the format; ``.mat`` is the result file of Modelica tools.
+        names : iterable of names, optional
+            Quantities; default is all.
+
+        Raises
+        ------
+        OptionError
+            If the ending is none of these.
+        OSError
+            If the file cannot be written.
+        """
+        return saved(self, names).write(path)
+
+    @checked
+    def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
+        """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
+        return saved(self, names).to_pandas()
+
+    @checked
+    def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
+        """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
+        return saved(self, names).to_xarray()
+
+    @checked
+    def plot(self, names: Iterable[Name] | None = None) -> Figure:
+        """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
+        from lumped.drawing.plots import trajectory
+
+        return trajectory(self, names)
+
+    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
+        chosen = state_names(self.system) if names is None else map(self.system.key, names)
+        found = {name: self.system.quantity(name) for name in chosen}
+        return self.system.name, {name: (q.unit, q.text) for name, q in found.items()}
+
+    def __repr__(self) -> str:
+        s = self.statistics
+        if not len(self.t):
+            return f"{self.system.name}: nothing was computed"
+        head = (
+            f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
+            f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
+            f"{s.evaluations} evaluations, {len(self.events)} events{', native' * s.native}"
+        )
+        rows = []
+        for name in self.system.state_names[:12]:
+            if "(" in name:
+                continue
+            y = self[name]
+            unit = self.system.quantity(name).unit
+            rows.append((name, *(number(v) for v in (y[0], y[-1], y.min(), y.max())), unit))
+        if s.method in ("exact", "explicit then implicit"):
+            head += f"\n{s.method}: {s.why}"
+        if self.statistics.small:
+            head += (
+                f"\nsmall, so that the absolute tolerance governs their accuracy: "
+                f"{', '.join(self.statistics.small)}"
+            )
+        text = head + "\n" + table(("state", "start", "end", "min", "max", "unit"), rows)
+        return text if self.certificate is None else f"{text}\n\n{self.certificate!r}"

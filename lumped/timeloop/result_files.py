@@ -1,0 +1,228 @@
+"""Results in files and in the tables of other libraries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name, System
+from lumped.compiler.tree import key_of
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.support.arguments import checked
+from lumped.support.optional_packages import extra
+from lumped.support.whole_files import whole_file
+from lumped.timeloop.event import Event
+from lumped.timeloop.file_formats import READERS, WRITERS, apart
+from lumped.timeloop.fingerprint import fingerprint
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lumped.timeloop.result import Trajectory
+
+__all__ = ["Drawn", "Saved", "computed", "fingerprint", "load", "saved", "state_names"]
+
+Drawn = tuple[str, dict[str, tuple[str, str]]]
+"""Name of a model, and unit and text of each quantity to draw."""
+
+
+@dataclass(frozen=True, eq=False)
+class Saved:
+    """Quantities of a run, apart from its model; ``saved[name]`` gives one of them over `t`.
+
+    Attributes
+    ----------
+    t : ndarray, shape (k,)
+        Times, s.
+    values : dict of str to ndarray, shape (k,)
+        Quantities.
+    units, texts : dict of str to str
+        Their units and what they are.
+    parameters : dict of str to float
+        Parameters of the run.
+    parameter_units : dict of str to str
+        Their units.
+    model : str
+        Name of the model.
+    fingerprint : str
+        Hash of the model but for the values of its parameters.
+    states : tuple of str
+        Those of the quantities that are states, which `plot` draws unless others are named.
+    events : tuple of Event
+        Jumps of functions of time, changes of modes, impacts, and changes of states.
+    """
+
+    t: NDArray[np.float64]
+    values: dict[str, NDArray[np.float64]]
+    units: dict[str, str]
+    texts: dict[str, str]
+    parameters: dict[str, float]
+    parameter_units: dict[str, str]
+    model: str
+    fingerprint: str
+    states: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
+
+    def __getitem__(self, name: Name) -> NDArray[np.float64]:
+        key = key_of(name)
+        if key == "time":
+            return self.t
+        if key not in self.values:
+            raise UnknownNameError(f"'{key}' was not saved. {nearest(key, self.values)}")
+        return self.values[key]
+
+    def __contains__(self, name: Name) -> bool:
+        return key_of(name) in ("time", *self.values)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
+
+    def plot(self, names: Iterable[Name] | None = None) -> Figure:
+        """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
+        from lumped.drawing.plots import trajectory
+
+        return trajectory(self, names)
+
+    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
+        chosen = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
+        for name in chosen:
+            self[name]
+        units, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
+        return self.model, {name: (units[name], texts[name]) for name in chosen}
+
+    def to_pandas(self) -> Any:
+        """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
+
+        Its index increases strictly: where values jump, those before the jump stand one step of
+        rounding earlier, and ``frame.loc[t]`` gives those after it.
+
+        Raises
+        ------
+        OptionError
+            If pandas is not installed.
+        """
+        pandas = extra("pandas", "data", "to_pandas")
+        frame = pandas.DataFrame(self.values, index=pandas.Index(apart(self.t), name="time"))
+        frame.attrs = {"model": self.model, "fingerprint": self.fingerprint, "units": self.units}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """A Dataset over the time, with units and texts as attributes.
+
+        Times are as in `to_pandas`, so that it can be indexed and interpolated.
+
+        Raises
+        ------
+        OptionError
+            If xarray is not installed.
+        """
+        xarray = extra("xarray", "data", "to_xarray")
+        columns = {
+            name: ("time", values, {"units": self.units[name], "long_name": self.texts[name]})
+            for name, values in self.values.items()
+        }
+        time = ("time", apart(self.t), {"units": "s", "long_name": "time"})
+        about = {"model": self.model, "fingerprint": self.fingerprint}
+        return xarray.Dataset(columns, coords={"time": time}, attrs=about)
+
+    @checked
+    def write(self, path: str | Path) -> Path:
+        """Write a file; its ending says what: .nc, .npz, .csv or .mat.
+
+        Times and values are stored in full. ``.nc`` is NetCDF 3; ``.mat`` is the result file that
+        Modelica tools read; ``.csv`` has units behind the names and neither parameters nor events.
+        Times in ``.nc`` and ``.csv`` are those of `to_pandas`; `lumped.load` undoes that. The file
+        is written whole or not at all.
+
+        Raises
+        ------
+        OptionError
+            If the ending is none of these.
+        OSError
+            If it cannot be written.
+        """
+        path = Path(path)
+        if path.suffix not in WRITERS:
+            raise OptionError(f"{path.name}: the ending must be one of {', '.join(WRITERS)}.")
+        with whole_file(path) as file:
+            WRITERS[path.suffix](self, file)
+        return path
+
+
+def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
+    """Quantities of a run by themselves; default is every state and what the model still has.
+
+    Parameters
+    ----------
+    run : Trajectory
+        From `lumped.simulate`.
+    names : iterable of names, optional
+        Quantities; default is all that the system computes.
+    """
+    system = run.system
+    chosen = computed(system) if names is None else [system.key(name) for name in names]
+    quantities = {name: system.quantity(name) for name in chosen}
+    p = system._flat.parameters
+    given = {p.names[i]: float(v) for i, v in zip(p.free, run.theta, strict=True)}
+    return Saved(
+        run.t,
+        {name: run[name] for name in chosen},
+        {name: quantity.unit for name, quantity in quantities.items()},
+        {name: quantity.text for name, quantity in quantities.items()},
+        given,
+        {p.names[i]: p.declared[i].unit for i in p.free},
+        system.name,
+        fingerprint(system),
+        tuple(name for name in state_names(system) if name in quantities),
+        run.events,
+    )
+
+
+def state_names(system: System) -> list[str]:
+    """Names of the states that are quantities of components, not derivatives of such."""
+    return [name for name in system.state_names if not name.startswith("der(")]
+
+
+def computed(system: System) -> list[str]:
+    """Quantities that do not need a state that was left out."""
+    if "computed" not in system.made:
+        system.made["computed"] = _computed(system)
+    found: list[str] = system.made["computed"]
+    return found
+
+
+def _computed(system: System) -> list[str]:
+    tree = system._tree
+    names = system.names()
+    nodes = [system._reduced.node(tree.unknown(name)) for name in names]
+    known = [node for node in nodes if node is not None]
+    usable = dict(zip(known, system.available(known, cyclic=True).tolist(), strict=True))
+    return [n for n, node in zip(names, nodes, strict=True) if node is None or usable[node]]
+
+
+@checked
+def load(path: str | Path) -> Saved:
+    """Read what `Trajectory.save` wrote as .nc, .npz or .csv.
+
+    Raises
+    ------
+    OptionError
+        If the ending is another, or the file is damaged or was not written by lumped.
+    OSError
+        If there is no such file.
+    """
+    path = Path(path)
+    if path.suffix not in READERS:
+        raise OptionError(f"{path.name}: the ending must be one of {', '.join(READERS)}.")
+    held = path.read_bytes()
+    try:
+        return Saved(**READERS[path.suffix](held))
+    except Exception as fault:  # readers fail in many ways on bytes that are not theirs
+        raise OptionError(
+            f"{path}: this is no result that lumped wrote, or it is damaged ({fault})."
+        ) from None

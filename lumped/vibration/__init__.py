@@ -1,0 +1,1 @@
+"""Natural frequencies, damping, responses, and their derivatives."""

@@ -1,0 +1,239 @@
+"""Where natural frequencies meet orders of excitation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError
+from lumped.points.situation import situation
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.modes import Modes, modes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """A speed at which an order of excitation meets a natural frequency.
+
+    Attributes
+    ----------
+    speed : float
+        Speed of the shaft from which the orders count, rad/s.
+    order : float
+        Excitations for each turn of that shaft.
+    mode : int
+        Number of the mode by natural frequency, from 0.
+    hertz : float
+        Natural frequency there, Hz.
+    """
+
+    speed: float
+    order: float
+    mode: int
+    hertz: float
+
+    @property
+    def rpm(self) -> float:
+        """The speed in turns for each minute."""
+        return self.speed * 30 / np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell:
+    """Natural frequencies over the speed, and orders of excitation.
+
+    Attributes
+    ----------
+    system : System
+        What was analysed.
+    speeds : ndarray, shape (k,)
+        Speeds of the shaft from which the orders count, rad/s.
+    hertz : ndarray, shape (k, m)
+        Natural frequencies at each speed, ascending, Hz; nan where a mode no longer oscillates.
+    orders : tuple of float
+        Excitations for each turn.
+    critical : tuple of CriticalSpeed
+        Intersections, by speed.
+    evaluations : int
+        How often modes were computed.
+    residual : float
+        Largest ``abs(hertz - order speed / 2 pi)`` at an intersection, relative to `hertz`.
+    situations : tuple of str
+        What is open, closed, stuck, sliding or released at the operating points, in words.
+    """
+
+    system: System
+    speeds: Real
+    hertz: Real
+    orders: tuple[float, ...]
+    critical: tuple[CriticalSpeed, ...]
+    evaluations: int
+    residual: float
+    situations: tuple[str, ...] = ()
+
+    def plot(self) -> Figure:
+        """Campbell diagram (see `lumped.plot.campbell`)."""
+        from lumped.drawing.plots import campbell
+
+        return campbell(self)
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.system.name}: {len(self.critical)} critical speeds; modes at "
+            f"{self.evaluations} speeds, intersections met to {self.residual:.1e}"
+            f"{', or'.join(self.situations)}"
+        )
+        return f"{head}\n" + _table(self.critical)
+
+
+def _table(critical: Iterable[CriticalSpeed]) -> str:
+    rows = [
+        (number(c.speed), number(c.rpm), number(c.order), str(c.mode + 1), number(c.hertz))
+        for c in critical
+    ]
+    return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
+
+
+@checked
+def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpeed, ...]:
+    """Speeds at which orders of excitation meet natural frequencies: ``2 pi hertz / order``.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`; they must not depend on the speed (else `campbell`).
+    orders : iterable of float
+        Excitations for each turn of the shaft: 1 for unbalance, the number of teeth for a mesh,
+        the ratio times the order for a shaft behind a gear.
+
+    Returns
+    -------
+    tuple of CriticalSpeed
+        By speed.
+
+    Raises
+    ------
+    OptionError
+        If an order is not positive.
+    """
+    found = [
+        CriticalSpeed(float(2 * np.pi * hertz / order), order, mode, float(hertz))
+        for order in _checked(orders)
+        for mode, hertz in enumerate(modes.hertz)
+    ]
+    return tuple(sorted(found, key=lambda c: c.speed))
+
+
+@checked
+def campbell(
+    system: System,
+    *,
+    speeds: ArrayLike,
+    orders: Iterable[float],
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
+) -> Campbell:
+    """Natural frequencies over the speed of a shaft, and where orders of excitation meet them.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    speeds : array_like, shape (k,)
+        Ascending, rad/s.
+    orders : iterable of float
+        Excitations for each turn of the shaft.
+    at : OperatingPoint or callable, optional
+        Where to linearise; default is the start point. If frequencies depend on the speed, a
+        function of it, such as ``lambda w: start_point(system, {"bearing.c": stiffness(w)})`` or
+        ``lambda w: equilibrium(system, start={"motor.w": w})``.
+
+    Returns
+    -------
+    Campbell
+
+    Raises
+    ------
+    OptionError
+        If speeds are not ascending or an order is not positive.
+
+    Notes
+    -----
+    Modes count by frequency. An intersection is located between two of the speeds to rounding;
+    two of the same mode and order between the same two speeds are not seen.
+    """
+    grid = np.asarray(speeds, dtype=float).ravel()
+    good = np.isfinite(grid).all() and (grid >= 0).all() and (np.diff(grid) > 0).all()
+    if len(grid) < 2 or not good:
+        raise OptionError(
+            "campbell: give at least two speeds, rad/s, ascending, finite and not negative."
+        )
+    wanted = _checked(orders)
+    known: dict[float, Real] = {}
+    situations: dict[str, None] = {}
+
+    def hertz_at(speed: float) -> Real:
+        place = speed if callable(at) else 0.0
+        if place not in known:
+            found = modes(system, at=at(speed) if callable(at) else at)
+            known[place] = found.hertz
+            situations[situation(found.point)] = None
+        return known[place]
+
+    rows = [hertz_at(float(speed)) for speed in grid]
+    hertz = np.full((len(grid), max(len(row) for row in rows)), np.nan)
+    for line, row in zip(hertz, rows, strict=True):
+        line[: len(row)] = row
+
+    def gap(speed: float, order: float, mode: int) -> float:
+        return float(hertz_at(speed)[mode] - order * speed / (2 * np.pi))
+
+    found = []
+    for order in wanted:
+        side = np.sign(hertz - order * grid[:, None] / (2 * np.pi))
+        for k, mode in np.argwhere((side[:-1] * side[1:] < 0) | (side[:-1] == 0)).tolist():
+            speed = (
+                grid[k]
+                if side[k, mode] == 0
+                else scipy.optimize.brentq(
+                    gap, grid[k], grid[k + 1], args=(order, mode), xtol=1e-13 * grid[k + 1]
+                )
+            )
+            met = float(hertz_at(speed)[mode])
+            found.append(CriticalSpeed(float(speed), order, mode, met))
+        for mode in np.flatnonzero(side[-1] == 0).tolist():
+            found.append(CriticalSpeed(float(grid[-1]), order, mode, float(hertz[-1, mode])))
+    found.sort(key=lambda c: c.speed)
+    missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
+    worst = float(max(missed, default=0.0))
+    return Campbell(system, grid, hertz, wanted, tuple(found), len(known), worst, tuple(situations))
+
+
+def _checked(orders: Iterable[float]) -> tuple[float, ...]:
+    try:
+        found = tuple(float(order) for order in orders)
+    except (TypeError, ValueError):
+        raise OptionError(
+            f"orders = {orders!r}: excitations for each turn as a sequence of numbers are needed, "
+            "such as [1, 2]."
+        ) from None
+    for order in found:
+        if not (np.isfinite(order) and order > 0):
+            raise OptionError(f"order {order:g}: excitations for each turn must be positive.")
+    if not found:
+        raise OptionError("name at least one order of excitation.")
+    return found

@@ -1,0 +1,341 @@
+"""Complex response to sinusoidal inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.numerics.singular_factors import factors_of
+from lumped.points.linearise import growth, linear_matrices
+from lumped.points.situation import one_sided, situation
+from lumped.points.start import start_point
+from lumped.points.vibrating_states import finite
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import OperatingPoint
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["FrequencyResponse", "Peak", "frequency_response", "needing_rates"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_STATIC = 1e-4
+"""Fraction of the lowest frequency at which a response counts as static."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A resonance.
+
+    Attributes
+    ----------
+    hertz : float
+        Frequency, Hz.
+    magnitude : float
+        Amplitude of the output for each unit of the input.
+    """
+
+    hertz: float
+    magnitude: float
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Amplitudes of outputs for each unit of amplitude of inputs; ``response[output, input]``.
+
+    Attributes
+    ----------
+    system : System
+        What responds.
+    hertz : ndarray, shape (k,)
+        Frequencies, ascending, Hz.
+    values : ndarray of complex, shape (k, outputs, inputs)
+        Complex amplitudes for ``exp(j w t)``.
+    inputs, outputs : tuple of str
+        Names.
+    point : OperatingPoint
+        Where the system was linearised.
+    """
+
+    system: System
+    hertz: Real
+    values: Complex
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    point: OperatingPoint
+    _matrices: list[scipy.sparse.csc_array]
+
+    @checked
+    def __getitem__(self, names: tuple[Name, Name]) -> Complex:
+        row, column = self._places(*names)
+        found: Complex = self.values[:, row, column]
+        return found
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest backward error of the equations solved, ``|b - M x| / (|M| |x| + |b|)``."""
+        A, B, _, _ = self._matrices
+        right, worst = B.toarray(), 0.0
+        for f in self.hertz if A.shape[0] else ():
+            M = _shifted(A, f)
+            x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
+            size = abs(M) @ np.abs(x) + np.abs(right)
+            missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
+            worst = max(worst, float(missed.max(initial=0.0)))
+        return worst
+
+    @checked
+    def magnitude(self, output: Name, input: Name) -> Real:
+        """Amplitude of an output for each unit of an input, shape (k,).
+
+        Raises
+        ------
+        UnknownNameError
+            If the response was not computed for this output and input.
+        """
+        found: Real = np.abs(self[output, input])
+        return found
+
+    @checked
+    def phase(self, output: Name, input: Name) -> Real:
+        """Phase by which an output leads an input, without jumps of a turn, rad, shape (k,)."""
+        return np.unwrap(np.angle(self[output, input]))
+
+    @checked
+    def amplification(self, output: Name, input: Name) -> Real:
+        """Magnitude relative to the static response, shape (k,).
+
+        For the torque of a shaft this is its amplification factor under a torque that varies.
+
+        Raises
+        ------
+        OptionError
+            If there is no static response, because the output is zero or grows without bound
+            towards 0 Hz, as the speed of a free drive does.
+        """
+        row, column = self._places(output, input)
+        low = _STATIC * self.hertz[self.hertz > 0].min(initial=np.inf)
+        if not np.isfinite(low):
+            raise OptionError("amplification: analyse at least one frequency above 0 Hz.")
+        lower, static = np.abs(
+            _solved(self._matrices, [low / 10, low], self.system)[:, row, column]
+        )
+        if not static or abs(lower / static - 1) > 1e-3:
+            raise OptionError(
+                f"{self.system.name}: {self.outputs[row]} has no static response to "
+                f"{self.inputs[column]}: it is {lower:.4g} at {low / 10:.3g} Hz and {static:.4g} "
+                f"at {low:.3g} Hz. Take an output that settles, such as the torque of a shaft."
+            )
+        found: Real = np.abs(self.values[:, row, column]) / static
+        return found
+
+    @checked
+    def peaks(self, output: Name, input: Name) -> tuple[Peak, ...]:
+        """Resonances, ascending; each is located between the frequencies beside it.
+
+        A resonance narrower than the distance of the frequencies may be missed: analyse closer
+        frequencies near those of `lumped.modes`.
+        """
+        row, column = self._places(output, input)
+        size = np.abs(self.values[:, row, column])
+
+        def height(hertz: float) -> float:
+            return -float(np.abs(_solved(self._matrices, [hertz], self.system)[0, row, column]))
+
+        found = []
+        for k in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+            bounds = (self.hertz[k - 1], self.hertz[k + 1])
+            top = scipy.optimize.minimize_scalar(
+                height, bounds=bounds, method="bounded", options={"xatol": 1e-9 * bounds[1]}
+            )
+            found.append(Peak(float(top.x), -float(top.fun)))
+        return tuple(found)
+
+    @checked
+    def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
+        """Magnitude and phase over the frequency (see `lumped.plot.frequency_response`)."""
+        from lumped.drawing.plots import frequency_response
+
+        return frequency_response(self, outputs)
+
+    def _places(self, output: Name, input: Name) -> tuple[int, int]:
+        places = []
+        for name, known, what in ((output, self.outputs, "output"), (input, self.inputs, "input")):
+            key = self.system.key(name)
+            if key not in known:
+                raise UnknownNameError(
+                    f"'{key}' is no {what} of this response. {nearest(key, known)}"
+                )
+            places.append(known.index(key))
+        return places[0], places[1]
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.system.name}: response at {len(self.hertz)} frequencies from "
+            f"{self.hertz[0]:g} to {self.hertz[-1]:g} Hz, a factorisation for each; residual "
+            f"{self.residual:.1e}{situation(self.point)}"
+        )
+        if side := one_sided(self.point):
+            head += f"\n{side}"
+        rows = []
+        for output in self.outputs:
+            for given in self.inputs:
+                peaks = self.peaks(output, given)
+                highest = max(peaks, key=lambda p: p.magnitude, default=None)
+                at = (
+                    ("-", "-")
+                    if highest is None
+                    else (number(highest.hertz), number(highest.magnitude))
+                )
+                rows.append((f"{output} / {given}", str(len(peaks)), *at))
+        return f"{head}\n" + table(("output / input", "peaks", "highest at, Hz", "magnitude"), rows)
+
+
+@checked
+def frequency_response(
+    system: System,
+    *,
+    inputs: Iterable[Name],
+    outputs: Iterable[Name],
+    hertz: ArrayLike,
+    at: OperatingPoint | None = None,
+    parameters: Changes | None = None,
+) -> FrequencyResponse:
+    """Response of a linearised system to inputs that vary sinusoidally.
+
+    ``C (j w - A)^-1 B + D`` by one sparse factorisation for each frequency.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    inputs : iterable of names
+        Parameters (or inputs given as numbers) that vary, such as a torque.
+    outputs : iterable of names
+        Quantities to observe.
+    hertz : array_like, shape (k,)
+        Frequencies, ascending, Hz.
+    at : OperatingPoint, optional
+        Where to linearise; default is the start point.
+    parameters : mapping of name to float, optional
+        Parameters to change, if `at` is not given.
+
+    Raises
+    ------
+    OptionError
+        If frequencies are not ascending, or the rate of an input matters: the model holds
+        parameters constant, so a prescribed angle has no speed.
+    UnknownNameError
+        If an input or output does not exist.
+    SolverError
+        If the response is unbounded at one of the frequencies, or the linearisation is unstable
+        (looked at up to 500 states).
+    """
+    if at is not None and parameters:
+        raise OptionError(
+            "frequency_response: give the parameters when making the operating point `at`."
+        )
+    at_hertz = np.asarray(hertz, dtype=float).ravel()
+    good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
+    if not len(at_hertz) or not good:
+        raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
+    point = finite(at or start_point(system, parameters))
+    matrices, given, observed = linear_matrices(system, point, inputs, outputs)
+    if not given or not observed:
+        raise OptionError("frequency_response: name at least one input and one output.")
+    _refuse_rates(system, given)
+    faster, state = growth(system, point)
+    if faster > 0:
+        raise SolverError(
+            f"{system.name}: the linearisation is unstable: a disturbance grows as "
+            f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
+            "stable operating point, or add damping or control."
+        )
+    matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.modes))
+    matrices[:2] = _stuck(system, point, *matrices[:2])
+    values = _solved(matrices, at_hertz, system)
+    return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
+
+
+def _stuck(
+    system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
+) -> list[scipy.sparse.csc_array]:
+    """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
+    still = np.isin(system.states, system.switching.held(point.modes))
+    pattern = scipy.sparse.csr_array(abs(A))
+    driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
+    while (more := ~(still | driven | (pattern @ ~still > 0))).any():
+        still |= more
+    held = still.astype(float)
+    free = scipy.sparse.diags_array(1 - held)
+    return [
+        scipy.sparse.csc_array(free @ A - scipy.sparse.diags_array(held)),
+        scipy.sparse.csc_array(free @ B),
+    ]
+
+
+def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: System) -> Complex:
+    """Responses, shape (frequencies, outputs, inputs)."""
+    A, B, C, D = matrices
+    right, direct = B.toarray().astype(complex), D.toarray()
+    if not A.shape[0]:
+        return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
+    found = np.empty((np.size(hertz), *D.shape), dtype=complex)
+    for k, f in enumerate(np.asarray(hertz)):
+        factors = factors_of(_shifted(A, f))
+        found[k] = np.inf if factors is None else C @ factors.solve(right) + direct
+        if not np.isfinite(found[k]).all():
+            why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
+            raise SolverError(
+                f"{system.name}: no finite response at {f:.9g} Hz: {why}. "
+                "Leave this frequency out, or add damping."
+            )
+    return found
+
+
+def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
+    """``j w - A``."""
+    unit = scipy.sparse.eye_array(A.shape[0], format="csc")
+    return scipy.sparse.csc_array(2j * np.pi * hertz * unit - A)
+
+
+def needing_rates(system: System) -> frozenset[int]:
+    """Places of the parameters that stand in equations of which the time derivative is used."""
+    if "needing rates" not in system.made:
+        incidence, times = system._reduced.incidence, system._reduced.times
+        touched: set[int] = set()
+        for group, e, instances, first in incidence.blocks:
+            rows = instances[times[first : first + len(instances)] > 0]
+            symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+            if len(rows) and symbols.numel():
+                present = ca.which_depends(group.template.residual(e).expression, symbols)
+                touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
+        p = system._flat.parameters
+        values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
+        places = ca.jacobian_sparsity(values, p.theta).get_triplet()[1]
+        system.made["needing rates"] = frozenset(places)
+    found: frozenset[int] = system.made["needing rates"]
+    return found
+
+
+def _refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
+    """Refuse inputs that stand in equations of which the model uses the time derivative."""
+    for name, place in zip(inputs, system.places(inputs), strict=True):
+        if place in needing_rates(system):
+            raise OptionError(
+                f"{system.name}: the response to {name} would need its rate of change, but the "
+                "model holds parameters constant. Let a torque or force vary instead, or prescribe "
+                "the motion by a component with its acceleration as input and der(w) == a."
+            )

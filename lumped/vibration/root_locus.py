@@ -1,0 +1,231 @@
+"""How eigenvalues wander when a parameter changes, each followed by its shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, SolverError, shown
+from lumped.points.linearise import sparse_state_matrix
+from lumped.points.situation import situation
+from lumped.points.start import start_point
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import OperatingPoint
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["RootLocus", "root_locus"]
+
+Complex = NDArray[np.complex128]
+
+_ALIKE = 0.7
+"""Overlap of shapes from which two eigenvalues are the same mode."""
+_HALVINGS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class RootLocus:
+    """Eigenvalues over a parameter.
+
+    Attributes
+    ----------
+    system : System
+        What was analysed.
+    parameter : str
+        What was varied.
+    values : ndarray, shape (k,)
+        Its values.
+    eigenvalues : ndarray of complex, shape (k, n)
+        All eigenvalues, 1/s; each column follows one mode.
+    evaluations : int
+        How often eigenvalues were computed.
+    doubtful : tuple of (float, float)
+        Intervals of the parameter in which shapes changed too fast to be followed: a pair that
+        becomes two real ones, or two modes that exchange their shapes.
+    situations : tuple of str
+        What is open, closed, stuck, sliding or released at the operating points, in words.
+    """
+
+    system: System
+    parameter: str
+    values: NDArray[np.float64]
+    eigenvalues: Complex
+    evaluations: int
+    doubtful: tuple[tuple[float, float], ...]
+    situations: tuple[str, ...] = ()
+
+    @property
+    def hertz(self) -> NDArray[np.float64]:
+        """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz, shape (k, n)."""
+        return np.abs(self.eigenvalues) / (2 * np.pi)
+
+    @property
+    def damping(self) -> NDArray[np.float64]:
+        """Damping ratios; nan for eigenvalues that are zero."""
+        size = np.abs(self.eigenvalues)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(size > 0, -self.eigenvalues.real / size, np.nan)
+
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Where some eigenvalue has a positive real part, beyond rounding, shape (k,)."""
+        size = np.abs(self.eigenvalues).max(axis=1)
+        found: NDArray[np.bool_] = self.eigenvalues.real.max(axis=1) > 1e-9 * size
+        return found
+
+    def plot(self) -> Figure:
+        """Root locus in the complex plane (see `lumped.plot.root_locus`)."""
+        from lumped.drawing.plots import root_locus
+
+        return root_locus(self)
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.system.name}: {self.eigenvalues.shape[1]} eigenvalues over {self.parameter} = "
+            f"{self.values[0]:g} to {self.values[-1]:g}; {self.evaluations} evaluations"
+            f"{', or'.join(self.situations)}"
+        )
+        for begin, end in self.doubtful[:6]:
+            head += f"\nnot followed for certain: {begin:.6g} to {end:.6g}"
+        first, last = self.eigenvalues[0], self.eigenvalues[-1]
+        upper = np.flatnonzero((first.imag > 0) | (last.imag > 0))
+        rows = [
+            (
+                number(self.hertz[0, i]),
+                number(self.damping[0, i], 4),
+                number(self.hertz[-1, i]),
+                number(self.damping[-1, i], 4),
+            )
+            for i in upper[np.argsort(np.abs(first[upper]))][:20]
+        ]
+        return f"{head}\n" + table(
+            ("first, Hz", "damping ratio", "last, Hz", "damping ratio"), rows
+        )
+
+
+@checked
+def root_locus(
+    system: System,
+    parameter: Name,
+    values: ArrayLike,
+    *,
+    at: Callable[[float], OperatingPoint] | None = None,
+) -> RootLocus:
+    """Eigenvalues of the linearised drive over a parameter, each mode followed by its shape.
+
+    Two eigenvalues at neighbouring values belong together if the left eigenvector of one goes with
+    the right eigenvector of the other, ``abs(y_i^H x_j) abs(y_j^H x_i)``, which does not depend on
+    units and is 1 for the same shape. Where this does not decide, the interval is halved.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    parameter : name
+        What varies.
+    values : array_like, shape (k,)
+        Its values, ascending or descending.
+    at : callable, optional
+        Gives the operating point for a value, such as
+        ``lambda c: equilibrium(system, {"shaft.c": c})``; default is the start point.
+
+    Returns
+    -------
+    RootLocus
+
+    Raises
+    ------
+    OptionError
+        If there are fewer than two values, or they do not rise or fall.
+    ParameterError
+        If a value is out of range.
+    SolverError
+        If the linearisation is not finite.
+    """
+    name = system.key(parameter)
+    grid = np.asarray(values, dtype=float).ravel()
+    steps = np.diff(grid)
+    if len(grid) < 2 or not ((steps > 0).all() or (steps < 0).all()):
+        raise OptionError(
+            f"root_locus: give at least two values of {name}, ascending or descending."
+        )
+    system.places([name])
+    situations: dict[str, None] = {}
+    used = ~np.isin(system.states, list(system.cyclic))
+    count = 0
+
+    def spectrum(value: float) -> tuple[Complex, Complex, Complex]:
+        nonlocal count
+        count += 1
+        point = at(value) if at else start_point(system, {name: value})
+        if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
+            raise OptionError(
+                f"root_locus: at({value:g}) gave {shown(point)}; an operating point of this system "
+                "is needed."
+            )
+        situations[situation(point)] = None
+        matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
+        if not np.isfinite(matrix).all():
+            raise SolverError(
+                f"{system.name}: the linearisation at {name} = {value:g} is not finite."
+            )
+        balanced, transform = scipy.linalg.matrix_balance(matrix)
+        found, left, right = scipy.linalg.eig(balanced, left=True, right=True)
+        scale = np.einsum("ij,ij->j", left.conj(), right)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return found, np.linalg.solve(transform.T, left / scale.conj()), transform @ right
+
+    doubtful: list[tuple[float, float]] = []
+
+    def followed(
+        a: float,
+        before: tuple[Complex, Complex, Complex],
+        b: float,
+        after: tuple[Complex, Complex, Complex],
+        depth: int,
+    ) -> tuple[Complex, Complex, Complex]:
+        """`after` in the order of `before`."""
+        order, sure = _matched(before, after)
+        middle = (a + b) / 2
+        if sure or depth == _HALVINGS:
+            if not sure:
+                doubtful.append((a, b))
+            return after[0][order], after[1][:, order], after[2][:, order]
+        between = followed(a, before, middle, spectrum(middle), depth + 1)
+        return followed(middle, between, b, after, depth + 1)
+
+    present = spectrum(float(grid[0]))
+    order = np.lexsort((present[0].imag, np.abs(present[0])))
+    present = present[0][order], present[1][:, order], present[2][:, order]
+    rows = [present[0]]
+    for a, b in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
+        present = followed(a, present, b, spectrum(b), 0)
+        rows.append(present[0])
+    return RootLocus(system, name, grid, np.array(rows), count, tuple(doubtful), tuple(situations))
+
+
+def _matched(
+    before: tuple[Complex, Complex, Complex], after: tuple[Complex, Complex, Complex]
+) -> tuple[NDArray[np.int64], bool]:
+    """Which eigenvalue of `after` belongs to each of `before`, and whether that is sure."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        alike = np.abs(before[1].conj().T @ after[2]) * np.abs(after[1].conj().T @ before[2]).T
+    alike = np.nan_to_num(alike, nan=0.0, posinf=0.0)
+    scale = max(np.abs(before[0]).max(initial=0.0), 1e-300)
+    distance = np.abs(before[0][:, None] - after[0][None, :]) / scale
+    rows, columns = scipy.optimize.linear_sum_assignment(
+        np.minimum(alike, 1.0) - 1e-3 * distance, maximize=True
+    )
+    order = columns[np.argsort(rows)]
+    kept = alike[np.arange(len(order)), order]
+    # eigenvalues that did not move need no shape: rigid-body modes, repeated ones
+    still = distance[np.arange(len(order)), order] < 1e-9
+    return order, bool(((kept > _ALIKE) | still).all())
