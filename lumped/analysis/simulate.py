@@ -209,7 +209,8 @@ def simulate(
 def _interrupted(run: Run) -> Interrupted:
     partial = run.trajectory()
     return Interrupted(
-        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.", partial
+        f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
+        partial,
     )
 
 
