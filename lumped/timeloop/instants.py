@@ -277,7 +277,7 @@ class _Search:
     def _values(
         self, clock: Clock, times: np.ndarray, given: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Argument and slope at times, with the modes that hold there; below all if not a number."""
+        """Argument, below all if it is not a number, and slope at times, with the modes there."""
         found = clock.value(times[None, :], given.T, self.theta) if len(times) else [()] * 2
         place, slope = (np.asarray(v, dtype=float).ravel() for v in found)
         return np.where(np.isnan(place), -np.inf, place), slope
