@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.components import BearingFriction, Clutch, Fixed, Inertia, Spring, Torque
-from lumped.language.ops import pi, sin, where
+from lumped.ops import pi, sin, where
 from lumped.support.text_table import table
 
 END, GRIP, PEAK = 1.5, 10.0, 1.1

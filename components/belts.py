@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, der, param, var
 from lumped.components.winding import pulling
-from lumped.language.ops import sqrt
+from lumped.ops import sqrt
 
 __all__ = ["Belt"]
 

@@ -20,8 +20,8 @@ from lumped.language.expression import (
     walk,
 )
 from lumped.language.lowering import lower
-from lumped.language.ops import exp, interpolate, maximum
 from lumped.language.switch import Hold, hold
+from lumped.ops import exp, interpolate, maximum
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.unilateral import one_sided
-from lumped.language.ops import where
+from lumped.ops import where
 
 __all__ = ["ElastoBacklash"]
 

@@ -27,7 +27,7 @@ from lumped import (
     time,
     var,
 )
-from lumped.language.ops import maximum, minimum, sign, smooth, sqrt, where
+from lumped.ops import maximum, minimum, sign, smooth, sqrt, where
 
 __all__ = [
     "CascadeControl",

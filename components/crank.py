@@ -28,7 +28,7 @@ from lumped import (
 from lumped.errors import EquationError
 from lumped.language.component import Outline
 from lumped.language.expression import Constant
-from lumped.language.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
+from lumped.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
 
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
 

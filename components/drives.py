@@ -14,7 +14,7 @@ from lumped import Equation, Expr, Input, Output, Param, Var, der, param, var
 from lumped.components.control import limited
 from lumped.components.motors import _Machine
 from lumped.errors import EquationError
-from lumped.language.ops import interpolate, maximum, minimum, sqrt, where
+from lumped.ops import interpolate, maximum, minimum, sqrt, where
 
 __all__ = ["ConverterDrive", "FieldOrientedMotor", "MappedMotor", "SpeedDrive"]
 

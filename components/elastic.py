@@ -9,7 +9,7 @@ import scipy
 
 from lumped.errors import EquationError
 from lumped.language.expression import Constant, Expr, Number, as_expr
-from lumped.language.ops import interpolate, maximum
+from lumped.ops import interpolate, maximum
 
 __all__ = ["ElasticLaw", "elastic_energy", "elastic_force"]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, Output, Param, Pin, Var, der, param, var
-from lumped.language.ops import maximum, minimum, smooth
+from lumped.ops import maximum, minimum, smooth
 
 __all__ = [
     "Capacitor",

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, param, var
 from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
-from lumped.language.ops import maximum
 from lumped.language.switch import Item, hold
+from lumped.ops import maximum
 
 __all__ = [
     "BearingFriction",

@@ -18,8 +18,8 @@ from lumped import (
     param,
     var,
 )
-from lumped.language.ops import where
 from lumped.language.switch import Item
+from lumped.ops import where
 
 __all__ = [
     "BevelDifferential",

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, Param, Var, der, param, var
 from lumped.language.component import Outline
-from lumped.language.ops import cos, sin
+from lumped.ops import cos, sin
 
 __all__ = ["SwingingMass", "Weight"]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, LinearFlange, Param, Var, der, param, var
 from lumped.language.component import Outline
-from lumped.language.ops import asin, cos, sin, sqrt
+from lumped.ops import asin, cos, sin, sqrt
 
 __all__ = ["Bar", "Eccentric", "GuidedRod", "PlaneSpring"]
 

@@ -21,7 +21,7 @@ from lumped import (
     param,
     var,
 )
-from lumped.language.ops import maximum, tanh, where
+from lumped.ops import maximum, tanh, where
 
 __all__ = ["EddyCurrentBrake", "InverseTorque", "LinearTorque", "QuadraticTorque", "SignTorque"]
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 from lumped import Component, Expr, Flange, Param, Var, der, hold, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Compare
-from lumped.language.ops import interpolate, maximum, minimum, where
 from lumped.language.switch import Hold, Item
+from lumped.ops import interpolate, maximum, minimum, where
 
 __all__ = ["EfficientGear", "LossyGear"]
 

@@ -25,7 +25,7 @@ from lumped import (
     param,
     var,
 )
-from lumped.language.ops import pi, sign, sqrt
+from lumped.ops import pi, sign, sqrt
 
 __all__ = [
     "InductionMotor",

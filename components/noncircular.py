@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from lumped import Component, Equation, Expr, Flange, Param, Var, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Number, Partial, as_expr
-from lumped.language.ops import atan2, cos, pi, sin
+from lumped.ops import atan2, cos, pi, sin
 
 __all__ = ["EllipticalGear", "NonCircularGear", "elliptical", "slowest_at"]
 

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
 from lumped.language.expression import Number
-from lumped.language.ops import where
 from lumped.language.switch import Item
+from lumped.ops import where
 
 __all__ = ["SampleHold", "SampledPI"]
 

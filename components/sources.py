@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Input, Param, Var, der, param, var
-from lumped.language.ops import pi, sqrt
+from lumped.ops import pi, sqrt
 
 __all__ = [
     "Acceleration",

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Flange, Input, Param, Var, der, hold, param, var, when
 from lumped.components.characteristic import coulomb
-from lumped.language.ops import sin, where
 from lumped.language.switch import Item
+from lumped.ops import sin, where
 
 __all__ = ["Synchroniser"]
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, LinearFlange, Param, Var, der, hold, param, var
 from lumped.components.unilateral import one_sided
-from lumped.language.ops import where
 from lumped.language.switch import Item
+from lumped.ops import where
 
 __all__ = ["Backlash", "Coupling", "ElastoGap", "MassWithStops", "PickUp", "Stop"]
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 from lumped import Component, Expr, Input, LinearFlange, Param, Var, der, param, var
 from lumped.components.characteristic import Characteristic, coulomb, dry_friction, friction_at
-from lumped.language.ops import where
 from lumped.language.switch import Item, hold
+from lumped.ops import where
 
 __all__ = ["Brake", "FrictionPair", "GuideFriction", "MassWithStopAndFriction", "SupportFriction"]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, LinearFlange, Param, Var, der, param, var
 from lumped.language.expression import Datum
-from lumped.language.ops import atan, exp, sin, sqrt
+from lumped.ops import atan, exp, sin, sqrt
 
 __all__ = ["Tyre"]
 

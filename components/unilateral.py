@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.language.expression import Expr, Number, as_expr
-from lumped.language.ops import where
+from lumped.ops import where
 
 __all__ = ["one_sided"]
 

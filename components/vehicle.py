@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lumped import Component, Equation, Flange, Input, LinearFlange, Param, Var, der, param, var
 from lumped.components.loads import saturated
-from lumped.language.ops import atan, cos, sin, smooth
+from lumped.ops import atan, cos, sin, smooth
 
 __all__ = ["Vehicle"]
 

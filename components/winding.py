@@ -31,8 +31,8 @@ from lumped import (
 from lumped.components.characteristic import coulomb
 from lumped.components.unilateral import one_sided
 from lumped.language.expression import Number, Partial
-from lumped.language.ops import asin, atan2, cos, pi, sin, sqrt, where
 from lumped.language.switch import Item
+from lumped.ops import asin, atan2, cos, pi, sin, sqrt, where
 
 __all__ = ["Coil", "Strip", "StripPath", "pulling"]
 

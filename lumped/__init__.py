@@ -1,5 +1,6 @@
 """Acausal lumped-parameter modelling of drive trains on CasADi."""
 
+from lumped import ops, profiles, transmissions
 from lumped.compiler.assemble import assemble
 from lumped.compiler.parameter_file import read_parameters, write_parameters
 from lumped.compiler.system import System
@@ -12,7 +13,6 @@ from lumped.gradients import functionals
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.gradients.hessian import Hessian, hessian
 from lumped.gradients.sensitivity import Sensitivity, sensitivity
-from lumped.language import ops, profiles, transmissions
 from lumped.language.check_units import check_units
 from lumped.language.component import Component
 from lumped.language.connection import Connection, chain, compose, connect

@@ -33,8 +33,8 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import OptionError
-from lumped.language.ops import pi, sqrt, where
 from lumped.models.sources import Given
+from lumped.ops import pi, sqrt, where
 
 TENSION = Given(80e3, "N", "P", "tension of the strip, T")
 RADIUS = Given(1.0, "m", "P", "full coil, R")

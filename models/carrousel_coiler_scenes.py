@@ -10,7 +10,6 @@ import numpy as np
 import lumped as lp
 from lumped.components import Position, Strip, Torque, translation
 from lumped.errors import OptionError, SolverError, doubt
-from lumped.language.ops import pi, sqrt, where
 from lumped.models.carrousel_coiler_drive import (
     ACCELERATION,
     BEARING,
@@ -38,6 +37,7 @@ from lumped.models.carrousel_coiler_drive import (
     turned,
 )
 from lumped.models.sources import Given
+from lumped.ops import pi, sqrt, where
 
 MODULUS = Given(2.1e11, "Pa", "A", "modulus of elasticity of the strip")
 FREE = Given(10.0, "m", "A", "length of the strip before the coil")

@@ -13,13 +13,13 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Brake, ElastoBacklash, Inertia, SlipCoupling, Torque
-from lumped.language.ops import where
 from lumped.models.carrousel_coiler_drive import (
     J_MANDREL,
     UnderTension,
     WindingDrive,
 )
 from lumped.models.sources import Given
+from lumped.ops import where
 
 __all__ = ["JAM", "J_HALF", "J_WHEEL", "SLIP", "STIFFNESS", "ShaftedDrive", "jam"]
 

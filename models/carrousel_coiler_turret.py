@@ -17,7 +17,6 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import Coil, IdealGear, Position, StripPath
-from lumped.language.ops import cos, pi, sqrt, where
 from lumped.models.carrousel_coiler_drive import (
     MANDREL,
     RADIUS,
@@ -26,6 +25,7 @@ from lumped.models.carrousel_coiler_drive import (
     WIDTH,
 )
 from lumped.models.sources import Given
+from lumped.ops import cos, pi, sqrt, where
 
 CIRCLE = Given(1.25, "m", "A", "radius of the circle of the mandrels")
 ROLL = (

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import lumped as lp
 from lumped.components import Position
-from lumped.language.ops import pi, sqrt
 from lumped.models.pilger_mill_stand import DESIGNS, IDLE, SETS, SPEED, AsPrinted, Mill
+from lumped.ops import pi, sqrt
 
 __all__ = ["Turned", "revolved"]
 

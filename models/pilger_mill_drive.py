@@ -21,9 +21,9 @@ from lumped.components import (
     SpringDamper,
     Sum,
 )
-from lumped.language.ops import minimum
 from lumped.models.pilger_mill_stand import SPEED, Mill, mill
 from lumped.models.sources import Given
+from lumped.ops import minimum
 
 GEAR = Given(15.6, "1", "A", "ratio of the gear, i")
 J_MOTOR = Given(30.0, "kg.m2", "A", "moment of inertia of the motor")

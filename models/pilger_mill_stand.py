@@ -42,8 +42,8 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.language.ops import maximum, pi, sqrt
 from lumped.models.sources import Given
+from lumped.ops import maximum, pi, sqrt
 
 RADIUS = Given(0.59, "m", "P", "crank radius R")
 ROD = Given(4.25, "m", "P", "rod of the stand, L")

@@ -29,7 +29,6 @@ from lumped.components import (
     Sum,
     Torque,
 )
-from lumped.language.ops import where
 from lumped.models.reversing_mill_stand import (
     C_SPINDLE,
     RATED,
@@ -39,6 +38,7 @@ from lumped.models.reversing_mill_stand import (
     UpperBranch,
 )
 from lumped.models.sources import Given
+from lumped.ops import where
 
 STATIC = Given(0.40 * RATED, "N.m", "A", "greatest equalizing torque without skidding, M_s")
 KINETIC = Given(0.30 * RATED, "N.m", "A", "equalizing torque while skidding, M_k")

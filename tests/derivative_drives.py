@@ -25,7 +25,7 @@ from lumped.components import (
     translation,
 )
 from lumped.components.translation_contact import ElastoGap, MassWithStops
-from lumped.language.ops import cos, sin, where
+from lumped.ops import cos, sin, where
 
 DRIVES = {}
 

@@ -21,7 +21,7 @@ from lumped.components import (
     Stop,
     Torque,
 )
-from lumped.language.ops import cos, sin, sqrt, where
+from lumped.ops import cos, sin, sqrt, where
 
 TURN = 6.283185307179586
 

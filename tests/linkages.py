@@ -1,8 +1,10 @@
 """Closed linkages that several tests use."""
 
+import numpy as np
+
 import lumped as lp
 from lumped.components import Inertia
-from lumped.language.ops import cos, sin
+from lumped.ops import cos, sin
 
 
 class FourBar(lp.Component):
@@ -41,3 +43,11 @@ def double_rocker(**starts):
     lengths = {"linkage.r": 2.6, "linkage.s": 2.5, "linkage.c": 1.2, "linkage.d": 3.0}
     guesses = {"crank.phi": 0.6, "rocker.phi": 1.4, "linkage.q": 0.3}
     return four_bar(**starts).with_({**lengths, **guesses})
+
+
+def rocker_angle(phi):
+    """Freudenstein's closed form for the assembly with the rocker above the frame."""
+    r, coupler, s, d = 1.0, 3.0, 2.5, 3.2
+    x, y = d - r * np.cos(phi), -r * np.sin(phi)  # from crank pin to rocker pivot
+    k = (x * x + y * y + s * s - coupler * coupler) / (2 * s)
+    return np.arctan2(-y, -x) - np.arccos(k / np.hypot(x, y))

@@ -36,7 +36,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import LumpedError
-from lumped.language.ops import cos, interpolate, maximum, minimum, sign, sin, table, where
+from lumped.ops import cos, interpolate, maximum, minimum, sign, sin, table, where
 
 END, POINTS = 1.5, 60
 METHODS = ("auto", "steps", "explicit", "implicit")

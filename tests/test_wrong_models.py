@@ -83,7 +83,7 @@ from lumped.errors import (
     UnitError,
     UnknownNameError,
 )
-from lumped.language.transmissions import from_ratio, through
+from lumped.transmissions import from_ratio, through
 
 CATALOGUE = Path(__file__).parent.parent / "docs" / "errors.md"
 

@@ -19,7 +19,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.language.ops import where
+from lumped.ops import where
 
 FOLDER = Path(__file__).parent
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, SlipCoupling, SpringDamper, Torque
-from lumped.language.ops import where
+from lumped.ops import where
 
 STATIC, KINETIC = 50.0, 35.0
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import lumped as lp
 from lumped.components import QuadraticTorque, SquirrelCageMotor
-from lumped.language.ops import minimum
+from lumped.ops import minimum
 
 FOLDER = Path(__file__).parent
 X = 2 * np.pi * 60

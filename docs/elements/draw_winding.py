@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import lumped as lp
 from lumped.components import Coil, Inertia, SelectableGear, Speed, StripPath, Torque, translation
-from lumped.language.ops import where
+from lumped.ops import where
 
 FOLDER = Path(__file__).parent
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from lumped import ops
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.gradients.functionals import Designed
-from lumped.language import ops
 from lumped.language.expression import Expr
 from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.numerics.nlp import Programme, Solution

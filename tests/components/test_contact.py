@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.components import ElastoBacklash, Fixed, Inertia, Torque, translation
-from lumped.language.ops import where
+from lumped.ops import where
 
 J, C, D, PLAY, SPEED = 2.0, 5000.0, 30.0, 0.1, 3.0
 FADE = D / (2 * J)

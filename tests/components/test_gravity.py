@@ -16,7 +16,7 @@ from lumped.components import (
     Torque,
     Weight,
 )
-from lumped.language.ops import where
+from lumped.ops import where
 
 G = 9.80665
 

@@ -5,7 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Inertia, SelectableGear, Torque
-from lumped.language.ops import where
+from lumped.ops import where
 
 J_A, J_B, I_1, I_2 = 600.0, 500.0, 1.354, 2.0
 

@@ -17,7 +17,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.language.ops import pi, sqrt
+from lumped.ops import pi, sqrt
 
 r, h, b, rho = 0.3, 2e-3, 1.2, 7850.0
 COIL = Coil(r=r, R_max=1.0, h=h, b=b, rho=rho)

@@ -31,7 +31,7 @@ from lumped.errors import (
     UnknownNameError,
 )
 from lumped.exchange.interface import rate_unit
-from lumped.language.ops import where
+from lumped.ops import where
 from lumped.support.si import base_powers
 
 

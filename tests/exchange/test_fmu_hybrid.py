@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import specification_gear  # noqa: F401 - loads
 from fmus import compare, fmpy, runs
+from linkages import double_rocker, four_bar, rocker_angle
 from specification import build, read
-from test_loops import double_rocker, four_bar, rocker_angle
 
 import lumped as lp
 from lumped.components import (
@@ -19,8 +19,8 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.language.ops import where
 from lumped.models.reversing_mill_scenes import RATED, JoinedGap
+from lumped.ops import where
 
 
 def instants(found):

@@ -17,7 +17,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import ExportError
-from lumped.language.ops import where
+from lumped.ops import where
 from lumped.timeloop.instants import clocks, modes_at
 
 TOKEN = re.compile(

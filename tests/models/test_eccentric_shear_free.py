@@ -13,7 +13,6 @@ import pytest
 import lumped as lp
 from lumped.components import Inertia
 from lumped.errors import ParameterError
-from lumped.language.ops import where
 from lumped.models.eccentric_shear_scenes import (
     CrankTurned,
     FreeShear,
@@ -32,6 +31,7 @@ from lumped.models.eccentric_shear_stand import (
     PrintedShear,
     Shear,
 )
+from lumped.ops import where
 
 READINGS = (PrintedShear, GuidedShear)
 CROSS = {PrintedShear: 412.5, GuidedShear: 409.9}  # kg.m2, printed to these digits

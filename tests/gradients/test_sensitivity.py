@@ -18,7 +18,7 @@ from lumped.components import (
 )
 from lumped.components.translation_contact import Stop
 from lumped.errors import OptionError, SolverError
-from lumped.language.ops import where
+from lumped.ops import where
 
 
 def close(received, expected, tolerance):

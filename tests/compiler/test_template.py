@@ -10,8 +10,8 @@ import pytest
 import lumped as lp
 from lumped.errors import SingularModelError
 from lumped.language.expression import Equation
-from lumped.language.ops import where
 from lumped.language.switch import Item
+from lumped.ops import where
 
 GAIN = {"now": 1.0}
 BALL = {"restitution": 0.5, "strict": True, "kick": 2.0}

@@ -8,7 +8,7 @@ import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Mass
 from lumped.language.derivatives import along, partials
-from lumped.language.ops import cos, sin, sqrt
+from lumped.ops import cos, sin, sqrt
 
 UNARY = [
     *(ca.sin, ca.cos, ca.atan, ca.tanh, ca.sinh, ca.fabs, ca.sign),

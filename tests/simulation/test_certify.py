@@ -19,7 +19,7 @@ from lumped.components import (
     translation,
 )
 from lumped.errors import EquationError, Interrupted, SolverError
-from lumped.language.ops import sin, where
+from lumped.ops import sin, where
 from lumped.simulation.compare import compared
 from lumped.timeloop.advance import Advance
 

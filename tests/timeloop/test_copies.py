@@ -26,7 +26,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import Interrupted, LumpedError, OptimisationError, OptionError, SolverError
-from lumped.language.ops import sin, table, where
+from lumped.ops import sin, table, where
 from lumped.timeloop.result_files import saved
 
 

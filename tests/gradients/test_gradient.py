@@ -21,12 +21,12 @@ from lumped.components import (
 )
 from lumped.components.translation_contact import Stop
 from lumped.errors import OptionError, UnknownNameError
-from lumped.language.ops import where
 from lumped.models import carrousel_coiler_scenes as coiler
 from lumped.models import eccentric_shear_scenes as shear
 from lumped.models import pilger_mill_drive as pilger
 from lumped.models import reversing_mill_scenes as mill
 from lumped.models import rotary_arm_control as arm
+from lumped.ops import where
 
 EPS = 1e-30
 

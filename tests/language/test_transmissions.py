@@ -11,8 +11,8 @@ from lumped.components import EllipticalGear, Inertia, NonCircularGear, Speed
 from lumped.errors import EquationError, OptionError
 from lumped.language.derivatives import partials
 from lumped.language.lowering import lower
-from lumped.language.ops import cos, periodic_spline, sin
-from lumped.language.transmissions import from_ratio, through
+from lumped.ops import cos, periodic_spline, sin
+from lumped.transmissions import from_ratio, through
 
 TURN = 2 * np.pi
 

@@ -8,7 +8,7 @@ import lumped as lp
 from lumped.components import Brake, Fixed, IdealGear, Inertia, Spring, Torque
 from lumped.components.translation import Force, Mass
 from lumped.errors import EquationError, SingularModelError, StartError
-from lumped.language.ops import cos, sin, where
+from lumped.ops import cos, sin, where
 
 EPS = np.finfo(float).eps
 

@@ -2,22 +2,14 @@
 
 import numpy as np
 import pytest
-from linkages import FourBar, double_rocker, four_bar
+from linkages import FourBar, double_rocker, four_bar, rocker_angle
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Speed, Spring, Torque
 from lumped.errors import StartError
-from lumped.language.ops import cos, sin, sqrt
-
-
-def rocker_angle(phi):
-    """Freudenstein's closed form for the assembly with the rocker above the frame."""
-    r, coupler, s, d = 1.0, 3.0, 2.5, 3.2
-    x, y = d - r * np.cos(phi), -r * np.sin(phi)  # from crank pin to rocker pivot
-    k = (x * x + y * y + s * s - coupler * coupler) / (2 * s)
-    return np.arctan2(-y, -x) - np.arccos(k / np.hypot(x, y))
+from lumped.ops import cos, sin, sqrt
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit"])

@@ -1,6 +1,7 @@
 """Random laws of time and state, with kinks and jumps, move a body as SciPy says piece by piece.
 
-``python -m pytest tests/test_random_laws.py --hypothesis-profile=long`` tries a thousand of each.
+``python -m pytest tests/timeloop/test_random_laws.py --hypothesis-profile=long`` tries a thousand
+of each.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,7 @@ import pytest
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import SolverError
-from lumped.language.ops import sin, table, where
+from lumped.ops import sin, table, where
 
 
 def worst(received, expected):

@@ -7,7 +7,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.language.ops import where
+from lumped.ops import where
 
 
 def one(equations, **quantities):

@@ -6,7 +6,7 @@ import pytest
 import lumped as lp
 from lumped.components import BearingFriction, Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptionError
-from lumped.language.ops import sin, where
+from lumped.ops import sin, where
 from lumped.simulation.compare import compared
 
 W = np.sqrt(450.0)

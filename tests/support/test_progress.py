@@ -18,7 +18,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import Interrupted, OptionError
-from lumped.language.ops import where
+from lumped.ops import where
 from lumped.support import progress
 from lumped.timeloop.recorder import Recorder
 

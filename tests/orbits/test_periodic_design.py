@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import OptionError, SolverError
-from lumped.language.ops import cos, sin
+from lumped.ops import cos, sin
 
 TURN = {"phi": 2 * np.pi}
 

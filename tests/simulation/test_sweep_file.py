@@ -13,7 +13,7 @@ import pytest
 import lumped as lp
 from lumped.components import Clutch, ElastoBacklash, Fixed, Inertia, Torque
 from lumped.errors import OptionError, ParameterError, UnitError
-from lumped.language.ops import table, where
+from lumped.ops import table, where
 from lumped.simulation.sweep import Job
 from lumped.timeloop.fingerprint import fingerprint
 

@@ -6,7 +6,7 @@ import pytest
 import lumped as lp
 from lumped import functionals as fun
 from lumped.errors import OptionError, SolverError
-from lumped.language.ops import sin, where
+from lumped.ops import sin, where
 
 
 class Ball(lp.Component):

@@ -26,7 +26,7 @@ from lumped.errors import (
     StartError,
     UnknownNameError,
 )
-from lumped.language.ops import cos, pi, sin, where
+from lumped.ops import cos, pi, sin, where
 
 J_A, C, J_B = 2.0, 300.0, 1.0
 FRICTION = ((0.0, 5.0), (10.0, 6.0))

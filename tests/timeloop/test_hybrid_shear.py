@@ -6,7 +6,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import Inertia, PickUp
-from lumped.language.ops import where
+from lumped.ops import where
 
 W = 1e-3  # rad/s
 

@@ -17,7 +17,7 @@ import numpy as np
 from lumped.errors import OptionError
 from lumped.language.expression import Expr, Number, as_expr, time
 from lumped.language.lowering import lower
-from lumped.language.ops import periodic_spline, pi
+from lumped.ops import periodic_spline, pi
 from lumped.support.arguments import checked
 
 __all__ = ["from_ratio", "through"]

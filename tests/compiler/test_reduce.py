@@ -6,7 +6,7 @@ import pytest
 import lumped as lp
 from lumped.components import Fixed, IdealGear, Inertia, Position, Spring, SpringDamper, Torque
 from lumped.components.translation import Mass
-from lumped.language.ops import atan2, cos, sin
+from lumped.ops import atan2, cos, sin
 
 
 def relative(received, expected):

@@ -19,7 +19,7 @@ from math import cbrt, isfinite, pi, sqrt
 
 from lumped.errors import OptionError
 from lumped.language.expression import Expr, Where, as_expr, time
-from lumped.language.ops import sin
+from lumped.ops import sin
 from lumped.support.arguments import checked
 
 __all__ = [

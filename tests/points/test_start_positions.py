@@ -25,7 +25,7 @@ from lumped.components import (
     Vehicle,
 )
 from lumped.errors import StartError
-from lumped.language.ops import where
+from lumped.ops import where
 
 
 def filtered(limit=1.0, given=3.0):

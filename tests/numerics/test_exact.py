@@ -19,7 +19,6 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.language.ops import sin, where
 from lumped.models.reversing_mill_stand import (
     C_SHAFT,
     C_SPINDLE,
@@ -32,6 +31,7 @@ from lumped.models.reversing_mill_stand import (
     strip_entry,
 )
 from lumped.numerics.closed_form import ClosedForm, _phis
+from lumped.ops import sin, where
 
 EPS = np.finfo(float).eps
 
