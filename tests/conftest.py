@@ -1,10 +1,13 @@
 """Small drive trains that several tests use."""
 
+from functools import cache
+
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 import lumped as lp
 from lumped.components import Inertia, Spring, Torque
+from lumped.models import machine
 
 # The same examples at every run. --hypothesis-profile=long takes more, and shrinks what fails.
 settings.register_profile(
@@ -51,3 +54,9 @@ def two_mass():
 @pytest.fixture
 def driven_mass():
     return DrivenMass()
+
+
+@pytest.fixture(scope="session")
+def machine_rows():
+    """Published and computed numbers of a machine by its name, computed once."""
+    return cache(lambda name: machine(name).rows())

@@ -42,19 +42,19 @@ def folder() -> Path:
 def own() -> str:
     """Hash of what all code depends on in this package."""
     here = Path(__file__).parent
-    files = [*sorted(here.glob("*.py")), here.parent / "rodas5p.py"]
+    files = [*sorted(here.glob("*.py")), here.parent / "numerics/rodas5p.py"]
     return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def loop_name() -> str:
-    """Begin of the name of the time loop's code."""
-    return f"loop-{own()[:16]}-"
+    """Begin of the name of the time loop's code: a folder of its own."""
+    return f"loop-{own()[:16]}/"
 
 
-def stored(prefix: str) -> bool:
-    """Whether there is anything under a name that begins so."""
+def stored(folder_name: str) -> bool:
+    """Whether anything was saved in a folder of the cache."""
     try:
-        return any(path.name.startswith(prefix) for path in folder().iterdir())
+        return any((folder() / folder_name).iterdir())
     except OSError:
         return False
 
@@ -75,7 +75,7 @@ def load(key: str) -> bytes | None:
 def save(key: str, code: bytes) -> None:
     """Keep something; without a word if the folder cannot be written."""
     with suppress(OSError):
-        place = folder()
-        place.mkdir(parents=True, exist_ok=True)
-        with whole_file(place / key) as file:
+        place = folder() / key
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(place) as file:
             file.write(_MARK + hashlib.sha256(code).digest() + code)

@@ -263,11 +263,9 @@ class _Search:
         times = np.unique(np.concatenate([inner, roots]))
         bounds_ = np.concatenate([[self.begin], times, [self._beyond()]])
         segment = np.searchsorted(inner, 0.5 * (bounds_[:-1] + bounds_[1:]), side="right")
-        found = []
-        for share in _INSIDE:
-            times_inside = bounds_[:-1] + share * np.diff(bounds_)
-            found.append(clock.number(self._values(clock, times_inside, given[segment])[0]))
-        numbers = np.sort(found, axis=0)[1]
+        inside = bounds_[:-1] + np.outer(_INSIDE, np.diff(bounds_))
+        place, _ = self._values(clock, inside.ravel(), np.tile(given[segment], (len(_INSIDE), 1)))
+        numbers = np.sort(clock.number(place).reshape(inside.shape), axis=0)[1]
         changes = np.diff(numbers) != 0
         return _Course(times[changes], np.append(numbers[0], numbers[1:][changes]))
 
@@ -364,6 +362,8 @@ class _Search:
             reached = clock.number(self._values(clock, middle, given)[0]) >= wanted
             after = reached == rising
             a, b = np.where(after, a, middle), np.where(after, middle, b)
+            if (b - a <= np.spacing(np.abs(b))).all():
+                break
         return b
 
     def _endless(self, clock: Clock, near: float) -> SolverError:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import lumped as lp
 from lumped.cli import main
 from lumped.components import Coupling, Inertia, Spring, Torque
-from lumped.models import MARKS, Row
+from lumped.models import MARKS, Row, machine
 from lumped.models import reversing_mill_stand as stand
 
 PROGRAM = chromium()
@@ -237,9 +237,12 @@ def test_page_tells_events_energies_and_what_motors_must_do(tmp_path: Path):
 
 
 @pytest.fixture(scope="module")
-def mill(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def mill(tmp_path_factory: pytest.TempPathFactory, machine_rows) -> Path:
     file = tmp_path_factory.mktemp("command") / "mill.html"
-    assert main(["report", "reversing_mill", "-o", str(file)]) == 0
+    rows = machine_rows("reversing_mill")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(machine("reversing_mill"), "rows", lambda: rows)
+        assert main(["report", "reversing_mill", "-o", str(file)]) == 0
     return file
 
 

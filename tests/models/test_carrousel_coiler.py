@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.models import carrousel_coiler
 from lumped.models import carrousel_coiler_drive as coiler
 from lumped.models import carrousel_coiler_scenes as scenes
 from lumped.models import carrousel_coiler_sizing as sizing
@@ -75,8 +74,8 @@ DIGEST = {  # value of an independent calculation, and its last digit
 
 
 @pytest.fixture(scope="module")
-def rows():
-    return {row.quantity: row for row in carrousel_coiler.rows()}
+def rows(machine_rows):
+    return {row.quantity: row for row in machine_rows("carrousel_coiler")}
 
 
 class TestRows:

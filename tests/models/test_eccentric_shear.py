@@ -203,9 +203,9 @@ class TestEllipses:
 
 
 class TestRows:
-    def test_published_numbers_stand_beside_those_of_the_model(self):
+    def test_published_numbers_stand_beside_those_of_the_model(self, machine_rows):
         """Deviations of the claims are those of the independent reference: 7, 5, 6 and 4 %."""
-        rows = {row.quantity: row for row in eccentric_shear.rows()}
+        rows = {row.quantity: row for row in machine_rows("eccentric_shear")}
         expected = {
             "travel while cutting": 199.97,
             "approach of the upper support": 260.18,
@@ -236,8 +236,8 @@ class TestRows:
         assert all(row.remark for row in rows.values())
         assert all(re.search(r"\[[PRIA]\]", row.place) for row in rows.values())
 
-    def test_marks_are_those_of_the_print(self):
-        rows = {row.quantity: row for row in eccentric_shear.rows()}
+    def test_marks_are_those_of_the_print(self, machine_rows):
+        rows = {row.quantity: row for row in machine_rows("eccentric_shear")}
         assert rows["overlap of the knives"].published == 15.0
         marks = {name: getattr(stand, name).mark for name in ("CUT", "OVERLAP", "PULSE", "MEETS")}
         assert marks == {"CUT": "P", "OVERLAP": "P", "PULSE": "R", "MEETS": "P"}

@@ -84,8 +84,8 @@ class TestCurves:
 
 
 @pytest.fixture(scope="module")
-def rows():
-    return {row.quantity: row for row in pilger_mill.rows()}
+def rows(machine_rows):
+    return {row.quantity: row for row in machine_rows("pilger_mill")}
 
 
 class TestPublished:

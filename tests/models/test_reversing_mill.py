@@ -23,7 +23,6 @@ from mill_by_hand import (
 )
 
 import lumped as lp
-from lumped.models import reversing_mill
 from lumped.models import reversing_mill_stand as mill
 from lumped.models.reversing_mill_stand import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
 
@@ -327,8 +326,8 @@ class TestEccentricity:
 
 
 @pytest.fixture(scope="module")
-def rows():
-    return reversing_mill.rows()
+def rows(machine_rows):
+    return machine_rows("reversing_mill")
 
 
 class TestRows:

@@ -10,7 +10,6 @@ from scipy.integrate import quad
 import lumped as lp
 from lumped.components import Speed, Torque
 from lumped.errors import ParameterError
-from lumped.models import machine
 from lumped.models import rotary_arm_parts as parts
 from lumped.models.rotary_arm_cycle import (
     ADOPTED,
@@ -28,8 +27,8 @@ DEG = np.pi / 180
 
 
 @pytest.fixture(scope="module")
-def rows():
-    return {row.quantity: row for row in machine("rotary_arm").rows()}
+def rows(machine_rows):
+    return {row.quantity: row for row in machine_rows("rotary_arm")}
 
 
 PUBLISHED = {  # relative deviation from print: rounding, and what the remarks of the rows explain
