@@ -7,7 +7,7 @@ from functools import cache
 
 import casadi as ca
 
-from lumped.kernel import code_cache as store
+from lumped.kernel import code_cache
 from lumped.kernel.emit_llvm import assembly
 from lumped.kernel.loop import loop
 from lumped.kernel.machine_code import Code, built
@@ -47,7 +47,7 @@ def compiled_functions(
         declared = sorted({line for line in lines if line.startswith("declare")})
         return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
 
-    return built(store.own() + source, list(full), text)
+    return built(code_cache.own() + source, list(full), text)
 
 
 def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
@@ -60,4 +60,6 @@ def _dense(inputs: Sequence[ca.SX], function: ca.Function) -> ca.Function:
 def time_loop() -> Code:
     """Machine code of what a run does: the functions "loop", "begin" and "doubt"."""
     functions = {"loop": loop, "begin": begin, "doubt": doubt}
-    return built(store.own(), list(functions), lambda: translated(functions), store.loop_name())
+    return built(
+        code_cache.own(), list(functions), lambda: translated(functions), code_cache.loop_name()
+    )

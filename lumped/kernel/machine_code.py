@@ -10,7 +10,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from lumped.kernel import code_cache as store
+from lumped.kernel import code_cache
 
 __all__ = ["Code", "built", "compiled"]
 
@@ -70,10 +70,10 @@ def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix
         which straight-line code does not need.
     """
     key = prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
-    code = store.load(key)
+    code = code_cache.load(key)
     if code is None:
         code = compiled(assembly(), bool(prefix))
-        store.save(key, code)
+        code_cache.save(key, code)
     return Code(code, names)
 
 

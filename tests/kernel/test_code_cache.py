@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("llvmlite")
 
-from lumped.kernel import code_cache as store
+from lumped.kernel import code_cache
 
 SCRIPT = """
 import lumped as lp
@@ -37,42 +37,42 @@ def files_in(folder):
 
 
 def test_whether_anything_was_saved_in_a_folder_is_known(folder):
-    assert not store.stored("loop/")
-    store.save("loop/key", b"machine code")
-    assert store.stored("loop/")
-    assert store.load("loop/key") == b"machine code"
+    assert not code_cache.stored("loop/")
+    code_cache.save("loop/key", b"machine code")
+    assert code_cache.stored("loop/")
+    assert code_cache.load("loop/key") == b"machine code"
 
 
 def test_what_was_saved_is_found_again(folder):
-    assert store.load("key") is None
-    store.save("key", b"machine code")
-    assert store.load("key") == b"machine code"
+    assert code_cache.load("key") is None
+    code_cache.save("key", b"machine code")
+    assert code_cache.load("key") == b"machine code"
     assert [path.name for path in folder.iterdir()] == ["key"]
 
 
 @pytest.mark.parametrize("damage", [b"", b"lumped-1", b"something else, and long enough for a sum"])
 def test_a_damaged_file_counts_as_none(folder, damage):
-    store.save("key", b"machine code")
+    code_cache.save("key", b"machine code")
     (folder / "key").write_bytes(damage)
-    assert store.load("key") is None
+    assert code_cache.load("key") is None
     whole = b"machine code"
-    store.save("key", whole)
+    code_cache.save("key", whole)
     (folder / "key").write_bytes((folder / "key").read_bytes()[:-1])
-    assert store.load("key") is None
+    assert code_cache.load("key") is None
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("LUMPED_CACHE", str(tmp_path / "file"))
-    store.save("key", b"machine code")
-    assert store.load("key") is None
+    code_cache.save("key", b"machine code")
+    assert code_cache.load("key") is None
 
 
 def test_the_folder_is_that_of_the_user(monkeypatch, tmp_path):
     monkeypatch.delenv("LUMPED_CACHE", raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert store.folder() == tmp_path / "lumped"
+    assert code_cache.folder() == tmp_path / "lumped"
 
 
 NO_HOME = """
@@ -114,10 +114,10 @@ def test_a_full_disk_leaves_no_half_of_a_file(folder):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
     try:
-        store.save("key", bytes(1000))
+        code_cache.save("key", bytes(1000))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert store.load("key") is None
+    assert code_cache.load("key") is None
     assert list(folder.iterdir()) == []
 
 
