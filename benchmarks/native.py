@@ -27,10 +27,10 @@ from scipy.integrate import DOP853, solve_ivp
 import lumped as lp
 from benchmarks.hybrid import END, ByHand, Coupled, rubbing, timed, write
 from lumped.components import Inertia, SpringDamper, Torque
-from lumped.models.eccentric_shear_scenes import free_run
-from lumped.models.pilger_mill_drive import start_up
-from lumped.models.reversing_mill_scenes import skidding
-from lumped.models.rotary_arm_control import controlled
+from lumped.models.eccentric_shear.scenes import free_run
+from lumped.models.pilger_mill.drive import start_up
+from lumped.models.reversing_mill.scenes import skidding
+from lumped.models.rotary_arm.control import controlled
 from lumped.ops import sin, where
 from lumped.support.text_table import table
 

@@ -15,7 +15,12 @@ from pathlib import Path
 import numpy as np
 
 import lumped as lp
-from lumped.models.reversing_mill_stand import C_SHAFT, CREEP, RATED, CreepingGap
+from lumped.models.reversing_mill.stand import (
+    C_SHAFT,
+    CREEP,
+    RATED,
+    CreepingGap,
+)
 from lumped.support.text_table import table
 
 OVER = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
-from pathlib import Path
+from pkgutil import iter_modules
 
 from lumped.models import MARKS
 
@@ -56,8 +56,9 @@ def constants(machine: str) -> list[Given]:
         Name of the machine.
     """
     found: dict[int, Given] = {}
-    for file in sorted(Path(__file__).parent.glob(f"{machine}*.py")):
-        module = import_module(f"lumped.models.{file.stem}")
+    package = import_module(f"lumped.models.{machine}")
+    names = sorted(module.name for module in iter_modules(package.__path__))
+    for module in (package, *(import_module(f"{package.__name__}.{name}") for name in names)):
         for number in _numbers(vars(module).values()):
             found.setdefault(id(number), number)
     return sorted(found.values(), key=lambda number: list(MARKS).index(number.mark))

@@ -24,7 +24,10 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.translation_contact import ElastoGap, MassWithStops
+from lumped.components.translation.contact import (
+    ElastoGap,
+    MassWithStops,
+)
 from lumped.ops import cos, sin, where
 
 DRIVES = {}

@@ -119,7 +119,7 @@ BASES = {thermal.Heated}
 
 def discovered() -> Iterator[type[lp.Component]]:
     package = lumped.components
-    for entry in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+    for entry in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
         module = importlib.import_module(entry.name)
         for _, cls in inspect.getmembers(module, inspect.isclass):
             own = cls.__module__ == entry.name and not cls.__name__.startswith("_")

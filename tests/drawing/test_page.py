@@ -17,7 +17,7 @@ import lumped as lp
 from lumped.cli import main
 from lumped.components import Coupling, Inertia, Spring, Torque
 from lumped.models import MARKS, Row, machine
-from lumped.models import reversing_mill_stand as stand
+from lumped.models.reversing_mill import stand
 
 PROGRAM = chromium()
 VOID = {"meta", "link", "br", "use", "img", "input"}

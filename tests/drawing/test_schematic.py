@@ -21,8 +21,11 @@ from lumped.drawing.symbols import SYMBOLS
 from lumped.language.connection import label
 from lumped.language.port import Port
 from lumped.models import MACHINES, machine
-from lumped.models.carrousel_coiler_turret import Turret
-from lumped.models.reversing_mill_scenes import StripGap, TrimmedStand
+from lumped.models.carrousel_coiler.turret import Turret
+from lumped.models.reversing_mill.scenes import (
+    StripGap,
+    TrimmedStand,
+)
 
 SVG = "{http://www.w3.org/2000/svg}"
 HALF = 0.2  # inch, within every symbol's cell
@@ -30,7 +33,7 @@ HALF = 0.2  # inch, within every symbol's cell
 
 def library() -> list[type[lp.Component]]:
     found = {}
-    for info in pkgutil.iter_modules(lumped.components.__path__, "lumped.components."):
+    for info in pkgutil.walk_packages(lumped.components.__path__, "lumped.components."):
         for _, cls in inspect.getmembers(importlib.import_module(info.name), inspect.isclass):
             if issubclass(cls, lp.Component) and cls.__module__.startswith("lumped.components"):
                 found[cls] = None

@@ -19,7 +19,10 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.models.reversing_mill_scenes import RATED, JoinedGap
+from lumped.models.reversing_mill.scenes import (
+    RATED,
+    JoinedGap,
+)
 from lumped.ops import where
 
 

@@ -19,13 +19,13 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.translation_contact import Stop
+from lumped.components.translation.contact import Stop
 from lumped.errors import OptionError, UnknownNameError
-from lumped.models import carrousel_coiler_scenes as coiler
-from lumped.models import eccentric_shear_scenes as shear
-from lumped.models import pilger_mill_drive as pilger
-from lumped.models import reversing_mill_scenes as mill
-from lumped.models import rotary_arm_control as arm
+from lumped.models.carrousel_coiler import scenes as coiler
+from lumped.models.eccentric_shear import scenes as shear
+from lumped.models.pilger_mill import drive as pilger
+from lumped.models.reversing_mill import scenes as mill
+from lumped.models.rotary_arm import control as arm
 from lumped.ops import where
 
 EPS = 1e-30

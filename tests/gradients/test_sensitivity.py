@@ -16,7 +16,7 @@ from lumped.components import (
     Torque,
     translation,
 )
-from lumped.components.translation_contact import Stop
+from lumped.components.translation.contact import Stop
 from lumped.errors import OptionError, SolverError
 from lumped.ops import where
 

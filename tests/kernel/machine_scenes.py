@@ -1,10 +1,13 @@
 """Short runs of the five machines, and of the same run by both paths."""
 
-from lumped.models.carrousel_coiler_scenes import elastic_winding, gear_change
-from lumped.models.eccentric_shear_scenes import free_run
-from lumped.models.pilger_mill_drive import start_up
-from lumped.models.reversing_mill_scenes import skidding
-from lumped.models.rotary_arm_control import controlled
+from lumped.models.carrousel_coiler.scenes import (
+    elastic_winding,
+    gear_change,
+)
+from lumped.models.eccentric_shear.scenes import free_run
+from lumped.models.pilger_mill.drive import start_up
+from lumped.models.reversing_mill.scenes import skidding
+from lumped.models.rotary_arm.control import controlled
 
 SCENES = {
     "coiler": lambda **o: elastic_winding(length=400.0, until=2.0, **o),

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 import lumped as lp
-from lumped.models import pilger_mill_stand as stand
-from lumped.models.pilger_mill_stand import Mill
+from lumped.models.pilger_mill import stand
+from lumped.models.pilger_mill.stand import Mill
 
 R, L, L1, E = 0.59, 4.25, 3.4, 0.33
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.models import carrousel_coiler_drive as coiler
-from lumped.models import carrousel_coiler_scenes as scenes
-from lumped.models import carrousel_coiler_sizing as sizing
+from lumped.models.carrousel_coiler import drive as coiler
+from lumped.models.carrousel_coiler import scenes, sizing
 
 DATA = Path(__file__).parents[1] / "data" / "carrousel_coiler"
 

@@ -6,9 +6,8 @@ import pytest
 import lumped as lp
 from lumped.components import Inertia, Speed
 from lumped.errors import OptionError, SolverError
-from lumped.models import carrousel_coiler_drive as coiler
-from lumped.models import carrousel_coiler_scenes as scenes
-from lumped.models import carrousel_coiler_turret as turret
+from lumped.models.carrousel_coiler import drive as coiler
+from lumped.models.carrousel_coiler import scenes, turret
 
 T, r, R, h, b, rho = 80e3, 0.305, 1.0, 1e-3, 1.25, 7850.0
 J_EMPTY = 500 + 600 * 1.354**2  # at the mandrel, high gear

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lumped.models.carrousel_coiler_shafts import (
+from lumped.models.carrousel_coiler.shafts import (
     J_HALF,
     J_WHEEL,
     JAM,

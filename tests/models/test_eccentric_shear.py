@@ -11,15 +11,15 @@ from shear_by_hand import DEGREES, apart, data, nearest
 
 import lumped as lp
 from lumped.models import eccentric_shear
-from lumped.models import eccentric_shear_stand as stand
-from lumped.models.eccentric_shear_scenes import (
+from lumped.models.eccentric_shear import stand
+from lumped.models.eccentric_shear.scenes import (
     CrankTurned,
     MotorTurned,
     inertia,
     motions,
     seated,
 )
-from lumped.models.eccentric_shear_stand import (
+from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
     CENTRE_SHAFT,
     CENTRE_SINE,

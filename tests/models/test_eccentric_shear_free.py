@@ -13,7 +13,7 @@ import pytest
 import lumped as lp
 from lumped.components import Inertia
 from lumped.errors import ParameterError
-from lumped.models.eccentric_shear_scenes import (
+from lumped.models.eccentric_shear.scenes import (
     CrankTurned,
     FreeShear,
     free_run,
@@ -21,7 +21,7 @@ from lumped.models.eccentric_shear_scenes import (
     landing,
     seated,
 )
-from lumped.models.eccentric_shear_stand import (
+from lumped.models.eccentric_shear.stand import (
     IDLE,
     J_MOTOR,
     MEETS,

@@ -5,14 +5,14 @@ import pytest
 from shear_by_hand import DEGREES, apart, data, nearest
 
 from lumped.models import eccentric_shear
-from lumped.models.eccentric_shear_scenes import (
+from lumped.models.eccentric_shear.scenes import (
     SLOW,
     CrankTurned,
     Demand,
     MotorTurned,
     turn,
 )
-from lumped.models.eccentric_shear_stand import (
+from lumped.models.eccentric_shear.stand import (
     CENTRE_RECTANGLE,
     CENTRE_SINE,
     CUT_BEGINS,

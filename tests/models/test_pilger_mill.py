@@ -9,9 +9,12 @@ from scipy.optimize import linprog
 
 import lumped as lp
 from lumped.models import pilger_mill
-from lumped.models import pilger_mill_stand as stand
-from lumped.models.pilger_mill_balance import balance
-from lumped.models.pilger_mill_stand import AsPrinted, Mill
+from lumped.models.pilger_mill import stand
+from lumped.models.pilger_mill.balance import balance
+from lumped.models.pilger_mill.stand import (
+    AsPrinted,
+    Mill,
+)
 
 CASES = [(name, design) for name in "PF" for design in ("before", "after")]
 

@@ -7,8 +7,11 @@ from pilger_turns import E, L, R, data, error, turn
 import lumped as lp
 from lumped.components import CrankSlider, Inertia, translation
 from lumped.errors import ParameterError, SolverError
-from lumped.models import pilger_mill_stand as stand
-from lumped.models.pilger_mill_stand import AsPrinted, Mill
+from lumped.models.pilger_mill import stand
+from lumped.models.pilger_mill.stand import (
+    AsPrinted,
+    Mill,
+)
 
 
 class TestKinematics:

@@ -23,8 +23,15 @@ from mill_by_hand import (
 )
 
 import lumped as lp
-from lumped.models import reversing_mill_stand as mill
-from lumped.models.reversing_mill_stand import KGF, RATED, SHAFTS, ClosedGap, CreepingGap, OpenGap
+from lumped.models.reversing_mill import stand as mill
+from lumped.models.reversing_mill.stand import (
+    KGF,
+    RATED,
+    SHAFTS,
+    ClosedGap,
+    CreepingGap,
+    OpenGap,
+)
 
 
 def found(model: lp.Component, parameters: dict | None = None) -> lp.Modes:

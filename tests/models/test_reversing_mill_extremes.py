@@ -21,8 +21,12 @@ from scipy.optimize import brentq
 import lumped as lp
 from lumped.components import IdealGear, Inertia, Spring
 from lumped.errors import SolverError
-from lumped.models import reversing_mill_stand as mill
-from lumped.models.reversing_mill_stand import KGF, ClosedGap, OpenGap
+from lumped.models.reversing_mill import stand as mill
+from lumped.models.reversing_mill.stand import (
+    KGF,
+    ClosedGap,
+    OpenGap,
+)
 
 
 def found(model: lp.Component, parameters: dict | None = None) -> lp.Modes:

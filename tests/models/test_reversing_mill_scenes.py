@@ -25,12 +25,18 @@ from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.components import SlipCoupling
-from lumped.models import reversing_mill_scenes as scenes
-from lumped.models.reversing_mill_scenes import (
+from lumped.models.reversing_mill import scenes
+from lumped.models.reversing_mill.scenes import (
     JoinedGap,
     StripGap,
 )
-from lumped.models.reversing_mill_stand import C_SPINDLE, KGF, RATED, SHAFTS, UpperBranch
+from lumped.models.reversing_mill.stand import (
+    C_SPINDLE,
+    KGF,
+    RATED,
+    SHAFTS,
+    UpperBranch,
+)
 
 MR = RATED / KGF
 SIGNALS = (*SHAFTS, "gap.w_rel", "gap.tau")

@@ -10,8 +10,8 @@ from scipy.integrate import quad
 import lumped as lp
 from lumped.components import Speed, Torque
 from lumped.errors import ParameterError
-from lumped.models import rotary_arm_parts as parts
-from lumped.models.rotary_arm_cycle import (
+from lumped.models.rotary_arm import parts
+from lumped.models.rotary_arm.cycle import (
     ADOPTED,
     MOTOR,
     REDUCER,
@@ -20,8 +20,18 @@ from lumped.models.rotary_arm_cycle import (
     demand,
     run_cycle,
 )
-from lumped.models.rotary_arm_loads import at, lifting, load_inertia, printed_loads, tray_twist
-from lumped.models.rotary_arm_parts import PRINTED, RATIO, Driven
+from lumped.models.rotary_arm.loads import (
+    at,
+    lifting,
+    load_inertia,
+    printed_loads,
+    tray_twist,
+)
+from lumped.models.rotary_arm.parts import (
+    PRINTED,
+    RATIO,
+    Driven,
+)
 
 DEG = np.pi / 180
 

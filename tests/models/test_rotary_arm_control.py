@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import lumped as lp
 from lumped.models.rotary_arm import jump
-from lumped.models.rotary_arm_control import (
+from lumped.models.rotary_arm.control import (
     AIM,
     BANDWIDTH,
     BEGIN,
@@ -16,8 +16,8 @@ from lumped.models.rotary_arm_control import (
     controlled,
     instants,
 )
-from lumped.models.rotary_arm_cycle import ADOPTED
-from lumped.models.rotary_arm_loads import FIRST
+from lumped.models.rotary_arm.cycle import ADOPTED
+from lumped.models.rotary_arm.loads import FIRST
 
 FIRST_MOTOR = {"motor.tau_max": 2 * FIRST}
 COLUMNS = ("arm.phi", "arm.trays.w", "ramp.x", "motor.x", "motor.tau")

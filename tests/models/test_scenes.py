@@ -6,17 +6,21 @@ import pytest
 import lumped as lp
 from lumped.components import ElastoBacklash, Inertia, Spring
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.models import carrousel_coiler_drive as coiler
-from lumped.models import carrousel_coiler_scenes as strip
-from lumped.models import carrousel_coiler_shafts as shafts
-from lumped.models import carrousel_coiler_turret as turret
-from lumped.models import eccentric_shear_scenes as shear
-from lumped.models import reversing_mill_drives as motors
-from lumped.models import reversing_mill_scenes as mill
-from lumped.models import reversing_mill_stand as stand
-from lumped.models.rotary_arm_control import AIM, Controlled, controlled, instants
-from lumped.models.rotary_arm_cycle import run_cycle
-from lumped.models.rotary_arm_parts import Driven
+from lumped.models.carrousel_coiler import drive as coiler
+from lumped.models.carrousel_coiler import scenes as strip
+from lumped.models.carrousel_coiler import shafts, turret
+from lumped.models.eccentric_shear import scenes as shear
+from lumped.models.reversing_mill import drives as motors
+from lumped.models.reversing_mill import scenes as mill
+from lumped.models.reversing_mill import stand
+from lumped.models.rotary_arm.control import (
+    AIM,
+    Controlled,
+    controlled,
+    instants,
+)
+from lumped.models.rotary_arm.cycle import run_cycle
+from lumped.models.rotary_arm.parts import Driven
 
 T, r, R = 80e3, 0.305, 1.0
 

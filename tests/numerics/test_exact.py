@@ -19,7 +19,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.errors import OptionError, SolverError
-from lumped.models.reversing_mill_stand import (
+from lumped.models.reversing_mill.stand import (
     C_SHAFT,
     C_SPINDLE,
     J_BACKUP,

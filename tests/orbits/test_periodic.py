@@ -7,8 +7,12 @@ from scipy.optimize import brentq
 
 import lumped as lp
 from lumped.errors import OptionError, SolverError, UnknownNameError
-from lumped.models.pilger_mill_drive import GEAR, Driven, ElasticallyDriven
-from lumped.models.pilger_mill_stand import SPEED
+from lumped.models.pilger_mill.drive import (
+    GEAR,
+    Driven,
+    ElasticallyDriven,
+)
+from lumped.models.pilger_mill.stand import SPEED
 from lumped.ops import cos, sin, where
 
 VAN_DER_POL = 6.6632868593231301896996820305  # period for mu = 1 (Amore, arXiv:1611.09411)

@@ -7,9 +7,17 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from lumped.models.pilger_mill_balance import balance
-from lumped.models.rotary_arm_cycle import ADOPTED, REDUCER, demand, run_cycle
-from lumped.models.rotary_arm_parts import FAST, SLOW
+from lumped.models.pilger_mill.balance import balance
+from lumped.models.rotary_arm.cycle import (
+    ADOPTED,
+    REDUCER,
+    demand,
+    run_cycle,
+)
+from lumped.models.rotary_arm.parts import (
+    FAST,
+    SLOW,
+)
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "analyses" / "optimise.md").read_text()

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 import lumped as lp
-from lumped.models.reversing_mill_scenes import SKIDS
+from lumped.models.reversing_mill.scenes import SKIDS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "precision.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)

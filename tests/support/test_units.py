@@ -175,10 +175,10 @@ def test_the_machines_mix_no_kinds(name):
     import lumped.models
 
     found = 0
-    for info in pkgutil.iter_modules(lumped.models.__path__):
-        if not info.name.startswith(name):
+    for info in pkgutil.walk_packages(lumped.models.__path__, "lumped.models."):
+        if not info.name.startswith(f"lumped.models.{name}"):
             continue
-        module = importlib.import_module(f"lumped.models.{info.name}")
+        module = importlib.import_module(info.name)
         for _, cls in inspect.getmembers(module, inspect.isclass):
             if issubclass(cls, lp.Component) and cls.__module__ == module.__name__:
                 found += lp.check_units(cls())

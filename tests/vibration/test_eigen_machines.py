@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import lumped as lp
-from lumped.models import carrousel_coiler_scenes as coiler
-from lumped.models import eccentric_shear_scenes as shear
-from lumped.models import pilger_mill_drive as pilger
-from lumped.models import rotary_arm_control as arm
-from lumped.models.reversing_mill_stand import CreepingGap
+from lumped.models.carrousel_coiler import scenes as coiler
+from lumped.models.eccentric_shear import scenes as shear
+from lumped.models.pilger_mill import drive as pilger
+from lumped.models.reversing_mill.stand import CreepingGap
+from lumped.models.rotary_arm import control as arm
 from lumped.points.vibrating_states import moving
 
 

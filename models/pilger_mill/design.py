@@ -1,0 +1,50 @@
+"""Pilger mill LG90 with the force on its foundation and its torque as quantities of one model.
+
+Its design problem is that of `lumped.models.pilger_mill.balance`, here for `lumped.optimise`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import lumped as lp
+from lumped.components import Position
+from lumped.models.pilger_mill.stand import (
+    DESIGNS,
+    IDLE,
+    SETS,
+    SPEED,
+    AsPrinted,
+    Mill,
+)
+from lumped.ops import pi, sqrt
+
+__all__ = ["Turned", "revolved"]
+
+
+class Turned(lp.Component):
+    """Two mills of one design: the force is that of the exact one, the torque the source's."""
+
+    m2: lp.Param = lp.param("kg", "counterweight", min=0)
+    U: lp.Param = lp.param("kg.m", "mass moment of a sector", min=0)
+    force = lp.Output("N", "amount of the force on the foundation")
+    torque = lp.Output("N.m", "torque at the crank shaft, with idle friction")
+    exact: Mill = Mill(**SETS["P"], m2=m2, U=U)
+    printed: AsPrinted = AsPrinted(**SETS["P"], m2=m2, U=U)
+    turn: Position = Position(phi=SPEED["P"] * lp.time)
+    turn_printed: Position = Position(phi=SPEED["P"] * lp.time)
+
+    def equations(self) -> Iterator[lp.Equation]:
+        x, y = self.exact.base_x.flange.f, self.exact.base_y.flange.f
+        yield self.force == sqrt(x**2 + y**2)
+        yield self.torque == -self.turn_printed.flange.tau / (1 - IDLE)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.turn.flange, self.exact.crank)
+        yield lp.connect(self.turn_printed.flange, self.printed.crank)
+
+
+def revolved(points: int = 1440) -> lp.Trajectory:
+    """One revolution of set P before the optimisation of the source, at even crank angles."""
+    system = lp.assemble(Turned(**DESIGNS["before"]))
+    return lp.simulate(system, until=2 * pi / SPEED["P"], grid=points)

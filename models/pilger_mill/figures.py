@@ -1,0 +1,185 @@
+"""Figures of the cold pilger mill LG90."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.models.pilger_mill.balance import balance
+from lumped.models.pilger_mill.drive import (
+    running,
+    start_up,
+)
+from lumped.models.pilger_mill.stand import (
+    DESIGNS,
+    IDLE,
+    RATIO,
+    SPEED,
+    AsPrinted,
+    Mill,
+    crank_torque,
+    mill,
+    revolution,
+    shaking_force,
+    turned,
+)
+
+__all__ = ["figures"]
+
+DEGREES = np.arange(361.0)
+LINES = {"before": "--", "after": "-"}
+
+
+def figures() -> dict[str, Figure]:
+    """Figures by name."""
+    return {
+        "kinematics": _draw_kinematics(),
+        "inertia_force": _draw_force(),
+        "inertia_torque": _draw_inertia_torque(),
+        "motor_torque": _draw_motor(),
+        "optimum": _draw_front(),
+        "running": _draw_run(running(until=3.75, grid=2000), "Steady running, set P"),
+        "start_up": _draw_run(start_up(grid=2000), "Start from rest, set P"),
+    }
+
+
+def _turn(
+    name: str,
+    design: str,
+    kind: type[Mill] = Mill,
+    g: float = 0.0,
+    changes: Mapping[str, float] | None = None,
+) -> lp.Trajectory:
+    w = SPEED[name]
+    part = mill(name, design, kind, g=g, **(changes or {}))
+    return revolution(turned(part, w * lp.time), w, DEGREES)
+
+
+def _label_angle(axis: object) -> None:
+    axis.set(xlabel="crank angle, deg", xlim=(0, 360), xticks=range(0, 361, 45))  # type: ignore[attr-defined]
+
+
+def _draw_kinematics() -> Figure:
+    run = _turn("P", "after")
+    figure = Figure((8, 8), layout="constrained")
+    axes = figure.subplots(3, sharex=True)
+    parts: Mapping[str, str] = {"stand": "stand, along x", "weight": "counterweight, along y"}
+    for part, label in parts.items():
+        s, v = run[f"mill.{part}.s"], run[f"mill.{part}.v"]
+        axes[0].plot(DEGREES, s - s.mean(), label=label)
+        axes[1].plot(DEGREES, v)
+        axes[2].plot(DEGREES, run[f"mill.{part}.a"])
+    axes[0].set(title="Set P, 64 revolutions a minute", ylabel="position\nless its mean, m")
+    axes[1].set(ylabel="velocity, m/s")
+    axes[2].set(ylabel="acceleration, m/s²")
+    axes[0].legend()
+    for axis in axes:
+        axis.grid(alpha=0.3)
+    _label_angle(axes[2])
+    return figure
+
+
+def _draw_force() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    axes = figure.subplots(2, 2)
+    for column, name in enumerate("PF"):
+        for design, line in LINES.items():
+            force = shaking_force(_turn(name, design)) / 1e3
+            axes[0, column].plot(*force.T, line, label=f"{design} optimisation")
+            axes[1, column].plot(DEGREES, np.hypot(*force.T), line)
+        axes[0, column].set(title=f"Force on the foundation, set {name}", aspect="equal")
+        axes[0, column].set(xlabel="along x, kN", ylabel="along y, kN")
+        axes[1, column].set(ylabel="amount, kN", ylim=(0, None))
+        _label_angle(axes[1, column])
+    for axis in axes.flat:
+        axis.grid(alpha=0.3)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+CASES = (
+    ("as printed", AsPrinted, 0.0, ":"),
+    ("exact", Mill, 0.0, "-"),
+    ("exact, with gravity", Mill, 9.80665, "--"),
+)
+
+
+def _draw_inertia_torque() -> Figure:
+    figure = Figure((10, 7), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True, sharey="row")
+    for row, name in enumerate("PF"):
+        for axis, design in zip(axes[row], LINES, strict=True):
+            for label, kind, g, line in CASES:
+                run = _turn(name, design, kind, g, {"T_f": 0.0, "M0": 0.0})
+                axis.plot(DEGREES, crank_torque(run) / 1e3, line, label=label)
+            axis.axhline(0, color="black", linewidth=0.8)
+            axis.set(title=f"Inertia torque at the crank, set {name}, {design}")
+            axis.grid(alpha=0.3)
+        axes[row, 0].set_ylabel("torque, kN.m")
+    for axis in axes[1]:
+        _label_angle(axis)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_motor() -> Figure:
+    figure = Figure((10, 7), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True)
+    for column, name in enumerate("PF"):
+        torque, power = axes[:, column]
+        for color, (design, line) in zip(("C0", "C1"), LINES.items(), strict=True):
+            for kind, width, label in ((AsPrinted, 1.6, "as printed"), (Mill, 0.7, "exact")):
+                found = crank_torque(_turn(name, design, kind), IDLE) / 1e3
+                style = {"linewidth": width, "label": f"{design}, {label}", "color": color}
+                torque.plot(DEGREES, found / RATIO[name], line, **style)
+                power.plot(DEGREES, found * SPEED[name], line, **style)
+        shaft = "crank" if name == "P" else "motor"
+        torque.set(title=f"Set {name}", ylabel=f"torque at the {shaft} shaft, kN.m")
+        power.axhline(510, color="C3", linewidth=0.8, linestyle="-.", label="published, before")
+        power.set(ylabel="motor power, kW")
+        _label_angle(power)
+        for axis in (torque, power):
+            axis.axhline(0, color="black", linewidth=0.8)
+            axis.grid(alpha=0.3)
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _draw_front() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    axes = figure.subplots(2)
+    for axis, name in zip(axes, "PF", strict=True):
+        found = balance(name)
+        front, goals = found.front(), found.goals()
+        axis.plot(front[:, 2] / goals[0], front[:, 3] / goals[1], ".-", label="Pareto front")
+        points = {design: np.array(list(u.values())) for design, u in DESIGNS.items()}
+        points |= {"best by the weights of the source": found.optimum()}
+        for (label, u), mark in zip(points.items(), "so*", strict=True):
+            goal = found.forces(u).max() / goals[0], found.fluctuation(u) / goals[1]
+            text = f"{label}: $m_2$ = {u[0]:.0f} kg, $m_sR_s$ = {u[1]:.0f} kg m"
+            if label == "before":
+                text += f", beyond the right edge at {goal[0]:.3f}, {goal[1]:.4f}"
+                axis.plot([], [], mark, markersize=9, label=text)
+            else:
+                axis.plot(*goal, mark, markersize=9, label=text)
+        axis.set(title=f"Set {name}", xlabel="$F_1 / F_{10}$", ylabel="$F_2 / F_{20}$")
+        axis.xaxis.set_major_formatter("{x:.3f}")
+        axis.yaxis.set_major_formatter("{x:.4f}")
+        axis.grid(alpha=0.3)
+        axis.legend(loc="upper left", bbox_to_anchor=(0, -0.2))
+    return figure
+
+
+def _draw_run(run: lp.Trajectory, title: str) -> Figure:
+    figure = Figure((8, 6), layout="constrained")
+    speed, torque = figure.subplots(2, sharex=True)
+    speed.plot(run.t, run["motor.w"])
+    speed.set(title=title, ylabel="speed of the motor, rad/s")
+    torque.plot(run.t, run["motor.tau"] / 1e3)
+    torque.set(xlabel="time, s", ylabel="motor torque, kN.m", xlim=(0, run.t[-1]))
+    for axis in (speed, torque):
+        axis.grid(alpha=0.3)
+    return figure

@@ -1,0 +1,142 @@
+"""The reversing mill 400 between motors on converters: droop, PI control and load share.
+
+The source has no motor data. Assumed [A]: torque to 2.5 times the rated one, full power from 140
+rad/s on, a torque loop of 5 ms, PI speed control. Two drives without droop on rolls of unequal
+diameter load each other ever more, until the gap skids; droop bounds it at M_u / Mr = eps / (2 s),
+and a load-share trim on the lower drive removes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import lumped as lp
+from lumped.components import Inertia, LoadShare, SpeedDrive, Spring, Sum
+from lumped.models.reversing_mill.scenes import (
+    DIFFERENCE,
+    GAIN,
+    INTEGRAL_TIME,
+    SPEED,
+    StripGap,
+)
+from lumped.models.reversing_mill.stand import (
+    C_SHAFT,
+    C_SPINDLE,
+    J_BACKUP,
+    J_GEARBOX,
+    J_MOTOR,
+    J_WORK,
+    RATED,
+    Branch,
+)
+from lumped.models.sources import Given
+
+OVERLOAD = Given(2.5, "1", "A", "greatest torque of a motor over the rated one")
+LOOP = Given(5e-3, "s", "A", "time constant of a motor's torque loop")
+MOTOR = SpeedDrive(
+    J=J_MOTOR,
+    tau_max=OVERLOAD * RATED,
+    P_max=OVERLOAD * RATED * SPEED,
+    T=LOOP,
+    k=GAIN,
+    T_i=INTEGRAL_TIME,
+)
+
+
+class MotorUpper(Branch):
+    """Upper branch on its motor."""
+
+    wanted = lp.Input("rad/s", "wanted speed")
+    tau = lp.Output("N.m", "motor torque")
+    s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
+    motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
+    shaft: Spring = Spring(c=C_SHAFT)
+    gearbox: Inertia = Inertia(J=J_GEARBOX)
+    spindle: Spring = Spring(c=C_SPINDLE)
+    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.shaft, self.motor.flange)
+        yield lp.connect(self.barrel, self.rolls.flange_a)
+        yield lp.connect(self.wanted, self.motor.wanted)
+        yield lp.connect(self.motor.tau_meas, self.tau)
+
+
+class MotorLower(Branch):
+    """Lower branch on its motor."""
+
+    wanted = lp.Input("rad/s", "wanted speed")
+    tau = lp.Output("N.m", "motor torque")
+    s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
+    motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
+    gearbox: Inertia = Inertia(J=J_GEARBOX)
+    spindle: Spring = Spring(c=C_SPINDLE)
+    rolls: Inertia = Inertia(J=J_BACKUP + J_WORK)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from lp.chain(self.rolls, self.spindle, self.gearbox, self.motor.flange)
+        yield lp.connect(self.barrel, self.rolls.flange_a)
+        yield lp.connect(self.wanted, self.motor.wanted)
+        yield lp.connect(self.motor.tau_meas, self.tau)
+
+
+class MotorStand(StripGap):
+    """Stand on two motors that do not know of each other; `s` is the droop of both."""
+
+    s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
+    upper: MotorUpper = MotorUpper(s=s, wanted=(1 + s) * SPEED)
+    lower: MotorLower = MotorLower(s=s, wanted=(1 + s) * SPEED)
+
+
+class SharingStand(StripGap):
+    """The same without droop, with a load-share trim of the lower motor."""
+
+    upper: MotorUpper = MotorUpper(wanted=SPEED)
+    lower: MotorLower = MotorLower()
+    trim: LoadShare = LoadShare(k=8e-4, T_i=2.0, y_max=2.0)
+    wanted: Sum = Sum(a=SPEED)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield from super().connections()
+        yield lp.connect(self.lower.tau, self.trim.own)
+        yield lp.connect(self.upper.tau, self.trim.other)
+        yield lp.connect(self.trim.y, self.wanted.b)
+        yield lp.connect(self.wanted.y, self.lower.wanted)
+
+
+TURNING = ("upper.motor.w", "upper.gearbox.w", "upper.rolls.w", "lower.motor.w")
+
+
+def sharing(s: float, eps: float = DIFFERENCE) -> float:
+    """Equalizing torque over rated torque in steady rolling with a droop, on unequal rolls."""
+    start = dict.fromkeys(TURNING, SPEED)
+    rolling = lp.equilibrium(lp.assemble(MotorStand(s=s)), parameters={"eps": eps}, start=start)
+    return float(rolling["gap.tau"] / RATED)
+
+
+def motors_at_entry(
+    stand: MotorStand | SharingStand,
+    idle: float = SPEED,
+    until: float = 4.0,
+    start: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> lp.Trajectory:
+    """Strip that enters at 0.5 s between unequal rolls turning idle, and what the motors do.
+
+    Parameters
+    ----------
+    stand : MotorStand or SharingStand
+        Stand.
+    idle : float
+        Speed before, rad/s.
+    until : float
+        End, s.
+    start : mapping of name to value, optional
+        Start values besides.
+    **options
+        Passed to `lumped.simulate`.
+    """
+    system = lp.assemble(stand.with_({"eps": DIFFERENCE, "enters": 0.5}))
+    begin = dict.fromkeys(TURNING, idle) | dict(start or {})
+    return lp.simulate(system, until=until, start=begin, **options)

@@ -1,0 +1,234 @@
+"""Figures of the reversing cold rolling mill 400."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import lumped as lp
+from lumped.drawing.plots import mode_shapes
+from lumped.models.reversing_mill import drives, scenes
+from lumped.models.reversing_mill.stand import (
+    KGF,
+    RATED,
+    SHAFT_LABELS,
+    SHAFTS,
+    ClosedGap,
+    CreepingGap,
+    LowerBranch,
+    OpenGap,
+    UpperBranch,
+    critical_strip_speeds,
+    eccentricity_gains,
+    eccentricity_hertz,
+    strip_entry,
+)
+
+__all__ = ["figures"]
+
+
+def figures() -> dict[str, Figure]:
+    """Figures by name."""
+    return {
+        "modes_upper": mode_shapes(lp.modes(lp.assemble(UpperBranch()))),
+        "modes_lower": mode_shapes(lp.modes(lp.assemble(LowerBranch()))),
+        "modes_closed": mode_shapes(lp.modes(lp.assemble(ClosedGap()))),
+        "strip_entry": _draw_entry(),
+        "eccentricity": _draw_eccentricity(),
+        "creep": _draw_creep(),
+        "skidding": _draw_skidding(),
+        "strip_break": _draw_break(),
+        "strip_entry_unequal_speeds": _draw_unequal_speeds(),
+        "unequal_rolls": _draw_unequal(),
+        "motors": _draw_motors(),
+    }
+
+
+def _draw_entry() -> Figure:
+    figure = Figure((8, 6), layout="constrained")
+    axes = figure.subplots(2, sharex=True, sharey=True)
+    cases = (("motors unchanged", 0.0), ("motors stepping to rated torque", RATED))
+    for axis, (title, motor_torque) in zip(axes, cases, strict=True):
+        run = strip_entry(ClosedGap(), motor_torque, grid=1000)
+        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+        axis.axhline(0, color="black", linewidth=0.8)
+        axis.set(title=f"Strip entry, {title}", ylabel="torque / rated torque")
+        axis.grid(alpha=0.3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    axes[1].set(xlabel="time, ms", xlim=(0, 200))
+    return figure
+
+
+def _draw_eccentricity() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    gains, orders = figure.subplots(2, sharex=True)
+    speeds = np.linspace(0.05, 22.5, 2000)
+    cases = ((ClosedGap(), 0.5, "-", "closed gap"), (OpenGap(), 1.0, "--", "open gap"))
+    for gap, torque, line, label in cases:
+        torques = np.abs(eccentricity_gains(gap, speeds, torque))
+        for i, name in enumerate(SHAFT_LABELS):
+            gains.semilogy(speeds, torques[:, i], line, color=f"C{i}", label=f"{name}, {label}")
+        hertz = lp.modes(lp.assemble(gap)).hertz
+        orders.hlines(hertz, 0, speeds[-1], linestyle=line, color="black", label=label)
+        if label == "closed gap":
+            critical = critical_strip_speeds(gap)
+            heights = np.broadcast_to(hertz[:, None], critical.shape)
+            dots = orders.plot(critical, heights, "oC3", zorder=3)
+            dots[0].set_label("critical, closed gap")
+    for n in range(1, 5):
+        orders.plot(speeds, n * eccentricity_hertz(1) * speeds, color="C0", linewidth=1)
+        speed = min(21.5, 43 / n / eccentricity_hertz(1))
+        orders.text(speed, n * eccentricity_hertz(speed) + 1, f"order {n}", color="C0", ha="right")
+    gains.set(title="Eccentricity, order 1: torque on the joined rolls, or on each pair if open")
+    gains.set_ylabel("torque / exciting torque")
+    gains.legend(fontsize="small", loc="lower right")
+    orders.set(title="Critical speeds", ylabel="frequency, Hz", ylim=(0, 47))
+    orders.set(xlabel="strip speed, m/s", xlim=(0, speeds[-1]))
+    orders.legend(loc="lower right", fontsize="small")
+    for axis in (gains, orders):
+        axis.grid(alpha=0.3)
+    return figure
+
+
+def _draw_creep() -> Figure:
+    system = lp.assemble(CreepingGap())
+    points = [
+        (K_s, damping, hertz)
+        for K_s in np.geomspace(1, 1e4, 400)
+        for found in [lp.modes(system, parameters={"K_s": K_s * KGF})]
+        for damping, hertz in zip(found.damping, found.hertz, strict=True)
+    ]
+    figure = Figure((8, 5), layout="constrained")
+    axis = figure.subplots()
+    axis.axvspan(210, 420, color="grey", alpha=0.2, label="plausible $K_s$ (assumed)")
+    K_s, damping, hertz = np.transpose(points)
+    dots = axis.scatter(K_s, damping, s=6, c=hertz, cmap="turbo")
+    figure.colorbar(dots, label="natural frequency, Hz")
+    axis.loglog()
+    axis.set(title="Damping by creep in the gap", xlim=(1, 1e4))
+    axis.set(xlabel="creep coefficient $K_s$, kgf m s", ylabel="damping ratio")
+    axis.grid(alpha=0.3)
+    axis.legend()
+    return figure
+
+
+def _draw_skidding() -> Figure:
+    run = scenes.skidding(grid=2000)
+    figure = Figure((8, 8), layout="constrained")
+    shafts, gap, slip = figure.subplots(3, sharex=True)
+    t = 1e3 * run.t
+    shafts.plot(t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+    shafts.set(title="Skidding gap: motors at 1.6 and 0.4 rated torque for 120 ms")
+    shafts.set_ylabel("torque / rated torque")
+    gap.plot(t, run["gap.tau"] / RATED, color="C3")
+    for name, value in (("$M_s$", scenes.STATIC), ("$M_k$", scenes.KINETIC)):
+        gap.axhline(value / RATED, color="grey", linestyle="--", linewidth=0.8)
+        gap.text(396, value / RATED - 0.01, name, ha="right", va="top")
+    gap.set_ylabel("equalizing torque\n/ rated torque")
+    slip.plot(t, run["gap.w_rel"], color="C4")
+    slip.set(ylabel="slip of the rolls, rad/s", xlabel="time, ms", xlim=(0, 400))
+    for axis in (shafts, gap, slip):
+        lines = [axis.axvline(1e3 * t, color="black", linestyle=":") for t in scenes.SKIDS]
+        axis.grid(alpha=0.3)
+    lines[0].set_label("skids and sticks, by modal sums")
+    slip.legend()
+    figure.legend(*shafts.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_break() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    axes = figure.subplots(3, sharex=True, sharey=True)
+    cases: tuple[tuple[str, dict[str, Any]], ...] = (
+        ("motors at rated torque", {}),
+        ("motors at 1.1 and 0.9 rated torque", {"share": 0.1}),
+        (
+            f"motors at rated torque, spindles with {scenes.PLAY:g} rad of play",
+            {"play": scenes.PLAY},
+        ),
+    )
+    for axis, (title, options) in zip(axes, cases, strict=True):
+        run = scenes.strip_break(**options, grid=2000)
+        axis.plot(1e3 * run.t, run.table(SHAFTS) / RATED, label=SHAFT_LABELS)
+        axis.axhline(0, color="black", linewidth=0.8)
+        axis.set(title=f"Strip break, {title}", ylabel="torque / rated torque")
+        axis.grid(alpha=0.3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    axes[-1].set(xlabel="time, ms", xlim=(0, 220))
+    return figure
+
+
+def _draw_unequal_speeds() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    torque, speeds, near = figure.subplots(3)
+    for stand, line in ((scenes.JoinedGap(), "-"), (scenes.StripGap(), ":")):
+        run = scenes.entry_at_speed(stand, lead=2.0, grid=20_000)
+        t = 1e3 * run.t
+        for i, (shaft, name) in enumerate(zip(SHAFTS, SHAFT_LABELS, strict=True)):
+            torque.plot(t, run[shaft] / RATED, line, color=f"C{i}", label=name)
+        for i, side in enumerate(("upper", "lower"), 3):
+            speeds.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}", label=f"{side} rolls")
+            near.plot(t, run[f"{side}.rolls.w"], line, color=f"C{i}")
+    torque.set(title="Strip enters at 20 ms, the upper branch 2 rad/s faster", xlim=(0, 200))
+    torque.set_ylabel("torque / rated torque")
+    speeds.set(title="Solid: joined at once; dotted: joined by friction up to $M_s$", xlim=(0, 200))
+    near.set(xlim=(19.5, 21.5), ylim=(-2.5, 2.5))
+    for axis in (torque, speeds, near):
+        axis.set_xlabel("time, ms")
+        axis.grid(alpha=0.3)
+    for axis in (speeds, near):
+        axis.set_ylabel("speed of the rolls, rad/s")
+    shown = [axis.get_legend_handles_labels() for axis in (torque, speeds)]
+    handles, labels = shown[0][0][:3] + shown[1][0][:2], shown[0][1][:3] + shown[1][1][:2]
+    figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize="small")
+    return figure
+
+
+def _draw_unequal() -> Figure:
+    cases = (
+        ("two PI controllers", scenes.unequal_rolls(scenes.ControlledStand(), 4.0, grid=4000)),
+        ("with load-share trim", scenes.unequal_rolls(scenes.TrimmedStand(), 4.0, grid=4000)),
+    )
+    figure = Figure((8, 6), layout="constrained")
+    torque, slip = figure.subplots(2, sharex=True)
+    for name, run in cases:
+        torque.plot(run.t, run["gap.tau"] / RATED, linewidth=1, label=name)
+        slip.plot(run.t, run["gap.w_rel"], linewidth=1, label=name)
+    for i, s in enumerate((0.03, 0.01), 2):
+        expected = scenes.DIFFERENCE / (2 * s)
+        label = f"droop {100 * s:g} %: eps / (2 s)"
+        torque.axhline(expected, color=f"C{i}", linestyle="--", label=label)
+    torque.set(title=f"Diameters of the rolls differ by {100 * scenes.DIFFERENCE:g} %")
+    torque.set_ylabel("equalizing torque / rated torque")
+    slip.set(xlabel="time, s", ylabel="slip of the rolls, rad/s", xlim=(0, 4))
+    torque.legend(fontsize="small")
+    for axis in (torque, slip):
+        axis.grid(alpha=0.3)
+    return figure
+
+
+def _draw_motors() -> Figure:
+    figure = Figure((8, 8), layout="constrained")
+    gap, torque, speed = figure.subplots(3, sharex=True)
+    cases: tuple[tuple[str, drives.MotorStand | drives.SharingStand, float], ...] = (
+        ("droop 3 %", drives.MotorStand(s=0.03), 1.03 * scenes.SPEED),
+        ("without droop", drives.MotorStand(), scenes.SPEED),
+        ("load-share trim", drives.SharingStand(), scenes.SPEED),
+    )
+    for i, (name, stand, idle) in enumerate(cases):
+        run = drives.motors_at_entry(stand, idle, grid=4000)
+        gap.plot(run.t, run["gap.tau"] / RATED, color=f"C{i}", linewidth=0.8, label=name)
+        for side, line in (("upper", "-"), ("lower", ":")):
+            style = {"color": f"C{i}", "linestyle": line, "linewidth": 1.2}
+            torque.plot(run.t, run[f"{side}.motor.tau"] / RATED, **style)
+        speed.plot(run.t, run["upper.motor.w"], color=f"C{i}", linewidth=1.2)
+    gap.set(title="Motors on converters: strip enters at 0.5 s between unequal rolls")
+    gap.set_ylabel("equalizing torque\n/ rated torque")
+    torque.set_ylabel("motor torque / rated torque\nsolid upper, dotted lower")
+    speed.set(xlabel="time, s", ylabel="speed of the upper motor, rad/s", xlim=(0, 4))
+    for axis in (gap, torque, speed):
+        axis.grid(alpha=0.3)
+    figure.legend(*gap.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure

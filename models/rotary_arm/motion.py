@@ -1,0 +1,109 @@
+"""Rotary arm: the motion of one turn that heats the motor least.
+
+Slow zones, speeds and duration are those of the adopted cycle (`lumped.models.rotary_arm.cycle`);
+its ramps of 1.38 rad/s2 are free. The turn is cut where the mandrel is taken and put down and where
+slow zones end, so that each phase is smooth: mass and friction are numbers in it. The reducer is
+lossless, as its loss depends on the direction of the power.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import IdealGear, Inertia, Speed, SwingingMass, Torque
+from lumped.models.rotary_arm.cycle import (
+    ADOPTED,
+    Cycle,
+)
+from lumped.models.rotary_arm.loads import MAXIMUM
+from lumped.models.rotary_arm.parts import (
+    D_SHAFT,
+    FAST,
+    J_REDUCER,
+    K_JOURNAL,
+    M_ARMS,
+    M_MANDREL,
+    M_SHAFT,
+    M_TRAYS,
+    M_WEIGHTS,
+    MU,
+    PRINTED,
+    R_H,
+    R_WEIGHTS,
+    R_X,
+    RATIO,
+    SLOW,
+    Driven,
+)
+
+NOTHING = 1e-3  # kg  an arm without mandrel; a mass is positive
+
+__all__ = ["Carrying", "best_motion", "driven_by"]
+
+
+class Carrying(lp.Component):
+    """Arm on a lossless reducer, with the mandrel or without; the source's numbers."""
+
+    g: lp.Param = lp.param("m/s2", "gravity", PRINTED["arm.g"])
+    m_x: lp.Param = lp.param("kg", "mandrel", M_MANDREL, above=0)
+    friction: lp.Param = lp.param("N.m", "friction in the journals while it turns", 0.0, min=0)
+    motor: Torque = Torque(tau=0.0)
+    reducer: IdealGear = IdealGear(ratio=RATIO)
+    trays: SwingingMass = SwingingMass(m=M_TRAYS, R=R_H, g=g)
+    arms: SwingingMass = SwingingMass(m=M_ARMS, R=R_H / 2, J=M_ARMS * R_H**2 / 12, g=g)
+    weights: SwingingMass = SwingingMass(m=M_WEIGHTS, R=-R_WEIGHTS, g=g)
+    mandrel: SwingingMass = SwingingMass(m=m_x, R=R_H, J=m_x * R_X**2 / 2, g=g)
+    body: Inertia = Inertia(J=M_SHAFT * D_SHAFT**2 / 8 + J_REDUCER)
+    journal: Torque = Torque(tau=-friction)
+
+    def connections(self) -> Iterator[lp.Connection]:
+        yield lp.connect(self.motor.flange, self.reducer.flange_a)
+        swinging = (self.trays, self.arms, self.weights, self.mandrel)
+        shaft = (part.flange for part in swinging)
+        yield lp.connect(self.reducer.flange_b, self.body.flange_a, self.journal.flange, *shaft)
+
+
+def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.Motion:
+    """Motion of least root mean square torque through the stations of a cycle."""
+    system = lp.assemble(Carrying(), keep=["trays.phi"])
+    lever = PRINTED["arm.g"] * MU * K_JOURNAL * D_SHAFT / 2
+    weight = M_TRAYS + M_ARMS + M_SHAFT + M_WEIGHTS
+    empty, full = (
+        lp.start_point(system, {"m_x": m, "friction": lever * (weight + m)})
+        for m in (NOTHING, M_MANDREL)
+    )
+    at, braking = cycle.points, (FAST**2 - SLOW**2) / (2 * cycle.ramp)
+    angles = (at["S"], at["P"], at["A"], at["E"] + braking, at["R"], at["F"], at["S"] + 2 * np.pi)
+    speeds = (SLOW, SLOW, FAST, SLOW, SLOW, FAST)
+    torque = {"motor.tau": (-MAXIMUM, MAXIMUM)}
+    return lp.motion(
+        [empty, full, full, full, empty, empty],
+        drive="motor.tau",
+        stations={"trays.phi": angles},
+        duration=cycle.duration,
+        minimise=lp.functionals.rms("motor.tau"),
+        limits=[{"trays.w": (0.0, w)} | torque for w in speeds],
+        intervals=intervals,
+    )
+
+
+def driven_by(found: lp.Motion, cycle: Cycle = ADOPTED, grid: int = 3600) -> lp.Trajectory:
+    """The arm with latches, table, rollers and friction that sticks, turned by such a motion."""
+    profile = RATIO * found.profile("trays.w")
+    model = Driven(drive=Speed(w=profile)).with_(
+        {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
+    )
+    return lp.simulate(
+        lp.assemble(model, keep=["arm.angle.phi"]),
+        until=cycle.duration,
+        grid=grid,
+        start={
+            "arm.phi": cycle.points["S"],
+            "arm.mandrel.phi": cycle.pick_up,
+            "arm.table.gap": 0.0,
+        },
+        parameters=PRINTED,
+    )
