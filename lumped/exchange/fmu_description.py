@@ -9,7 +9,7 @@ from xml.etree import ElementTree as Xml
 import casadi as ca
 
 from lumped.exchange.interface import Interface, Shown
-from lumped.support.si import DISPLAYED, base_powers
+from lumped.exchange.si_units import DISPLAYED, base_powers
 
 __all__ = ["build_description", "model_description"]
 
