@@ -31,8 +31,8 @@ from lumped.errors import (
     UnknownNameError,
 )
 from lumped.exchange.interface import rate_unit
+from lumped.exchange.si_units import base_powers
 from lumped.ops import where
-from lumped.support.si import base_powers
 
 
 class Drive(lp.Component):
