@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.analysis.modes import Modes, modes
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import situation
+from lumped.analysis.start import point_at
 from lumped.arguments import checked
 from lumped.errors import OptionError
 from lumped.system import System
@@ -189,7 +190,8 @@ def campbell(
     def hertz_at(speed: float) -> Real:
         place = speed if callable(at) else 0.0
         if place not in known:
-            found = modes(system, at=at(speed) if callable(at) else at)
+            point = point_at("campbell", system, at, speed) if callable(at) else at
+            found = modes(system, at=point)
             known[place] = found.hertz
             situations[situation(found.point)] = None
         return known[place]

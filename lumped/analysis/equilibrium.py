@@ -17,10 +17,10 @@ from lumped.analysis.initial import initial_residuals
 from lumped.analysis.positions import agreed
 from lumped.analysis.result import Kept, OperatingPoint
 from lumped.analysis.settings import just_after, settings_at
-from lumped.analysis.start import start_point
+from lumped.analysis.start import free_places, start_point
 from lumped.analysis.steady import unsteady_part
 from lumped.arguments import checked
-from lumped.errors import SolverError, StartError
+from lumped.errors import OptionError, SolverError, StartError
 from lumped.prune import uses
 from lumped.system import Changes, Name, System
 
@@ -74,12 +74,16 @@ def equilibrium(
 
     Raises
     ------
+    OptionError
+        If the tolerance makes no sense, or a free parameter is named twice.
     SolverError
         If there is no equilibrium near the start; the text names the worst equation.
     StartError
         If free parameters are not determined, or speeds are given to a system at rest.
     """
-    places = system.places(free)
+    if not 0 < tolerance < 1:
+        raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
+    places = free_places(system, free)
     begin = start_point(system, parameters, start, time=time)
     if rest:
         _refuse_speeds(system, start)

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.analysis.linearise import sparse_state_matrix
 from lumped.analysis.result import OperatingPoint
 from lumped.analysis.situation import situation
-from lumped.analysis.start import start_point
+from lumped.analysis.start import point_at, start_point
 from lumped.arguments import checked
-from lumped.errors import OptionError, SolverError, shown
+from lumped.errors import OptionError, SolverError
 from lumped.system import Name, System
 from lumped.table import number, table
 
@@ -165,12 +165,10 @@ def root_locus(
     def spectrum(value: float) -> tuple[Complex, Complex, Complex]:
         nonlocal count
         count += 1
-        point = at(value) if at else start_point(system, {name: value})
-        if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
-            raise OptionError(
-                f"root_locus: at({value:g}) gave {shown(point)}; an operating point of this system "
-                "is needed."
-            )
+        if at:
+            point = point_at("root_locus", system, at, value)
+        else:
+            point = start_point(system, {name: value})
         situations[situation(point)] = None
         matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
         if not np.isfinite(matrix).all():

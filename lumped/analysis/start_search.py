@@ -17,6 +17,7 @@ from lumped.analysis.positions import agreed, borders
 from lumped.analysis.settings import closed_with, just_after
 from lumped.analysis.targets import Targets
 from lumped.errors import SolverError, StartError
+from lumped.port import Flange, LinearFlange
 from lumped.quantity import beyond
 from lumped.system import Changes, System
 from lumped.units import plain
@@ -25,6 +26,7 @@ __all__ = ["StartSearch"]
 
 _MOST = 60
 """Times that positions are found anew."""
+_POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
 
 
 class _Trial(NamedTuple):
@@ -396,17 +398,17 @@ class StartSearch:
 def _relative(system: System) -> list[int]:
     """States that are positions of parts relative to each other, such as twists and gaps."""
     tree, reduced = system._tree, system._reduced
-    units, absolute = set(), set()
-    for part in tree.nodes:
-        for i, quantity in enumerate(part.layout.quantities):
-            if quantity.kind == "potential":
-                units.add(quantity.unit)
-                absolute.add(reduced.node(part.first_unknown + i))
+    absolute = {
+        reduced.node(part.first_unknown + i)
+        for part in tree.nodes
+        for i, quantity in enumerate(part.layout.quantities)
+        if quantity.kind == "potential"
+    }
     relative = (n for n in system.states if n not in absolute and n not in system.cyclic)
     return [
         n
         for n in relative
-        if n in system._members and tree.quantity(system._members[n]).unit in units
+        if n in system._members and tree.quantity(system._members[n]).unit in _POSITIONS
     ]
 
 
