@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
+import numpy as np
+
 from lumped.arguments import checked
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.expression import Equation, Expr
@@ -261,6 +263,8 @@ class Component:
                 )
             return value
         if name in self._fields:
+            if isinstance(self._fields[name], bool) and not isinstance(value, bool | np.bool_):
+                raise DeclarationError(f"{kind}({name}={shown(value)}): True or False is needed.")
             return _frozen(value)
         given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
         start = [n for n in given if isinstance(self._quantities[n], Var)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.connection import Connection, label
-from lumped.errors import ConnectError, EquationError
+from lumped.errors import ConnectError, EquationError, told_by
 from lumped.expression import Ref
 from lumped.links import links
 from lumped.port import Port
@@ -71,7 +71,9 @@ def join(tree: Tree) -> Joints:
     signals: list[tuple[int, int]] = []
     sides: dict[int, set[str]] = {}
     for node in tree.nodes:
-        found: object = node.component.connections()
+        with told_by(node.label, "connections()"):
+            found: object = node.component.connections()
+            found = list(found) if isinstance(found, Iterator) else found
         if not isinstance(found, Iterable):
             raise EquationError(
                 f"{node.label}: connections() gave {found!r} back. Yield each connection: "
