@@ -343,5 +343,13 @@ def test_edited_files_are_converted_and_checked(run, tmp_path):
         (tmp_path / "p.json").write_bytes(held)
         with pytest.raises(OptionError, match=match):
             lp.read_parameters(system, tmp_path / "p.json")
+    for name, text in (
+        ("p.toml", '"shaft.c" = 1.0\n[shaft]\nc = 2.0\n'),
+        ("p.json", '{"shaft.c": 1.0, "shaft": {"c": 2.0}}'),
+        ("p.json", '{"shaft": {"c": 1.0, "c": 2.0}}'),
+    ):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(OptionError, match=r"shaft\.c is given twice, 1\.0 and 2\.0"):
+            lp.read_parameters(system, tmp_path / name)
     (tmp_path / "p.json").write_text(json.dumps({"shaft": {"c": 7}}))
     assert lp.read_parameters(system, tmp_path / "p.json") == {"shaft.c": 7.0}
