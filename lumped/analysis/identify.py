@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from lumped.analysis.design import Bounds, bounds_of, unit_of
+from lumped.analysis.design import Bounds, room_of, unit_of
 from lumped.analysis.result import Trajectory
 from lumped.analysis.sampled import places_of, sampled
 from lumped.analysis.sensitivity import Sensitivity, Varied
@@ -233,7 +233,7 @@ class _Search:
         point = start_point(system, parameters, start)
         known = point.parameters
         self.u = np.array([known[n] if n in known else point[n] for n in self.names])
-        self.low, self.high = np.array([bounds_of(n, b) for n, b in vary.items()]).T
+        self.low, self.high = np.array([room_of(n, b) for n, b in vary.items()]).T
         for name, value, low, high in zip(self.names, self.u, self.low, self.high, strict=True):
             if not low <= value <= high:
                 raise OptionError(
