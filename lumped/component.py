@@ -6,6 +6,7 @@ import inspect
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -209,6 +210,12 @@ class Component:
             raise UnknownNameError(f"{self._label()} has no '{name}'. {nearest(name, known)}")
 
     def __setattr__(self, name: str, value: object) -> None:
+        if "_values" not in vars(self):
+            raise DeclarationError(
+                f"{type(self).__name__}.__init__ assigns {name}. Leave __init__ out and declare "
+                f"{name} in the class, such as {name}: Param = param(unit, text); values are then "
+                f"given as {type(self).__name__}({name}=...)."
+            )
         raise DeclarationError(
             f"{name} of {self._label()} cannot be assigned: components are values. "
             f"Use .with_({{'{name}': ...}}), which gives a changed copy."
@@ -297,6 +304,10 @@ class Component:
                     yield part._place[1], part
 
 
+_METHODS = ("connections", "equations", "initial_equations")
+_ALIKE = 0.88
+"""Likeness of names from which one is taken for the other misspelt."""
+
 _C = TypeVar("_C", bound=Component)
 
 _whole: ContextVar[bool] = ContextVar("whole", default=False)
@@ -342,6 +353,13 @@ def _refuse_slips(cls: type[Component]) -> None:
             raise DeclarationError(
                 f"{cls.__name__}.{name} is annotated but has no value; write for example "
                 f"{name}: Param = param(unit, text), or give a structural field its default."
+            )
+    for name in own:
+        meant = get_close_matches(name, _METHODS, 1, _ALIKE)
+        if meant and name not in _METHODS and inspect.isroutine(own[name]):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: is the method '{meant[0]}' meant? Write it so, or choose "
+                "a name less alike."
             )
     for name, value in own.items():
         if isinstance(value, type) and issubclass(value, Component | Port | Quantity):

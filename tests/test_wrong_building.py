@@ -360,3 +360,41 @@ def test_a_choice_of_yes_or_no_is_no_text(given):
     expected = f"Belt(crossed={given!r}): True or False is needed."
     assert message(lambda: Belt(**sizes, crossed=given), DeclarationError) == expected
     assert message(lambda: Belt(**sizes).with_({"crossed": given}), DeclarationError) == expected
+
+
+# -- classes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("connection", "connections"),
+        ("conections", "connections"),
+        ("Connections", "connections"),
+        ("equation", "equations"),
+        ("initial_equation", "initial_equations"),
+    ],
+)
+def test_a_method_that_is_almost_called_as_it_should_is_refused(name, meant):
+    def method(self):
+        yield from ()
+
+    with pytest.raises(DeclarationError, match=rf"^Rig\.{name}: is the method '{meant}' meant"):
+        type("Rig", (lp.Component,), {name: method})
+
+
+def test_other_methods_have_names_of_their_own():
+    def method(self):
+        return 5
+
+    names = ("initial", "equal", "connected", "motion_equation", "more_connections", "equations_of")
+    assert type("Rig", (lp.Component,), dict.fromkeys(names, method))().equal() == 5
+
+
+def test_a_component_with_a_constructor_that_assigns_is_told_to_declare():
+    def __init__(self, J):
+        self.J = J
+
+    cls = type("Rotor", (lp.Component,), {"__init__": __init__})
+    text = message(lambda: cls(3.0), DeclarationError)
+    assert text.startswith("Rotor.__init__ assigns J. Leave __init__ out and declare J")
