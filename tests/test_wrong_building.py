@@ -392,9 +392,11 @@ def test_other_methods_have_names_of_their_own():
 
 
 def test_a_component_with_a_constructor_that_assigns_is_told_to_declare():
-    def __init__(self, J):
-        self.J = J
+    class Rotor(lp.Component):
+        """A rotor whose J is no parameter."""
 
-    cls = type("Rotor", (lp.Component,), {"__init__": __init__})
-    text = message(lambda: cls(3.0), DeclarationError)
+        def __init__(self, J):
+            self.J = J
+
+    text = message(lambda: Rotor(3.0), DeclarationError)
     assert text.startswith("Rotor.__init__ assigns J. Leave __init__ out and declare J")
