@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import traceback
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -28,6 +31,7 @@ __all__ = [
     "doubt",
     "nearest",
     "shown",
+    "told_by",
 ]
 
 
@@ -168,3 +172,26 @@ def shown(value: object) -> str:
     """A value in one short line."""
     line = " ".join(repr(value).split())
     return line if len(line) <= 60 else f"{line[:57]}..."
+
+
+@contextmanager
+def told_by(label: str, method: str) -> Iterator[None]:
+    """Run a method that a component brings, so that what it raises tells of which component.
+
+    Raises
+    ------
+    EquationError
+        With the component, and where in the code it comes from.
+    """
+    try:
+        yield
+    except EquationError as error:
+        raise EquationError(f"{label}: {error}") from None
+    except LumpedError:
+        raise
+    except Exception as fault:  # whatever a foreign method raises
+        frame = traceback.extract_tb(fault.__traceback__)[-1]
+        raise EquationError(
+            f"{label}: {method} raised {type(fault).__name__}: {fault} (line {frame.lineno} of "
+            f"{Path(frame.filename).name}). Correct the method, or what was given to it."
+        ) from fault

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from lumped.errors import EquationError
+from lumped.errors import EquationError, shown
 from lumped.language.expression import (
     Call,
     Compare,
@@ -183,6 +183,11 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
     EquationError
         If the lengths differ, there is no point, a number is not finite, or `xs` does not increase.
     """
+    if any(isinstance(given, Expr) for given in (xs, ys)):
+        raise EquationError(
+            f"interpolate({shown(x)}, {shown(xs)}, {shown(ys)}): the expression comes first, then "
+            "the places and the values, such as interpolate(w, [0, 100], [5, 2])."
+        )
     places = _numbers("interpolate", "place", xs)
     if len(places) != len(ys) or not places:
         raise EquationError(

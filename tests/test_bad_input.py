@@ -7,6 +7,7 @@ import lumped as lp
 from lumped.components import (
     Damper,
     Fixed,
+    Gain,
     IdealGear,
     Inertia,
     Position,
@@ -434,3 +435,15 @@ def test_a_massless_joint_held_by_a_damper_of_zero_is_named():
     )
     text = message(SingularModelError, lambda: lp.simulate(lp.assemble(rig), until=1.0))
     assert "one" in text
+
+
+def test_a_loop_of_signals_of_gain_one_is_told_as_such():
+    parts = {"first": Gain(k=0.5), "second": Gain(k=2.0)}
+    rig = model(
+        lambda m: [lp.connect(m.first.y, m.second.u), lp.connect(m.second.y, m.first.u)], **parts
+    )
+    text = message(SingularModelError, lambda: lp.start_point(lp.assemble(rig))["first.y"])
+    assert "first, second form a loop of signals whose gain is 1" in text
+    assert "Filter" in text
+    other = lp.assemble(rig.with_({"first.k": 3.0}))
+    assert lp.start_point(other)["first.y"] == 0.0

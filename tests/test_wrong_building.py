@@ -10,9 +10,11 @@ import pytest
 import lumped as lp
 from lumped.components import (
     BearingFriction,
+    Belt,
     Clutch,
     Fixed,
     Inertia,
+    NonlinearSpring,
     Planetary,
     Spring,
     SpringDamper,
@@ -281,3 +283,120 @@ def test_equations_returned_instead_of_yielded_are_told(given):
     cls = type("Part", (lp.Component,), {"w": lp.var("rad/s", "speed"), "equations": equations})
     text = message(lambda: lp.assemble(cls()), EquationError)
     assert "Yield each equation" in text or "must be an equation" in text
+
+
+def test_places_and_values_of_an_interpolation_stand_behind_its_expression():
+    for arguments in (([0, 1], [5, 2], T), ([0, 1], T, [5, 2])):
+        text = message(lambda a=arguments: lp.ops.interpolate(*a), EquationError)
+        assert "the expression comes first, then the places and the values" in text
+
+
+# -- methods that raise ----------------------------------------------------------------------------
+
+
+def fails(self):
+    return {}["c"]
+
+
+def fails_late(self):
+    yield self.x == 1
+    yield self.x == lp.ops.atan2(self.x)
+
+
+@pytest.mark.parametrize(
+    ("method", "body", "raised"),
+    [
+        ("equations", fails, "KeyError: 'c'"),
+        ("equations", fails_late, r"TypeError: atan2\(\) missing 1 required"),
+        ("initial_equations", fails, "KeyError: 'c'"),
+        ("connections", fails, "KeyError: 'c'"),
+    ],
+)
+def test_what_a_method_of_a_component_raises_names_the_component(method, body, raised):
+    def equations(self):
+        yield self.x == 1
+
+    methods = {"equations": equations, "x": lp.var("1", "known"), method: body}
+    model = lp.compose(line=lp.compose(part=type("Own", (lp.Component,), methods)()))
+    text = f"^line.part \\(Own\\): {method}\\(\\) raised {raised}"
+    with pytest.raises(EquationError, match=text) as caught:
+        lp.assemble(model)
+    assert "test_wrong_building.py)" in str(caught.value)
+    assert isinstance(caught.value.__cause__, KeyError | TypeError)
+
+
+def test_a_law_that_raises_names_the_part_it_was_given_to():
+    make = built(
+        lambda m: lp.chain(m.a, m.shaft, m.b),
+        **two(shaft=NonlinearSpring(characteristic=lambda phi: 1 / 0)),
+    )
+    text = message(make, EquationError)
+    assert text.startswith("shaft (NonlinearSpring): equations() raised ZeroDivisionError: ")
+
+
+def test_losses_and_outlines_that_raise_name_their_part(tmp_path):
+    class Rotor(Inertia):
+        """An inertia whose methods fail: loss = 1 / 0."""
+
+        def loss(self):
+            return 1 / 0
+
+        def outline(self):
+            return 1 / 0
+
+    system = lp.assemble(lp.compose(rotor=Rotor(J=1.0, w=1.0)))
+    run = lp.simulate(system, until=0.1)
+    actions = {
+        "loss": lambda: lp.simulate(system, until=0.1, certify=True),
+        "outline": lambda: lp.animate(run, tmp_path / "rotor.gif"),
+    }
+    for method, action in actions.items():
+        assert message(action, EquationError).startswith(f"rotor (Rotor): {method}() raised Zero")
+
+
+@pytest.mark.parametrize("given", ["no", 0, None, "True"])
+def test_a_choice_of_yes_or_no_is_no_text(given):
+    sizes = {"r_a": 0.1, "r_b": 0.2, "distance": 1.0, "EA": 1e5, "F_0": 1e3}
+    expected = f"Belt(crossed={given!r}): True or False is needed."
+    assert message(lambda: Belt(**sizes, crossed=given), DeclarationError) == expected
+    assert message(lambda: Belt(**sizes).with_({"crossed": given}), DeclarationError) == expected
+
+
+# -- classes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("connection", "connections"),
+        ("conections", "connections"),
+        ("Connections", "connections"),
+        ("equation", "equations"),
+        ("initial_equation", "initial_equations"),
+    ],
+)
+def test_a_method_that_is_almost_called_as_it_should_is_refused(name, meant):
+    def method(self):
+        yield from ()
+
+    with pytest.raises(DeclarationError, match=rf"^Rig\.{name}: is the method '{meant}' meant"):
+        type("Rig", (lp.Component,), {name: method})
+
+
+def test_other_methods_have_names_of_their_own():
+    def method(self):
+        return 5
+
+    names = ("initial", "equal", "connected", "motion_equation", "more_connections", "equations_of")
+    assert type("Rig", (lp.Component,), dict.fromkeys(names, method))().equal() == 5
+
+
+def test_a_component_with_a_constructor_that_assigns_is_told_to_declare():
+    class Rotor(lp.Component):
+        """A rotor whose J is no parameter."""
+
+        def __init__(self, J):
+            self.J = J
+
+    text = message(lambda: Rotor(3.0), DeclarationError)
+    assert text.startswith("Rotor.__init__ assigns J. Leave __init__ out and declare J")

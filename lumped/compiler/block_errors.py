@@ -23,6 +23,10 @@ def singular_block(
     listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
     why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
     what = "Make one of them elastic."
+    signals = _signals(reduced, nodes)
+    if signals:
+        why = f"Likely {some(signals)} form a loop of signals whose gain is 1. "
+        what = "Change a gain, or put a part with a state into the loop, such as a Filter."
     sliding = list(dict.fromkeys(_owner(incidence, row) for row in holds))
     if len(sliding) > 1 and not set(rows).isdisjoint(holds):
         why = (
@@ -57,6 +61,22 @@ def _owner(incidence: Incidence, row: int) -> str:
     block, place = incidence.place(row)
     group, _, instances, _ = incidence.blocks[block]
     return group.names[int(instances[place])] or incidence.flat.name
+
+
+def _signals(reduced: Reduced, nodes: list[int]) -> list[str]:
+    """Parts of the block that determines the nodes; none if one of them has ports."""
+    incidence = reduced.incidence
+    found: dict[str, None] = {}
+    for row, _ in reduced.blocks[reduced.block_of[nodes[0]]].equations:
+        if incidence.origin(row)[0] == "sum":
+            return []
+        block, place = incidence.place(row)
+        group, _, instances, _ = incidence.blocks[block]
+        node = incidence.flat.tree.nodes[group.nodes[int(instances[place])]]
+        if node.layout.ports:
+            return []
+        found[_owner(incidence, row)] = None
+    return list(found)
 
 
 def _names(reduced: Reduced, nodes: Iterable[int]) -> str:

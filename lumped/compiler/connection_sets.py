@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import scipy
 
 from lumped.compiler.sparse_graph import links
 from lumped.compiler.tree import Node, Tree
-from lumped.errors import ConnectError, EquationError
+from lumped.errors import ConnectError, EquationError, told_by
 from lumped.language.connection import Connection, label
 from lumped.language.expression import Ref
 from lumped.language.port import Port
@@ -71,7 +71,9 @@ def join(tree: Tree) -> Joints:
     signals: list[tuple[int, int]] = []
     sides: dict[int, set[str]] = {}
     for node in tree.nodes:
-        found: object = node.component.connections()
+        with told_by(node.label, "connections()"):
+            found: object = node.component.connections()
+            found = list(found) if isinstance(found, Iterator) else found
         if not isinstance(found, Iterable):
             raise EquationError(
                 f"{node.label}: connections() gave {found!r} back. Yield each connection: "

@@ -14,7 +14,7 @@ from lumped.compiler.parameters import Parameters, collect, start_values
 from lumped.compiler.template import ENCLOSING, Template, template_key
 from lumped.compiler.template_cache import template_of
 from lumped.compiler.tree import Node, Tree
-from lumped.errors import EquationError, SingularModelError, shown
+from lumped.errors import EquationError, SingularModelError, shown, told_by
 from lumped.language.component import Component
 from lumped.language.expression import Equation, Expr, Ref, text
 from lumped.language.quantity import Input, Param, Var, param
@@ -199,7 +199,9 @@ def _groups(
         key = template_key(node.component)
         group = alike.get(key)
         if group is None:
-            group = alike[key] = _group(tree, groups, node, node.component.equations(), own=True)
+            with told_by(node.label, "equations()"):
+                equations = node.component.equations()
+            group = alike[key] = _group(tree, groups, node, equations, own=True)
         _check_balance(node, group, joints)
         group.nodes.append(number)
         group.names.append(node.path)
@@ -224,7 +226,8 @@ def _initial_groups(tree: Tree) -> list[Group]:
             continue
         key = template_key(node.component)
         if key not in alike:
-            equations = node.component.initial_equations()
+            with told_by(node.label, "initial_equations()"):
+                equations = node.component.initial_equations()
             alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
         alike[key].nodes.append(number)
     for group in groups.values():
@@ -257,8 +260,9 @@ def _group(
         raise EquationError(
             f"{scope.label}: {method} gave {what} back. Yield each equation: yield a == b."
         )
-    try:
+    with told_by(scope.label, method):
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+    try:
         for item in items:
             if not isinstance(item, Equation | Hold | When):
                 raise EquationError(

@@ -65,7 +65,7 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
     Raises
     ------
     OptionError
-        If the ending is neither, or the file is not of that format.
+        If the ending is neither, the file is not of that format, or it gives a value twice.
     UnknownNameError
         If a parameter does not exist, or is bound to others.
     UnitError
@@ -78,24 +78,38 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
     held = path.read_bytes()
     try:
         text = held.decode()
-        found = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+        found = _parsed(text) if path.suffix == ".json" else tomllib.loads(text)
     except (ValueError, RecursionError) as fault:
         raise OptionError(f"{path} is no {path.suffix[1:].upper()}: {fault}") from None
-    if not isinstance(found, dict):
+    if not isinstance(found, dict | _Pairs):
         raise OptionError(f"{path}: names with values are needed, not {found!r:.60}.")
-    changes = dict(_flat("", found))
-    for name, value in changes.items():
+    changes: dict[str, object] = {}
+    for name, value in _flat("", found):
+        if name in changes:
+            raise OptionError(
+                f"{path}: {name} is given twice, {changes[name]!r} and {value!r}. Remove one."
+            )
+        changes[name] = value
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ParameterError(f"{path}: {name} = {value!r}: a number or a text is needed.")
     theta = system.theta(changes)  # type: ignore[arg-type]
     return dict(zip(changes, theta[system.places(changes)].tolist(), strict=True))
 
 
+class _Pairs(list[tuple[str, object]]):
+    """An object of JSON with all that it holds, also under one name."""
+
+
+def _parsed(text: str) -> object:
+    return json.loads(text, object_pairs_hook=_Pairs)
+
+
 def _flat(path: str, part: object) -> list[tuple[str, object]]:
-    if not isinstance(part, dict):
+    if not isinstance(part, dict | _Pairs):
         return [(path, part)]
     prefix = f"{path}." if path else ""
-    return [pair for name, inner in part.items() for pair in _flat(prefix + name, inner)]
+    pairs = part.items() if isinstance(part, dict) else part
+    return [pair for name, inner in pairs for pair in _flat(prefix + name, inner)]
 
 
 def _check_ending(path: Path) -> None:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.tree import Node
-from lumped.errors import OptionError, UnknownNameError
+from lumped.errors import OptionError, UnknownNameError, told_by
 from lumped.language.expression import Expr, Ref, as_expr
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
@@ -135,7 +135,9 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     shapes: dict[str, int] = {}
     coordinates: list[ca.SX] = []
     for node in tree.nodes:
-        for name, points in node.component.outline():
+        with told_by(node.label, "outline()"):
+            outlines = list(node.component.outline())
+        for name, points in outlines:
             shapes[node.name(name)] = len(points)
             coordinates += [
                 lower(as_expr(value), partial(leaf, scope=node))

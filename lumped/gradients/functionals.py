@@ -134,6 +134,7 @@ def instant(component: str, after: str = "", number: int = 0) -> Instant:
     return Instant(component, after, number)
 
 
+@checked
 def at(time: float | Iterable[float], *names: Name) -> At:
     """Value of a quantity, or of a product, at an instant, or its sum over several instants.
 
@@ -146,8 +147,8 @@ def at(time: float | Iterable[float], *names: Name) -> At:
     names : names
         The factors.
     """
-    times = (float(time),) if isinstance(time, int | float) else tuple(float(t) for t in time)
-    if not times or any(not t >= 0 or math.isinf(t) for t in times):
+    times = tuple(float(t) for t in time) if isinstance(time, Iterable) else (float(time),)
+    if not times or min(times) < 0:
         raise OptionError(f"at: {time!r}: instants within the run are needed, s.")
     return At(times, _some(names, "at"))
 

@@ -97,13 +97,14 @@ class Sensitivity:
             row = self.functionals.index(functional)
             return float(self.slopes[row, self.to.index(to)])
         of = self.run.system.key(pair[0])  # type: ignore[arg-type]
-        places = []
-        for key, known in ((of, self.of), (to, self.to)):
-            if key not in known:
-                raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
-            places.append(known.index(key))
+        places = [self._place(key, known) for key, known in ((of, self.of), (to, self.to))]
         found: np.ndarray = self.values[:, places[0], places[1]]
         return found
+
+    def _place(self, key: str, known: tuple[str, ...]) -> int:
+        if key not in known:
+            raise UnknownNameError(f"'{key}' is not in this sensitivity. {nearest(key, known)}")
+        return known.index(key)
 
     @checked
     def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
@@ -119,12 +120,18 @@ class Sensitivity:
         Raises
         ------
         OptionError
-            If the quantity is zero there, to which nothing is relative.
+            If the quantity is zero there, to which nothing is relative, or the instant is not
+            within the run.
+        UnknownNameError
+            If the quantity was not differentiated.
         """
-        name = self.run.system.key(of)
-        k = len(self.run.t) - 1 if at is None else int(np.abs(self.run.t - at).argmin())
+        name, t = self.run.system.key(of), self.run.t
+        place = self._place(name, self.of)
+        if at is not None:
+            self.run.check_instant(at)
+        k = len(t) - 1 if at is None else int(np.abs(t - at).argmin())
         value = float(self.run[name][k])
-        slopes = self.values[k, self.of.index(name)]
+        slopes = self.values[k, place]
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = slopes * varied_values(self.run, self.to) / value
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from lumped.errors import UnitError
+from lumped.errors import UnitError, told_by
 from lumped.language.component import Component
 from lumped.language.connection import label
 from lumped.language.expression import (
@@ -66,7 +66,9 @@ def check_units(model: Component) -> int:
     faults: list[str] = []
     count = 0
     for path, part in _parts(model, type(model).__name__):
-        for left, right, shown in _pairs(part):
+        with told_by(path, "equations()"):
+            pairs = list(_pairs(part))
+        for left, right, shown in pairs:
             count += 1
             try:
                 _joined([_dimension(left), _dimension(right)])

@@ -6,7 +6,10 @@ import inspect
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+
+import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.expression import Equation, Expr
@@ -207,6 +210,12 @@ class Component:
             raise UnknownNameError(f"{self._label()} has no '{name}'. {nearest(name, known)}")
 
     def __setattr__(self, name: str, value: object) -> None:
+        if "_values" not in vars(self):
+            raise DeclarationError(
+                f"{type(self).__name__}.__init__ assigns {name}. Leave __init__ out and declare "
+                f"{name} in the class, such as {name}: Param = param(unit, text); values are then "
+                f"given as {type(self).__name__}({name}=...)."
+            )
         raise DeclarationError(
             f"{name} of {self._label()} cannot be assigned: components are values. "
             f"Use .with_({{'{name}': ...}}), which gives a changed copy."
@@ -261,6 +270,8 @@ class Component:
                 )
             return value
         if name in self._fields:
+            if isinstance(self._fields[name], bool) and not isinstance(value, bool | np.bool_):
+                raise DeclarationError(f"{kind}({name}={shown(value)}): True or False is needed.")
             return _frozen(value)
         given = [n for n, q in self._quantities.items() if not isinstance(q, Output)]
         start = [n for n in given if isinstance(self._quantities[n], Var)]
@@ -292,6 +303,10 @@ class Component:
                 for part in held.values() if isinstance(held, Mapping) else held:
                     yield part._place[1], part
 
+
+_METHODS = ("connections", "equations", "initial_equations")
+_ALIKE = 0.88
+"""Likeness of names from which one is taken for the other misspelt."""
 
 _C = TypeVar("_C", bound=Component)
 
@@ -338,6 +353,13 @@ def _refuse_slips(cls: type[Component]) -> None:
             raise DeclarationError(
                 f"{cls.__name__}.{name} is annotated but has no value; write for example "
                 f"{name}: Param = param(unit, text), or give a structural field its default."
+            )
+    for name in own:
+        meant = get_close_matches(name, _METHODS, 1, _ALIKE)
+        if meant and name not in _METHODS and inspect.isroutine(own[name]):
+            raise DeclarationError(
+                f"{cls.__name__}.{name}: is the method '{meant[0]}' meant? Write it so, or choose "
+                "a name less alike."
             )
     for name, value in own.items():
         if isinstance(value, type) and issubclass(value, Component | Port | Quantity):

@@ -15,7 +15,16 @@ from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
 
-__all__ = ["Bounds", "Key", "Optimum", "bounds_of", "key_unit", "unit_of", "varied"]
+__all__ = [
+    "Bounds",
+    "Key",
+    "Optimum",
+    "bounds_of",
+    "key_unit",
+    "room_of",
+    "unit_of",
+    "varied",
+]
 
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
@@ -102,7 +111,7 @@ def varied(
     for name, given in vary.items():
         place = system.places([name])[0]
         key = parameters.names[parameters.free[place]]
-        low, high = bounds_of(key, given)
+        low, high = room_of(key, given)
         start, unit = float(theta[place]), unit_of(system, key)
         for bound in (low, high):
             fault = np.isfinite(bound) and parameters.fault(parameters.free[place], bound)
@@ -149,5 +158,16 @@ def bounds_of(name: str, given: Bounds) -> tuple[float, float]:
         raise OptionError(
             f"bounds of {name} = {given!r}; give (low, high) with low at most high, and "
             "None where there is none."
+        )
+    return low, high
+
+
+def room_of(name: str, given: Bounds) -> tuple[float, float]:
+    """Bounds of what varies, checked, with something between them."""
+    low, high = bounds_of(name, given)
+    if low == high:
+        raise OptionError(
+            f"bounds of {name} = {given!r} leave nothing to search between; widen them, or leave "
+            f"{name} out of `vary`."
         )
     return low, high

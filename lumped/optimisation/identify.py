@@ -12,7 +12,7 @@ import scipy
 from lumped.compiler.system import Changes, System
 from lumped.errors import OptimisationError, OptionError
 from lumped.gradients.sensitivity import Sensitivity, Varied
-from lumped.optimisation.design import Bounds, bounds_of, unit_of
+from lumped.optimisation.design import Bounds, room_of, unit_of
 from lumped.points.start import start_point
 from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.arguments import checked
@@ -233,7 +233,7 @@ class _Search:
         point = start_point(system, parameters, start)
         known = point.parameters
         self.u = np.array([known[n] if n in known else point[n] for n in self.names])
-        self.low, self.high = np.array([bounds_of(n, b) for n, b in vary.items()]).T
+        self.low, self.high = np.array([room_of(n, b) for n, b in vary.items()]).T
         for name, value, low, high in zip(self.names, self.u, self.low, self.high, strict=True):
             if not low <= value <= high:
                 raise OptionError(

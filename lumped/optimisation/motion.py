@@ -172,6 +172,10 @@ class _Search:
         intervals: int,
     ) -> None:
         self.points = [points] if isinstance(points, OperatingPoint) else list(points)
+        if not self.points:
+            raise OptionError("motion: points = []: an operating point for each phase is needed.")
+        if intervals < 1:
+            raise OptionError(f"motion: intervals = {intervals}: at least one is needed.")
         self.system = system = self.points[0].system
         given = [limits] * len(self.points) if isinstance(limits, Mapping) else list(limits)
         if len(stations) != 1:

@@ -12,11 +12,11 @@ import scipy
 
 from lumped.compiler.pruning import uses
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import SolverError, StartError
+from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_search import EquilibriumSearch
 from lumped.points.initial_equations import initial_residuals
 from lumped.points.position_search import agreed
-from lumped.points.start import start_point
+from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
 from lumped.timeloop.changeover import Settler
@@ -74,12 +74,16 @@ def equilibrium(
 
     Raises
     ------
+    OptionError
+        If the tolerance makes no sense, or a free parameter is named twice.
     SolverError
         If there is no equilibrium near the start; the text names the worst equation.
     StartError
         If free parameters are not determined, or speeds are given to a system at rest.
     """
-    places = system.places(free)
+    if not 0 < tolerance < 1:
+        raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
+    places = free_places(system, free)
     begin = start_point(system, parameters, start, time=time)
     if rest:
         _refuse_speeds(system, start)

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError, SolverError, StartError
+from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.start_search import StartSearch
 from lumped.support.arguments import checked
 from lumped.timeloop.changeover import Change, Settler
 from lumped.timeloop.machine import begun
 from lumped.timeloop.result import OperatingPoint
 
-__all__ = ["StartForm", "by_name", "start_form", "start_point", "start_slopes"]
+__all__ = [
+    "StartForm",
+    "by_name",
+    "free_places",
+    "point_at",
+    "start_form",
+    "start_point",
+    "start_slopes",
+]
 
 
 @checked
@@ -70,7 +78,7 @@ def start_point(
         If `start` is no mapping.
     """
     search = StartSearch(
-        system, system.theta(parameters), by_name(start), system.places(free), time, together
+        system, system.theta(parameters), by_name(start), free_places(system, free), time, together
     )
     x, settings = search.solve()[system._in_use], search.settings
     collisions: tuple[Change, ...] = ()
@@ -78,6 +86,40 @@ def start_point(
         x, settings, collisions = _settled(search, x)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
     return replace(point, residual=search.residual)
+
+
+def free_places(system: System, free: Iterable[Name]) -> list[int]:
+    """Places of parameters that are to be found.
+
+    Raises
+    ------
+    OptionError
+        If one is named twice.
+    """
+    names = [system.key(name) for name in free]
+    for name in names:
+        if names.count(name) > 1:
+            raise OptionError(f"{system.name}: the free parameter {name} is named twice.")
+    return system.places(names)
+
+
+def point_at(
+    analysis: str, system: System, at: Callable[[float], OperatingPoint], value: float
+) -> OperatingPoint:
+    """Operating point that a function of the user gives for a value.
+
+    Raises
+    ------
+    OptionError
+        If it gives anything else, or a point of another system.
+    """
+    point = at(value)
+    if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
+        raise OptionError(
+            f"{analysis}: at({value:g}) gave {shown(point)}; an operating point of this system "
+            "is needed."
+        )
+    return point
 
 
 def by_name(start: object) -> Changes:

@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
+from lumped.language.port import Flange, LinearFlange
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
@@ -25,6 +26,7 @@ __all__ = ["StartSearch"]
 
 _MOST = 60
 """Times that positions are found anew."""
+_POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
 
 
 class _Trial(NamedTuple):
@@ -396,17 +398,17 @@ class StartSearch:
 def _relative(system: System) -> list[int]:
     """States that are positions of parts relative to each other, such as twists and gaps."""
     tree, reduced = system._tree, system._reduced
-    units, absolute = set(), set()
-    for part in tree.nodes:
-        for i, quantity in enumerate(part.layout.quantities):
-            if quantity.kind == "potential":
-                units.add(quantity.unit)
-                absolute.add(reduced.node(part.first_unknown + i))
+    absolute = {
+        reduced.node(part.first_unknown + i)
+        for part in tree.nodes
+        for i, quantity in enumerate(part.layout.quantities)
+        if quantity.kind == "potential"
+    }
     relative = (n for n in system.states if n not in absolute and n not in system.cyclic)
     return [
         n
         for n in relative
-        if n in system._members and tree.quantity(system._members[n]).unit in units
+        if n in system._members and tree.quantity(system._members[n]).unit in _POSITIONS
     ]
 
 

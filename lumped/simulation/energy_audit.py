@@ -18,7 +18,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.compiler.tree import Node
-from lumped.errors import EquationError
+from lumped.errors import EquationError, told_by
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
 from lumped.support.text_table import number
@@ -166,9 +166,9 @@ def _sums(system: System, nodes: list[Node]) -> ca.SX:
     stored = power = loss = ca.SX(0)
     for node in nodes:
         component: Any = node.component
-        stored += _lowered(system, node, component.stored())
+        stored += _lowered(system, node, "stored")
         if hasattr(component, "loss"):
-            loss += _lowered(system, node, component.loss())
+            loss += _lowered(system, node, "loss")
         power += _power(system, node)
     rest = [_power(system, node) for node in _others(system)]
     return ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
@@ -199,9 +199,11 @@ def _speed(system: System, unknown: int) -> ca.SX:
     return float(reduced.aliases.signs[unknown]) * rate
 
 
-def _lowered(system: System, node: Node, expression: Expr) -> ca.SX:
-    """An expression of a component's own quantities in those of the system."""
+def _lowered(system: System, node: Node, method: str) -> ca.SX:
+    """What a method of a component tells of its own quantities, in those of the system."""
     layout = node.layout
+    with told_by(node.label, f"{method}()"):
+        expression: Expr = getattr(node.component, method)()
 
     def leaf(found: Expr) -> ca.SX:
         name = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 import pickle
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name, System
-from lumped.errors import LumpedError, OptionError
+from lumped.errors import LumpedError, OptionError, nearest, shown
 from lumped.numerics.process_pool import outcomes
 from lumped.simulation.simulate import simulate
 from lumped.simulation.sweep_file import SweepFile, heading
@@ -145,7 +146,7 @@ def sweep(
     client : dask.distributed.Client, optional
         Run on its cluster instead; functions and model classes travel by cloudpickle.
     **options
-        As for `simulate`.
+        As for `simulate`; its `parameters` hold in all runs, unless varied.
 
     Returns
     -------
@@ -163,15 +164,20 @@ def sweep(
         If a value is no number.
     """
     points, shape = _points(system, over)
+    _check_options(options)
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
+    if workers is not None and workers < 1:
+        raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
+    if client is not None and not hasattr(client, "scatter"):
+        raise OptionError(
+            f"sweep: client = {shown(client)}: a client from dask.distributed is needed."
+        )
     until = in_seconds(until, "until")
     head = {} if store is None else heading(system, until, of, options)
     done = SweepFile(store, head)
     job = Job(system, until, dict(of), options, len(points) >= _MANY)
     begin, busy = clock.perf_counter(), 0.0
-    if workers is not None and workers < 1:
-        raise OptionError(f"sweep: workers = {workers}: at least one process is needed.")
     count = workers or os.cpu_count() or 1
     known = {i: done[point] for i, point in enumerate(points)}
     found = {i: outcome for i, outcome in known.items() if outcome is not None}
@@ -226,6 +232,8 @@ class Job:
         native: bool,
     ) -> None:
         self.system, self.until, self.of, self.options = system, until, of, options
+        base = options.get("parameters") or {}
+        self._base = {system.key(name): value for name, value in base.items()}
         self._native, self._before = native, system.made.get("machine", _ABSENT)
         if not (native and np.isfinite(patience(system)) and machine(system)):
             system.made["machine"] = None
@@ -238,8 +246,9 @@ class Job:
     def __call__(self, point: Point) -> list[float] | str:
         """Numbers of one run, or why there are none."""
         try:
-            run = simulate(self.system, until=self.until, parameters=point, **self.options)
-            return [float(measure(run)) for measure in self.of.values()]
+            options = {**self.options, "parameters": {**self._base, **point}}
+            run = simulate(self.system, until=self.until, **options)
+            return [_measured(label, measure(run)) for label, measure in self.of.items()]
         except LumpedError as fault:
             return str(fault)
         except Exception as fault:  # a fault of what is taken from a run stops no other run
@@ -249,6 +258,24 @@ class Job:
         cloudpickle = extra("cloudpickle", "cluster", "A sweep in processes that are not forked")
         parts = (self.system, self.until, self.of, self.options, self._native)
         return _restored, (cloudpickle.dumps(parts),)
+
+
+def _measured(label: str, value: object) -> float:
+    if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "biuf":  # type: ignore[arg-type]
+        return float(value)  # type: ignore[arg-type]
+    raise OptionError(f"sweep: of['{label}'] gave {shown(value)}; a number is needed.")
+
+
+def _check_options(options: Mapping[str, Any]) -> None:
+    """Refuse what no run takes, before the first one."""
+    known = inspect.signature(simulate).parameters
+    for name, value in options.items():
+        if name not in known:
+            raise OptionError(f"sweep: no option '{name}'. {nearest(name, known)}")
+        if name == "parameters" and not isinstance(value, Mapping | None):
+            raise OptionError(
+                f"sweep: parameters = {shown(value)}: a dictionary with names as keys is needed."
+            )
 
 
 def _restored(payload: bytes) -> Job:

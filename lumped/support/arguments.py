@@ -111,6 +111,8 @@ def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[s
 
 def _sure(hint: Any) -> set[type]:
     """Types whose values fit without a further look, but for floats that are not finite."""
+    if hint is ArrayLike:  # names texts and truth values too
+        return {int, float}
     kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
     plain = {kind for kind in kinds if isinstance(kind, type) and kind is not np.ndarray}
     return plain | {int} if float in plain else plain

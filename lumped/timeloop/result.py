@@ -310,6 +310,14 @@ class Trajectory(Named):
             self._known[key] = found
         return self._known[key]
 
+    def check_instant(self, time: float) -> None:
+        """Refuse an instant outside of the run."""
+        if not self.t[0] <= time <= self.t[-1]:
+            raise OptionError(
+                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
+                f"{self.t[-1]:g} s."
+            )
+
     @checked
     def point(self, time: float | str) -> OperatingPoint:
         """The recorded point nearest to a time, to linearise there; on a jump that after it.
@@ -322,11 +330,7 @@ class Trajectory(Named):
         time = in_seconds(time, "t")
         if not len(self.t):
             raise OptionError(f"{self.system.name}: nothing was computed, so there is no point.")
-        if not self.t[0] <= time <= self.t[-1]:
-            raise OptionError(
-                f"{self.system.name}: t = {time:g} s is not within the run, {self.t[0]:g} to "
-                f"{self.t[-1]:g} s."
-            )
+        self.check_instant(time)
         pieces = [piece for piece in self.pieces if len(piece.t)]
         distance = [np.abs(piece.t - time).min() for piece in pieces]
         piece = pieces[len(pieces) - 1 - int(np.argmin(distance[::-1]))]

@@ -163,9 +163,16 @@ def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
         From `lumped.simulate`.
     names : iterable of names, optional
         Quantities; default is all that the system computes.
+
+    Raises
+    ------
+    OptionError
+        If no quantity is named.
     """
     system = run.system
     chosen = computed(system) if names is None else [system.key(name) for name in names]
+    if names is not None and not chosen:
+        raise OptionError(f"{system.name}: name at least one quantity.")
     quantities = {name: system.quantity(name) for name in chosen}
     p = system._flat.parameters
     given = {p.names[i]: float(v) for i, v in zip(p.free, run.theta, strict=True)}

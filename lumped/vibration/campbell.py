@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.points.situation import situation
+from lumped.points.start import point_at
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
@@ -189,7 +190,8 @@ def campbell(
     def hertz_at(speed: float) -> Real:
         place = speed if callable(at) else 0.0
         if place not in known:
-            found = modes(system, at=at(speed) if callable(at) else at)
+            point = point_at("campbell", system, at, speed) if callable(at) else at
+            found = modes(system, at=point)
             known[place] = found.hertz
             situations[situation(found.point)] = None
         return known[place]

@@ -258,6 +258,8 @@ class Modes:
     @cached_property
     def _scale(self) -> Complex:
         amplitudes = self._positions[1]
+        if not amplitudes.size:
+            return np.ones(amplitudes.shape[1], dtype=complex)
         largest = np.abs(amplitudes).argmax(axis=0)
         scale = amplitudes[largest, np.arange(amplitudes.shape[1])]
         return np.where(np.abs(scale) > 0, scale, 1.0)

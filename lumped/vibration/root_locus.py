@@ -11,10 +11,10 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name, System
-from lumped.errors import OptionError, SolverError, shown
+from lumped.errors import OptionError, SolverError
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
-from lumped.points.start import start_point
+from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
@@ -165,12 +165,10 @@ def root_locus(
     def spectrum(value: float) -> tuple[Complex, Complex, Complex]:
         nonlocal count
         count += 1
-        point = at(value) if at else start_point(system, {name: value})
-        if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
-            raise OptionError(
-                f"root_locus: at({value:g}) gave {shown(point)}; an operating point of this system "
-                "is needed."
-            )
+        if at:
+            point = point_at("root_locus", system, at, value)
+        else:
+            point = start_point(system, {name: value})
         situations[situation(point)] = None
         matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
         if not np.isfinite(matrix).all():

@@ -17,7 +17,7 @@ from lumped.components import (
     translation,
 )
 from lumped.components.translation.contact import Stop
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError, SolverError, UnknownNameError
 from lumped.ops import where
 
 
@@ -439,3 +439,13 @@ def test_a_coupling_that_closes_at_a_speed_passes_derivatives_on():
     close(found["phi", "v"][late], (K / (J + K) * (t - closed))[late], 1e-8)
     close(found["v", "J"][late], np.full(late.sum(), K * (w - v) / (J + K) ** 2), 1e-8)
     close(found["phi", "at"][late], np.full(late.sum(), 1 - joint / w), 1e-8)
+
+
+def test_what_was_not_differentiated_and_instants_outside_of_the_run_are_refused(oscillator):
+    found = lp.sensitivity(oscillator, of=["x"], to=["k"], until=1.0, grid=4)
+    for action in (found.ranked, found.plot):
+        with pytest.raises(UnknownNameError, match=r"'y' is not in this sensitivity. Known: x"):
+            action("y")
+        for outside in (-0.5, 7.0):
+            with pytest.raises(OptionError, match="s is not within the run, 0 to 1 s"):
+                action("x", at=outside)

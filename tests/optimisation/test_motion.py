@@ -151,3 +151,12 @@ def test_bad_input_is_named(options, error, text):
 def test_position_left_out_is_asked_for():
     with pytest.raises(UnknownNameError, match="Ask for it"):
         least(rig(keep=()))
+
+
+@pytest.mark.parametrize(
+    ("points", "options", "text"),
+    [([], {}, "an operating point for each phase"), (None, {"intervals": 0}, "intervals = 0")],
+)
+def test_a_motion_of_nothing_is_refused(points, options, text):
+    with pytest.raises(OptionError, match=text):
+        least(rig() if points is None else points, **options)

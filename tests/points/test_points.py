@@ -6,15 +6,21 @@ from linkages import double_rocker
 
 import lumped as lp
 from lumped.components import (
+    Belt,
+    Capacitor,
     Damper,
+    ElasticPlanetary,
     ElastoBacklash,
     Fixed,
+    Ground,
     IdealGear,
     Inertia,
+    Resistor,
     Spring,
     SpringDamper,
     SwingingMass,
     Torque,
+    VoltageSource,
 )
 from lumped.errors import OptionError, SolverError, StartError
 
@@ -353,3 +359,61 @@ def test_derivatives_across_an_exchange_of_states_name_it_and_the_remedy():
         lp.gradient(system, of=of, to=["crank.J"], until=5.0)
     with pytest.raises(SolverError, match=expected):
         lp.sensitivity(system, of=["crank.w"], to=["crank.J"], until=5.0)
+
+
+def test_one_given_speed_turns_what_stretches_in_metres_too():
+    """A belt turns its pulleys as the radii say, a planetary set its carrier as the teeth."""
+    belt = {"r_a": 0.1, "r_b": 0.25, "EA": 1e5, "distance": 1.0, "F_0": 1e3}
+    mesh = {"ratio": 2.0, "n": 3, "r_s": 0.05, "c_s": 1e8, "c_r": 1e8, "J_p": 1e-3}
+    model = lp.compose(
+        motor=Inertia(J=0.1),
+        belt=Belt(**belt),
+        pulley=Inertia(J=0.5),
+        set=ElasticPlanetary(**mesh),
+        load=Inertia(J=3.0),
+        housing=Fixed(),
+        connections=lambda m: [
+            *lp.chain(m.motor, m.belt, m.pulley, m.set.sun),
+            lp.connect(m.set.carrier, m.load.flange_a),
+            lp.connect(m.set.ring, m.housing.flange),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model), start={"motor.w": 30.0}, together=True)
+    received = [point[n] for n in ("pulley.w", "load.w")]
+    pulley = 30.0 * belt["r_a"] / belt["r_b"]
+    assert received == pytest.approx([pulley, pulley / (1 + mesh["ratio"])], rel=1e-9)
+
+
+def test_a_train_that_moves_together_charges_no_capacitor():
+    model = lp.compose(
+        source=VoltageSource(v=6.0),
+        before=Resistor(R=1.0),
+        store=Capacitor(C=1.0),
+        after=Resistor(R=2.0),
+        ground=Ground(),
+        connections=lambda m: [
+            lp.connect(m.source.p, m.before.p),
+            lp.connect(m.before.n, m.store.p),
+            lp.connect(m.store.n, m.after.p),
+            lp.connect(m.after.n, m.source.n, m.ground.pin),
+        ],
+    )
+    point = lp.start_point(lp.assemble(model), together=True)
+    assert [point["store.v"], point["store.i"]] == pytest.approx([0.0, 6.0 / 3.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("action", [lp.start_point, lp.equilibrium])
+def test_a_free_parameter_named_twice_is_refused(action):
+    model = lp.compose(
+        drive=Torque(tau=5.0),
+        body=Inertia(J=2.0),
+        oil=Damper(d=1.0),
+        housing=Fixed(),
+        connections=lambda m: lp.chain(m.drive, m.body, m.oil, m.housing),
+    )
+    system = lp.assemble(model)
+    with pytest.raises(OptionError, match=r"free parameter drive\.tau is named twice"):
+        action(system, free=["drive.tau", model.drive.tau], start={"body.w": 3.0})
+    for tolerance in (0.0, 1.0, -1e-6):
+        with pytest.raises(OptionError, match=r"tolerance = .* between 0 and 1"):
+            lp.equilibrium(system, tolerance=tolerance)

@@ -157,3 +157,32 @@ def test_bad_input_is_refused(system):
         lp.sweep(system, over=[{"shaft.c": 1.0}, {"body.J": 1.0}], until=1.0, of={"x": last})
     with pytest.raises(OptionError, match="no 'y', only"):
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1)["y"]
+
+
+def test_parameters_hold_in_all_runs_unless_they_vary(system):
+    given = {"parameters": {"body.J": 4.0, "shaft.c": 1.0}}
+    found = lp.sweep(system, over={"shaft.c": C}, until=0.7, of={"x": last}, rtol=1e-10, **given)
+    assert found.failures == {}
+    assert found["x"] == pytest.approx(closed_form(C, 4.0), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"parametrs": {}}, "no option 'parametrs'. Nearest: parameters"),
+        ({"parameters": [1.0]}, r"parameters = \[1.0\]: a dictionary"),
+        ({"client": 5}, "client = 5: a client from dask.distributed"),
+    ],
+)
+def test_options_are_refused_before_the_first_run(system, options, text):
+    with pytest.raises(OptionError, match=text):
+        lp.sweep(system, over={"shaft.c": C}, until=0.7, of={"x": last}, **options)
+
+
+@pytest.mark.parametrize("value", ["fast", None, 1j, [1.0, 2.0], np.zeros(3)])
+def test_what_is_no_number_is_told_with_its_name(system, value):
+    found = lp.sweep(
+        system, over={"shaft.c": C[:1]}, until=0.1, of={"peak": lambda run: value}, workers=1
+    )
+    assert "of['peak'] gave" in found.failures[0]
+    assert "a number is needed" in found.failures[0]

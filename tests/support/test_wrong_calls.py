@@ -288,6 +288,34 @@ def test_identify_takes_parameters_with_units(system):
     assert found.parameters["motor.J"] == pytest.approx(1.0, rel=1e-4)
 
 
+def test_numbers_over_which_an_analysis_goes_are_no_text(system):
+    for wrong in ("1 Hz", True, 1j):
+        for action in (
+            lambda w: lp.frequency_response(system, inputs=["t.tau"], outputs=["t.tau"], hertz=w),
+            lambda w: lp.campbell(system, speeds=w, orders=[1]),
+            lambda w: lp.root_locus(system, "shaft.c", w),
+        ):
+            text = message(lambda action=action, wrong=wrong: action(wrong))
+            assert f" = {wrong!r}: a list of finite numbers is needed" in text
+
+
+def test_instants_of_functionals_are_numbers():
+    for wrong in ("motor.w", "1 s", [0.1, "a"], None, NAN):
+        text = message(lambda wrong=wrong: lp.functionals.at(wrong, "motor.w"))
+        assert text.startswith(f"at: time = {wrong!r}: a finite number")
+
+
+def test_what_varies_needs_room_between_its_bounds(system):
+    vary = {"motor.J": (1.0, 1.0)}
+    least = lp.functionals.final("motor.w")
+    for action in (
+        lambda: lp.optimise(system, until=0.1, vary=vary, minimise=least),
+        lambda: lp.optimise(lp.modes(system), vary=vary, minimise=lp.functionals.frequency(0)),
+        lambda: lp.identify(system, vary=vary, t=[0.1, 0.2], measured={"motor.w": [1.0, 2.0]}),
+    ):
+        assert "bounds of motor.J = (1.0, 1.0) leave nothing to search" in message(action)
+
+
 def test_what_cannot_be_divided_is_refused(run):
     for call in (
         {"intervals": 0},

@@ -317,6 +317,15 @@ def test_parameters_go_out_and_in(run, tmp_path, ending):
     assert np.array_equal(again["shaft.tau"], direct["shaft.tau"])
 
 
+@pytest.mark.parametrize("ending", ["nc", "npz", "csv", "mat"])
+def test_a_file_of_no_quantity_is_refused(run, tmp_path, ending):
+    path = tmp_path / f"run.{ending}"
+    for action in (lambda: run.save(path, []), lambda: run.to_pandas([])):
+        with pytest.raises(OptionError, match="name at least one quantity"):
+            action()
+    assert not path.exists()
+
+
 def test_edited_files_are_converted_and_checked(run, tmp_path):
     system, path = run.system, tmp_path / "p.toml"
     path.write_text('"body[0].J" = "2 t.cm2"\n[shaft]\nc = "1 kN.m/rad"\nd = 2\n')
@@ -343,5 +352,13 @@ def test_edited_files_are_converted_and_checked(run, tmp_path):
         (tmp_path / "p.json").write_bytes(held)
         with pytest.raises(OptionError, match=match):
             lp.read_parameters(system, tmp_path / "p.json")
+    for name, text in (
+        ("p.toml", '"shaft.c" = 1.0\n[shaft]\nc = 2.0\n'),
+        ("p.json", '{"shaft.c": 1.0, "shaft": {"c": 2.0}}'),
+        ("p.json", '{"shaft": {"c": 1.0, "c": 2.0}}'),
+    ):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(OptionError, match=r"shaft\.c is given twice, 1\.0 and 2\.0"):
+            lp.read_parameters(system, tmp_path / name)
     (tmp_path / "p.json").write_text(json.dumps({"shaft": {"c": 7}}))
     assert lp.read_parameters(system, tmp_path / "p.json") == {"shaft.c": 7.0}

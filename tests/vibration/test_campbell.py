@@ -96,3 +96,9 @@ def test_the_picture_shows_frequencies_rays_and_points(two_mass):
     assert points.get_xdata() == pytest.approx(np.array([w0 / 2, w0]) * 30 / np.pi, rel=1e-12)
     assert points.get_ydata() == pytest.approx([w0 / (2 * np.pi)] * 2, rel=1e-12)
     assert len(axis.lines) == 1 + 2 + 1
+
+
+@pytest.mark.parametrize("given", [None, 3.0])
+def test_a_function_that_gives_no_operating_point_is_told(given):
+    with pytest.raises(OptionError, match=rf"campbell: at\(1\) gave {given}; an operating point"):
+        lp.campbell(held(Spring(c=800.0)), speeds=[1.0, 2.0], orders=[1], at=lambda w: given)

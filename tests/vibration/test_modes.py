@@ -7,6 +7,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import (
+    Constant,
     DCMotor,
     Fixed,
     Ground,
@@ -234,3 +235,8 @@ def test_shapes_are_scaled_by_angles_though_voltages_are_larger():
     expected = 5.0 * 2.0 * np.abs(s / (6.0 + 0.02 * s))
     assert np.abs(found.shape("motor.p.v")) == pytest.approx([expected], rel=1e-10)
     assert expected > 10
+
+
+def test_a_model_in_which_nothing_moves_prints_its_lack_of_modes():
+    modes = lp.modes(lp.assemble(lp.compose(wanted=Constant(k=3.0))))
+    assert "0 oscillating and 0 rigid-body modes, 0 decays" in repr(modes)
