@@ -26,7 +26,7 @@ from lumped.components import (
     translation,
 )
 
-SEEDS, SHARE = 300, 20
+SEEDS, SHARE = 160, 20
 END = 0.05
 LIMITS = {"accelerations": 1e-9, "torques": 1e-9, "eigenvalues": 1e-9, "speeds": 1e-9}
 

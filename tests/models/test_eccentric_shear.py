@@ -10,7 +10,6 @@ import pytest
 from shear_by_hand import DEGREES, apart, data, nearest
 
 import lumped as lp
-from lumped.models import eccentric_shear
 from lumped.models.eccentric_shear import stand
 from lumped.models.eccentric_shear.scenes import (
     CrankTurned,
@@ -246,7 +245,3 @@ class TestRows:
         assert np.degrees(stand.CENTRE_RECTANGLE) == pytest.approx(129.75, rel=1e-14)
         landing = rows["free run, e = 0.5, landing over cutting torque"]
         assert landing.computed == pytest.approx(1.67950, abs=5e-6)  # converged
-
-    def test_figures_are_drawn(self):
-        received = set(eccentric_shear.plots())
-        assert received == {"inertia", "ellipses", "torque", "ratios", "free_run"}
