@@ -12,7 +12,7 @@ from lumped.compiler.switching import Condition, is_even
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.language.lowering import has_steps
-from lumped.numerics.interval_bounds import Interval, bounds
+from lumped.numerics.interval_bounds import INFINITE, interval_bounds
 
 __all__ = ["Clock", "Instants", "clocks", "instants", "modes_at"]
 
@@ -54,6 +54,11 @@ class Clock:
         """(time, modes that it needs, parameters) -> argument and its slope."""
         outputs = [ca.densify(self.condition.argument), ca.densify(self.slope)]
         return ca.Function("clock", self.inputs, outputs)
+
+    @cached_property
+    def bounds(self) -> ca.Function:
+        """(begin, end, modes that it needs, parameters) -> bounds of the argument, of its slope."""
+        return interval_bounds(self.value)
 
     @cached_property
     def even(self) -> bool:
@@ -319,15 +324,17 @@ class _Search:
 
     def _range(
         self, clock: Clock, a: np.ndarray, b: np.ndarray, given: np.ndarray
-    ) -> tuple[Interval, np.ndarray]:
+    ) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
         """Bounds of the argument in intervals, and where it only rises or only falls."""
-        ends = [(column, column) for column in given.T]
-        theta = [(np.array([p]),) * 2 for p in self.theta.tolist()]
-        (place,), (slope,) = bounds(clock.value, [[(a, b)], ends, theta])
+        ends = (
+            np.asarray(end, dtype=float).ravel()
+            for end in clock.bounds(a[None, :], b[None, :], given.T, self.theta)
+        )
+        low, high, falling, rising = (
+            np.where(np.abs(end) < INFINITE, end, np.copysign(np.inf, end)) for end in ends
+        )
         if clock.steps:
-            return place, np.zeros(len(a), dtype=bool)
-        low, high = (np.broadcast_to(v, a.shape) for v in place)
-        falling, rising = (np.broadcast_to(v, a.shape) for v in slope)
+            return (low, high), np.zeros(len(a), dtype=bool)
         middle, _ = self._values(clock, 0.5 * (a + b), given)
         reach = 0.5 * (b - a) * np.fmax(np.abs(falling), np.abs(rising))
         known = np.isfinite(reach) & np.isfinite(middle)
