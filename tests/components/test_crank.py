@@ -127,6 +127,11 @@ class TestVirtualWork:
         assert worst(run["turn.flange.tau"] * 2.0, 7.0 * run["crank.v"]) < 1e-13
 
 
+def moment(arm, force):
+    """Of a force in the plane."""
+    return arm[0] * force[1] - arm[1] * force[0]
+
+
 def newton_euler(p, q, w, g):
     """Forces on a rod by its own balance of forces and moments; crank speed w constant.
 
@@ -148,14 +153,14 @@ def newton_euler(p, q, w, g):
         at_pin, guide = x[:2], x[2]
         at_end = np.array([0.0, guide]) + p["m"] * (g - end)
         forces = at_pin + at_end + p["m_rod"] * (g - rod)
-        arms = np.cross(-k * length * along, at_pin) + np.cross((1 - k) * length * along, at_end)
+        arms = moment(-k * length * along, at_pin) + moment((1 - k) * length * along, at_end)
         return np.array([*forces, arms - p["J_rod"] * a_rod])
 
     zero = balance(np.zeros(3))
     matrix = np.array([balance(unit) - zero for unit in np.eye(3)]).T
     x, y, guide = np.linalg.solve(matrix, -zero)
     arm = r * np.array([np.cos(q), np.sin(q)])
-    return np.cross(arm, [x, y]), guide, -x, -y
+    return moment(arm, (x, y)), guide, -x, -y
 
 
 ROD = {"r": 0.59, "L": 1.7, "e": 0.2, "m": 9.0, "m_rod": 4.0, "J_rod": 0.8, "k": 0.3}

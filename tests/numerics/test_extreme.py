@@ -216,7 +216,8 @@ def test_a_hundred_turns_of_a_crank_from_its_dead_centre_keep_energy_and_rod(rod
         grid=5000,
     )
     phi, w, s, v = (run[name] for name in ("crank.phi", "crank.w", "piston.s", "piston.v"))
-    limit = rtol * run.steps
+    # of some step in thousands DOP853's estimate of the error vanishes by accident, SciPy's too
+    limit = 10 * rtol * run.steps
     print(cost(run))
     assert within(10 * EPS, np.hypot(s - r * np.cos(phi), r * np.sin(phi)), rod_ratio * r, "rod")
     assert within(20 * EPS, v, slope(phi) * w, "speed of the piston")
