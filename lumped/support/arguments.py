@@ -37,17 +37,20 @@ _FROM = {
     "Trajectory": "a run from lumped.simulate",
 }
 """Where what is needed comes from."""
-_FUNCTIONALS = [
-    "Clearance",
-    "Damping",
-    "Final",
-    "Frequency",
-    "Instant",
-    "Integral",
-    "Peak",
-    "Swing",
-]
-_FROM |= {name: f"lumped.functionals.{name.lower()}(...)" for name in _FUNCTIONALS}
+_FUNCTIONALS = {
+    "At": "at",
+    "AtEvent": "at_event",
+    "Clearance": "clearance",
+    "Damping": "damping",
+    "Final": "final",
+    "Frequency": "frequency",
+    "Impact": "loss",
+    "Instant": "instant",
+    "Integral": "integral",
+    "Peak": "peak",
+    "Swing": "swing",
+}
+_FROM |= {kind: f"lumped.functionals.{name}(...)" for kind, name in _FUNCTIONALS.items()}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
