@@ -348,7 +348,12 @@ class System:
 
     def function(self, names: Iterable[Name]) -> ca.Function:
         """Function of named quantities: (x, p, t, m) -> (n,)."""
-        return ca.Function("outputs", self._inputs, [self.expressions(names)])
+        keys = [self.key(name) for name in names]
+        key = ("function", *keys)
+        if key not in self.made:
+            self.made[key] = ca.Function("outputs", self._inputs, [self.expressions(keys)])
+        made: ca.Function = self.made[key]
+        return made
 
     @cached_property
     def cyclic(self) -> frozenset[int]:
