@@ -114,6 +114,12 @@ def hold(
                 f"{way}, but its reaction then is not given; give {way}=."
             )
 
+    if isinstance(upper, int | float) and isinstance(lower, int | float) and upper < lower:
+        raise EquationError(
+            f"hold({reaction!r}, ...): upper = {upper!r} must be at least lower = {lower!r}. A "
+            "reaction is positive against a positive speed."
+        )
+
     def expr(given: Number | None) -> Expr | None:
         return None if given is None else as_expr(given)
 

@@ -294,6 +294,16 @@ def test_limits_without_a_law_beyond_them_are_refused():
         lp.assemble(one(equations=equations, **quantities))
 
 
+def test_limits_that_leave_nothing_between_them_are_refused():
+    def equations(self):
+        yield lp.der(self.x) == 0
+        yield lp.hold(self.y, self.x, forward=-1.0, backward=1.0, upper=-1.0, lower=1.0)
+
+    quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction")}
+    with pytest.raises(EquationError, match=r"hold\(y, .*upper = -1.0 must be at least lower = 1.0"):
+        lp.assemble(one(equations=equations, **quantities))
+
+
 def test_a_change_of_a_quantity_that_is_no_state_is_refused():
     def equations(self):
         yield lp.der(self.x) == 1.0
