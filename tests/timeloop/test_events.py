@@ -300,7 +300,9 @@ def test_limits_that_leave_nothing_between_them_are_refused():
         yield lp.hold(self.y, self.x, forward=-1.0, backward=1.0, upper=-1.0, lower=1.0)
 
     quantities = {"x": lp.var("1", "speed"), "y": lp.var("1", "reaction")}
-    with pytest.raises(EquationError, match=r"hold\(y, .*upper = -1.0 must be at least lower = 1.0"):
+    with pytest.raises(
+        EquationError, match=r"hold\(y, .*upper = -1.0 must be at least lower = 1.0"
+    ):
         lp.assemble(one(equations=equations, **quantities))
 
 
