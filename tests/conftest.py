@@ -9,7 +9,8 @@ import lumped as lp
 from lumped.components import Inertia, Spring, Torque
 from lumped.models import machine
 
-# The same examples at every run. --hypothesis-profile=long takes more, and shrinks what fails.
+# The same examples at every run of the same tests: Hypothesis takes constants from the modules that
+# are loaded. --hypothesis-profile=long takes more, and shrinks what fails.
 settings.register_profile(
     "default",
     max_examples=15,

@@ -1,4 +1,4 @@
-"""Bodies, springs, dampers, gears and sensors of straight-line motion."""
+"""Bodies, springs, dampers and sensors of straight-line motion."""
 
 from __future__ import annotations
 

@@ -400,7 +400,7 @@ class Switching:
                     tolerance = (_COARSE + shared) * size + least
                     add(ca.if_else(stuck, room, 1), tolerance, kind, h)
             if self.has_gap[h]:
-                add(ca.if_else(forward, self.gap[h], 1), least, "slide", h)
+                add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)
             elif self.has_forward[h] or self.has_backward[h]:
                 sliding = (forward - backward) * self.speed[h]
                 free = 1 - forward - backward

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -28,6 +28,8 @@ __all__ = ["Changes", "Name", "System"]
 
 Name = str | Expr
 Changes = Mapping[str, float] | Mapping[Name, float]
+_FUNCTIONS = 64
+"""Functions of quantities that a system keeps."""
 
 
 class System:
@@ -348,12 +350,14 @@ class System:
 
     def function(self, names: Iterable[Name]) -> ca.Function:
         """Function of named quantities: (x, p, t, m) -> (n,)."""
-        keys = [self.key(name) for name in names]
-        key = ("function", *keys)
-        if key not in self.made:
-            self.made[key] = ca.Function("outputs", self._inputs, [self.expressions(keys)])
-        made: ca.Function = self.made[key]
-        return made
+        return self._functions(tuple(self.key(name) for name in names))
+
+    @cached_property
+    def _functions(self) -> Callable[[tuple[str, ...]], ca.Function]:
+        def made(names: tuple[str, ...]) -> ca.Function:
+            return ca.Function("outputs", self._inputs, [self.expressions(names)])
+
+        return lru_cache(maxsize=_FUNCTIONS)(made)
 
     @cached_property
     def cyclic(self) -> frozenset[int]:

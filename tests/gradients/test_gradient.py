@@ -350,7 +350,7 @@ def cutting():
     start = {"motor.w": shear.SPEED, "motor.phi": 0.0, "motor.i": 0.0}
     start |= shear.seated(shear.PrintedShear)
     of = [fun.peak("motor.tau"), fun.rms("motor.tau"), fun.final("motor.w")]
-    to = ["loaded.cut.tau_max"]
+    to = ["loaded.cut.tau_max", "motor.k"]
     return system, of, to, 2.0, start, {"eps": 0.1}, 3
 
 

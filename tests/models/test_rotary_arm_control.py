@@ -162,17 +162,19 @@ def test_momentum_is_kept_at_the_pick_up_and_speed_at_the_release():
     assert np.abs(run["arm.mandrel.w"][run.t > put]).max() < 1e-14
 
 
-def test_samples_at_exactly_the_pick_up_and_the_release_change_nothing():
+def test_samples_at_exactly_the_pick_up_and_the_release_change_nothing(monkeypatch):
+    # machine code, which runs use once it pays, takes other steps where rounding decides
+    monkeypatch.setenv("LUMPED_NATIVE", "0")
     run = controlled(until=6.0, rtol=1e-10)
     taken, put, _ = instants_until_release(run)
     sampled = controlled(until=6.0, grid=[0.0, taken, put, 6.0], rtol=1e-10)
     for t in (taken, put):
         sides = run["arm.trays.w"][run.t == t]
         found = sampled["arm.trays.w"][sampled.t == t]
-        assert min(np.abs(found[0] - sides)) < 1e-8  # a hundred times the tolerance
-    assert instants_until_release(sampled)[:2] == pytest.approx((taken, put), abs=1e-9)
+        assert min(np.abs(found[0] - sides)) < 1e-9  # ten times the tolerance
+    assert instants_until_release(sampled)[:2] == pytest.approx((taken, put), abs=1e-10)
     for name in COLUMNS:
-        assert sampled[name][-1] == pytest.approx(run[name][-1], rel=1e-8)
+        assert sampled[name][-1] == pytest.approx(run[name][-1], rel=1e-9)
 
 
 def instants_until_release(run):

@@ -216,12 +216,18 @@ def test_a_hundred_turns_of_a_crank_from_its_dead_centre_keep_energy_and_rod(rod
         grid=5000,
     )
     phi, w, s, v = (run[name] for name in ("crank.phi", "crank.w", "piston.s", "piston.v"))
-    # of some step in thousands DOP853's estimate of the error vanishes by accident, SciPy's too
-    limit = 10 * rtol * run.steps
+    limit = rtol * run.steps
     print(cost(run))
     assert within(10 * EPS, np.hypot(s - r * np.cos(phi), r * np.sin(phi)), rod_ratio * r, "rod")
     assert within(20 * EPS, v, slope(phi) * w, "speed of the piston")
-    assert within(limit, (J * w**2 + m * v**2) / 2, energy, "energy")
+    found = (J * w**2 + m * v**2) / 2
+    # at one step in some thousands DOP853's estimate of the error vanishes by accident, SciPy's too
+    changes = np.diff(found, prepend=energy)
+    worst = np.abs(changes).argmax()
+    jump = changes[worst] * (method == "explicit")
+    assert abs(jump) < 1e-4 * energy
+    assert within(limit, found - jump * (np.arange(len(found)) >= worst), energy, "energy")
+    limit += abs(jump) / energy
     assert within(limit, phi[-1], turns * TURN, "angle after a hundred turns")
 
 
