@@ -1,4 +1,4 @@
-"""One model, all ways: methods, machine code, exported units, and derivatives in three ways.
+"""One model, all ways: methods, exported units, and derivatives in three ways.
 
 ``python tests/all_ways.py drives 60`` takes random drives, ``python tests/all_ways.py pages`` the
 scenes of the pages in ``docs/elements``. A way may refuse, by an error with a name; no two ways may
@@ -6,13 +6,11 @@ give different numbers.
 """
 
 import importlib.util
-import os
 import sys
 import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,28 +34,14 @@ class Scene:
     start: dict = field(default_factory=dict)
     parameters: dict = field(default_factory=dict)
 
-    def run(self, native: str = "0", **options):
-        with engine(native):
-            return lp.simulate(
-                self.system,
-                until=self.until,
-                start=self.start,
-                parameters=self.parameters,
-                **{"grid": 40, "rtol": TIGHT} | options,
-            )
-
-
-@contextmanager
-def engine(choice: str) -> Iterator[None]:
-    """Machine code from the first run on ("1"), or none ("0")."""
-    before = os.environ.get("LUMPED_NATIVE")
-    os.environ["LUMPED_NATIVE"] = choice
-    try:
-        yield
-    finally:
-        os.environ.pop("LUMPED_NATIVE")
-        if before is not None:
-            os.environ["LUMPED_NATIVE"] = before
+    def run(self, **options):
+        return lp.simulate(
+            self.system,
+            until=self.until,
+            start=self.start,
+            parameters=self.parameters,
+            **{"grid": 40, "rtol": TIGHT} | options,
+        )
 
 
 def quiet(grid: np.ndarray, run: lp.Trajectory, away: float) -> np.ndarray:
@@ -90,16 +74,14 @@ class Ways:
         except Exception as error:
             self.found[way] = f"RAW {type(error).__name__}: {error}"
 
-    def methods(self, engines: tuple[str, ...] = ("0", "1")) -> None:
-        for native in engines:
-            for method in ("explicit", "implicit", "exact", "auto"):
-                way = f"{method}, machine code {native}"
+    def methods(self) -> None:
+        for method in ("explicit", "implicit", "exact", "auto"):
 
-                def action(method=method, native=native, way=way):
-                    run = self.scene.run(native, method=method, grid=self.grid)
-                    self.compare(way, run.table(self.names))
+            def action(method=method):
+                run = self.scene.run(method=method, grid=self.grid)
+                self.compare(method, run.table(self.names))
 
-                self.attempt(way, action)
+            self.attempt(method, action)
 
     def unit(self, folder: Path) -> None:
         import fmpy
@@ -142,9 +124,8 @@ class Ways:
             found = lp.gradient(self.scene.system, of=of, to=to, rtol=TIGHT, **given)
             rates["gradient"] = found.derivatives
 
-        with engine("0"):
-            self.attempt("sensitivity", forward)
-            self.attempt("gradient", backward)
+        self.attempt("sensitivity", forward)
+        self.attempt("gradient", backward)
         if not rates:
             return
         point = {name: self.scene.system.parameters[name] for name in to} | self.scene.parameters
@@ -152,13 +133,9 @@ class Ways:
 
         def ends(k, step):
             values = self.scene.parameters | {to[k]: point[to[k]] + step * size[k]}
-            with engine("0"):
-                run = lp.simulate(
-                    self.scene.system,
-                    **given | {"parameters": values},
-                    rtol=1e-11,
-                    grid=1,
-                )
+            run = lp.simulate(
+                self.scene.system, **given | {"parameters": values}, rtol=1e-11, grid=1
+            )
             return run.table(self.names)[-1]
 
         def differences():
@@ -248,7 +225,7 @@ def main(kind: str, count: int) -> None:
         except LumpedError as refusal:
             print(f"{scene.name}: {type(refusal).__name__}: {str(refusal)[:200]}")
             continue
-        ways.methods(("0", "1") if k % 4 == 0 else ("0",))
+        ways.methods()
         ways.derivatives(some_parameters(scene.system, np.random.default_rng(k)))
         if k % 4 == 0:
             with tempfile.TemporaryDirectory() as folder:

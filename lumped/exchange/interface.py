@@ -14,7 +14,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.language.quantity import Param
 from lumped.points.start import StartForm, start_form, start_point
-from lumped.timeloop.advance import nominals
+from lumped.timeloop.run import nominals
 from lumped.vibration.response import needing_rates
 
 __all__ = ["Interface", "Shown", "limits_of", "rate_unit"]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -14,28 +13,16 @@ from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, crossings_of
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
-from lumped.timeloop.advance import nominals
 from lumped.timeloop.guards import exchange_fault
+from lumped.timeloop.executable import Executable, smooth_executable
 from lumped.timeloop.result import Piece, Trajectory
-from lumped.timeloop.stepper import ACCEPTED, GIVEN_UP, IDLE, Stepper, first_step
+from lumped.timeloop.run import nominals
+from lumped.timeloop.smooth_part import smooth_part
 
 __all__ = ["Followed", "Forward", "Instant", "coincide"]
 
 _AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Augmented:
-    """States and their sensitivities, as a stepper wants a system."""
-
-    states: list[int]
-    _inputs: list[ca.SX]
-    rhs: ca.Function
-    jacobian: ca.Function
-    closure: ca.Function
-    made: dict[object, object]
-    switching: tuple[()] = ()
 
 
 class Instant(NamedTuple):
@@ -130,7 +117,6 @@ class Forward:
         self.sizes = np.ones(self.q) if sizes is None else sizes
         self.S = ca.SX.sym("S", self.n, self.k)
         self.augmented = self._augment()
-        self._steppers: dict[Method, Stepper] = {}
         self.evaluations = 0
 
     def courses(self, run: Trajectory, S: np.ndarray) -> tuple[list[np.ndarray], list[Instant]]:
@@ -192,15 +178,13 @@ class Forward:
     ) -> Followed:
         """Follow the derivatives to one side: what is varied grows (1) or shrinks (-1)."""
         method: Method = "implicit" if "implicit" in run.statistics.method else "explicit"
-        if (self.n or self.q) and method not in self._steppers:
-            self._steppers[method] = Stepper.build(self.augmented, method, True)
         found = Followed([], [], [], [])
         for number, piece in enumerate(pieces):
             if number:
                 S = self._across(run, crossings[number - 1], number, S, side, found)
             course = [(S, np.zeros((self.q, self.k)))] * len(piece.t)
             if (self.n or self.q) and piece.t[-1] > piece.t[0]:
-                course = self._through(self._steppers[method], run, piece, S)
+                course = self._through(method, run, piece, S)
             S = course[-1][0]
             found.states.append(np.array([own[0] for own in course]))
             found.integrals.append(np.array([own[1] for own in course]))
@@ -264,64 +248,43 @@ class Forward:
         seed = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
         return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), seed))
 
-    def _augment(self) -> System:
+    def _augment(self) -> Executable:
         x, p, t, m = self.system._inputs
         Q = ca.SX.sym("Q", self.q, 1 + self.k)
         both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
         slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(self.integrands))
         rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], self.integrands, slopes[1]))
         inputs = [both, p, t, m]
-        closed = self.system.closure(x, p, t, m)
-        found = _Augmented(
-            list(range(both.numel())),
-            inputs,
-            ca.Function("rhs", inputs, [ca.densify(rates)]),
-            ca.Function(
-                "jacobian", inputs, [ca.jacobian(rates, both), ca.densify(ca.jacobian(rates, t))]
-            ),
-            ca.Function("closure", inputs, list(closed)),
-            {},
-        )
-        return cast(System, found)
+        functions = {"rates": ca.Function("rates", inputs, [rates])}
+        implicit = len(self.system._values.implicit)
+        if implicit:
+            closed = self.system.closure(x, p, t, m)
+            functions["closure"] = ca.Function("closure", inputs, list(closed))
+
+        def jacobian() -> ca.Function:
+            results = [ca.jacobian(rates, both), ca.densify(ca.jacobian(rates, t))]
+            return ca.Function("jacobian", inputs, results)
+
+        return smooth_executable(inputs, functions, jacobian, implicit)
 
     def _through(
-        self, stepper: Stepper, run: Trajectory, piece: Piece, S: np.ndarray
+        self, method: Method, run: Trajectory, piece: Piece, S: np.ndarray
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """S and derivatives of integrals at all times of a piece, from S at the first."""
-        count = self.system._flat.mode_count
-        modes, guess = np.split(piece.settings[0], [count])
-        t, end = float(piece.t[0]), float(piece.t[-1])
         x = np.concatenate([piece.x[0], S.ravel(order="F"), np.zeros(self.q * (1 + self.k))])
-        f = np.asarray(self.augmented.rhs(x, run.theta, t, piece.settings[0])).ravel()
         sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
         atol = max(self.rtol * 1e-3, 1e-12) * np.concatenate(sizes)
-        scale = atol + self.rtol * np.abs(x)
-        first = first_step(
-            self.augmented, run.theta, (t, end), x, f, np.concatenate([modes, guess]), scale
+        found = smooth_part(
+            self.augmented, run.theta, piece.t, x, piece.settings[0], method, self.rtol, atol
         )
-        head = np.concatenate([[t, first, 0, 0, 0, 0], guess])
-        courses = [(S, np.zeros((self.q, self.k)))]
-        while head[0] < end:
-            found = stepper.many(head, x, f, run.theta, modes, end, self.rtol, atol)
-            log, xs = found[3].reshape(-1, 3).T, found[4].reshape(-1, len(x) + len(guess))
-            accepted = np.flatnonzero(log[2] == ACCEPTED)
-            self.evaluations += int((log[2] != IDLE).sum()) * stepper.evaluations
-            if found[0][5] == GIVEN_UP or not len(accepted):
-                raise SolverError(
-                    f"{self.system.name}: the derivatives grow without bound or are not finite "
-                    f"near t = {found[0][0]:.9g} s.",
-                    run,
-                )
-            ends = log[1][accepted]
-            wanted = piece.t[len(courses) : int(np.searchsorted(piece.t, ends[-1], "right"))]
-            step = accepted[np.searchsorted(ends, wanted, "left")]
-            before, after = np.vstack([x, xs[:-1, : len(x)]])[step], xs[step, : len(x)]
-            dense = found[5].reshape(log.shape[1], -1, len(x))
-            fraction = (wanted - log[0][step]) / (log[1][step] - log[0][step])
-            inside = stepper.interpolate(fraction, before, after, dense[step])
-            courses += [self._parted(row) for row in inside]
-            head, x, f = found[:3]
-        return courses
+        self.evaluations += found.evaluations
+        if found.fault_at is not None:
+            raise SolverError(
+                f"{self.system.name}: the derivatives grow without bound or are not finite "
+                f"near t = {found.fault_at:.9g} s.",
+                run,
+            )
+        return [self._parted(row) for row in found.x]
 
     def _parted(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """S and derivatives of the integrals among all states."""

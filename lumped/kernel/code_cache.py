@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lumped.support.whole_files import whole_file
 
-__all__ = ["load", "loop_name", "own", "save", "stored"]
+__all__ = ["load", "loop_name", "own", "save"]
 
 _MARK = b"lumped-1"
 
@@ -42,21 +42,14 @@ def folder() -> Path:
 def own() -> str:
     """Hash of what all code depends on in this package."""
     here = Path(__file__).parent
-    files = [*sorted(here.glob("*.py")), here.parent / "numerics/rodas5p.py"]
+    numerics = here.parent / "numerics"
+    files = [*sorted(here.glob("*.py")), numerics / "rodas5p.py", numerics / "dop853.py"]
     return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def loop_name() -> str:
     """Begin of the name of the time loop's code: a folder of its own."""
     return f"loop-{own()[:16]}/"
-
-
-def stored(folder_name: str) -> bool:
-    """Whether anything was saved in a folder of the cache."""
-    try:
-        return any((folder() / folder_name).iterdir())
-    except OSError:
-        return False
 
 
 def load(key: str) -> bytes | None:

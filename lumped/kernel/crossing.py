@@ -1,110 +1,87 @@
-"""Margins inside a step and where the first is used up (see `lumped.timeloop.crossing`)."""
+"""Margins inside a step, and the first instant at which one is used up.
+
+A margin is negative as soon as a position must change; it has a tolerance for rounding. It is
+looked at five times in each step, with its slopes at both ends; where it may have dipped below zero
+in between, parts of the step are looked at closer. The root is found on the dense output.
+"""
 
 from __future__ import annotations
 
 import math
 
-from lumped.kernel.layout import (
-    CROSSINGS,
-    DENSE,
-    ENDS,
-    FIRED,
-    FIRED_ROWS,
-    FIRST,
-    IMPLICIT,
-    INNER,
-    KIND,
-    KNOWN,
-    MARGIN,
-    MARGINS,
-    NEW,
-    NK,
-    NUMBER,
-    RING,
-    SAMPLES,
-    SLOPES,
-    STACK,
-    STORM_SIZE,
-    SUSPECT,
-    T_CROSS,
-    T_NEW,
-    M,
-    N,
-    P,
-    T,
-    X,
-)
-from lumped.kernel.words import Integers, Numbers, at, evaluate, kernel
+from lumped.kernel import dop853, rodas5p
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.plant import COMPLIANCE, LOWER, SLIDE, UPPER
+from lumped.kernel.run import STORM_SIZE, Run
+from lumped.kernel.words import Numbers, kernel
 
-__all__ = ["crossing", "interpolate", "suspected"]
+__all__ = ["find_crossing", "inside", "is_suspected"]
 
 _FINEST = 1e-3
-_LOCATING = 40
+"""Part of a step down to which a margin is searched for a dip below zero."""
+_ITERATIONS = 40
 _ROUNDING = 2.0**-53
+"""Of parts of a step."""
 _CROWDED = 1e-14
-_SLIDE = 3
+"""Relative distance of instants that differ by rounding."""
+_NOT_YET, _DONE = -1.0, 2.0
+
+_SUSPECT, _LATER = 1, 2
+"""A margin that fell below zero; one that is not used up any more at an earlier root."""
 
 
 @kernel
-def interpolate(Z: Integers, R: Numbers, part: float, out: Numbers) -> None:
+def inside(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
-    n, x, new, c = Z[N], at(R, Z[X]), at(R, Z[NEW]), at(R, Z[DENSE])
-    rest = 1.0 - part
-    if Z[IMPLICIT] == 1:
-        for i in range(n):
-            inner = c[i] + part * (c[n + i] + part * c[2 * n + i])
-            out[i] = rest * x[i] + part * (new[i] + rest * inner)
-        return
-    for i in range(n):
-        y = c[6 * n + i] * part
-        y = (y + c[5 * n + i]) * rest
-        y = (y + c[4 * n + i]) * part
-        y = (y + c[3 * n + i]) * rest
-        y = (y + c[2 * n + i]) * part
-        y = (y + c[n + i]) * rest
-        y = (y + c[i]) * part
-        out[i] = x[i] + y
-
-
-@kernel
-def _margins(Z: Integers, R: Numbers, part: float) -> None:
-    """Margins and tolerances at a part of the step."""
-    x, t = at(R, Z[INNER]), R[T] + part * (R[T_NEW] - R[T])
-    if part == 0.0:
-        x = at(R, Z[X])
-    elif part == 1.0:
-        x, t = at(R, Z[NEW]), R[T_NEW]
+    if run.is_implicit:
+        rodas5p.interpolate(run, part, out)
     else:
-        interpolate(Z, R, part, x)
-    evaluate(Z[MARGINS], x, at(R, Z[P]), t, at(R, Z[M]), at(R, Z[MARGIN]))
+        dop853.interpolate(run, part, out)
 
 
 @kernel
-def _sample(Z: Integers, R: Numbers, row: int, part: float) -> None:
+def _look(run: Run, part: float) -> None:
+    """Margins and tolerances at a part of the step."""
+    if part == 0.0:
+        evaluate(run.plant.margin, run, run.x, run.t, run.m, run.margin)
+    elif part == 1.0:
+        evaluate(run.plant.margin, run, run.new, run.t_new, run.m, run.margin)
+    else:
+        inside(run, part, run.inner)
+        t = run.t + part * (run.t_new - run.t)
+        evaluate(run.plant.margin, run, run.inner, t, run.m, run.margin)
+
+
+@kernel
+def _sample(run: Run, row: int, part: float) -> None:
     """Margins with their tolerances as one of five samples."""
-    nk = Z[NK]
-    _margins(Z, R, part)
-    margin, samples = at(R, Z[MARGIN]), at(R, Z[SAMPLES] + row * nk)
-    for k in range(nk):
-        samples[k] = margin[k] + margin[nk + k]
+    n = run.plant.margins
+    _look(run, part)
+    for k in range(n):
+        run.samples[row * n + k] = run.margin[k] + run.tolerance[k]
 
 
 @kernel
-def _slope(Z: Integers, R: Numbers, row: int, part: float) -> None:
+def _slope(run: Run, row: int, part: float) -> None:
     """Time derivatives of the margins at the first or last sample."""
-    x, t = at(R, Z[INNER]), R[T] + part * (R[T_NEW] - R[T])
-    interpolate(Z, R, part, x)
-    evaluate(Z[SLOPES], x, at(R, Z[P]), t, at(R, Z[M]), at(R, Z[ENDS] + row * Z[NK]))
+    t = run.t + part * (run.t_new - run.t)
+    inside(run, part, run.inner)
+    evaluate(run.plant.margin_rate, run, run.inner, t, run.m, run.slopes[row * run.plant.margins :])
 
 
 @kernel
-def _doubtful(Z: Integers, R: Numbers, k: int, length: float) -> bool:
-    """Whether a margin may have been below zero between samples."""
-    nk = Z[NK]
-    samples, ends = at(R, Z[SAMPLES] + k), at(R, Z[ENDS] + k)
-    s0, s1, s2 = samples[0], samples[nk], samples[2 * nk]
-    s3, s4 = samples[3 * nk], samples[4 * nk]
-    g0, g1 = length * ends[0], length * ends[nk]
+def _may_dip(run: Run, k: int, length: float) -> bool:
+    """Whether a margin may have been below zero between samples.
+
+    Between samples a smooth margin dips by an eighth of its second difference at most. It is not
+    resolved, and may dip by more, if its fourth difference is not small, or if the samples
+    contradict its slopes; the one-sided differences of fourth order are those of Fornberg,
+    Mathematics of Computation 51 (1988) 699.
+    """
+    n = run.plant.margins
+    s, slopes = run.samples[k:], run.slopes[k:]
+    s0, s1, s2, s3, s4 = s[0], s[n], s[2 * n], s[3 * n], s[4 * n]
+    g0, g1 = length * slopes[0], length * slopes[n]
     least = min(min(min(min(s0, s1), s2), s3), s4)
     most = max(max(max(max(s0, s1), s2), s3), s4)
     r0, r1, r2, r3 = s1 - s0, s2 - s1, s3 - s2, s4 - s3
@@ -122,116 +99,106 @@ def _doubtful(Z: Integers, R: Numbers, k: int, length: float) -> bool:
 
 
 @kernel
-def suspected(Z: Integers, R: Numbers) -> bool:
-    """Whether a step that was accepted uses up a margin, or may do so between samples."""
-    nk = Z[NK]
-    samples, ends = at(R, Z[SAMPLES]), at(R, Z[ENDS])
-    x, new, p, m = at(R, Z[X]), at(R, Z[NEW]), at(R, Z[P]), at(R, Z[M])
-    t, t_new = R[T], R[T_NEW]
-    if R[KNOWN] == t:
-        for k in range(nk):
-            samples[k] = samples[4 * nk + k]
-            ends[k] = ends[nk + k]
-    else:
-        _sample(Z, R, 0, 0.0)
-        evaluate(Z[SLOPES], x, p, t, m, ends)
-    _sample(Z, R, 1, 0.25)
-    _sample(Z, R, 2, 0.5)
-    _sample(Z, R, 3, 0.75)
-    _sample(Z, R, 4, 1.0)
-    evaluate(Z[SLOPES], new, p, t_new, m, at(R, Z[ENDS] + nk))
-    R[KNOWN] = t_new
-    for k in range(nk):
-        for j in range(1, 5):
-            if samples[j * nk + k] < 0.0:
-                return True
-        if _doubtful(Z, R, k, t_new - t):
+def _any_may_dip(run: Run, length: float) -> bool:
+    for k in range(run.plant.margins):
+        if _may_dip(run, k, length):
             return True
     return False
 
 
 @kernel
-def _probe(Z: Integers, R: Numbers, low: float, width: float) -> int:
-    """First sample of a part of the step with a margin below zero (0 if none); doubts, in tens."""
-    nk, samples = Z[NK], at(R, Z[SAMPLES])
-    for j in range(5):
-        _sample(Z, R, j, low + 0.25 * j * width)
-    _slope(Z, R, 0, low)
-    _slope(Z, R, 1, low + width)
-    end, doubts = 0, 0
+def _first_below_zero(run: Run) -> int:
+    """First sample after the begin with a margin below zero; 0 if none."""
+    n = run.plant.margins
     for j in range(1, 5):
-        for k in range(nk):
-            if samples[j * nk + k] < 0.0:
-                end = j
-                break
-        if end != 0:
-            break
-    for k in range(nk):
-        if _doubtful(Z, R, k, width * (R[T_NEW] - R[T])):
-            doubts = 1
-            break
-    return end + 10 * doubts
+        for k in range(n):
+            if run.samples[j * n + k] < 0.0:
+                return j
+    return 0
 
 
 @kernel
-def _first_below(Z: Integers, R: Numbers) -> bool:
-    """Finds between which parts of the step a margin first falls below zero.
+def is_suspected(run: Run) -> bool:
+    """Whether a step that was accepted uses up a margin, or may do so between samples."""
+    n, samples, slopes, plant = run.plant.margins, run.samples, run.slopes, run.plant
+    if run.sampled_to == run.t:
+        for k in range(n):
+            samples[k] = samples[4 * n + k]
+            slopes[k] = slopes[n + k]
+    else:
+        _sample(run, 0, 0.0)
+        evaluate(plant.margin_rate, run, run.x, run.t, run.m, slopes)
+    for j in range(1, 5):
+        _sample(run, j, 0.25 * j)
+    evaluate(plant.margin_rate, run, run.new, run.t_new, run.m, slopes[n:])
+    run.sampled_to = run.t_new
+    return _first_below_zero(run) > 0 or _any_may_dip(run, run.t_new - run.t)
 
-    Leaves the two parts in the stack's first places and marks what falls; gives whether there is
-    anything. The search goes depth first through halves that are in doubt.
+
+@kernel
+def _bracketed(run: Run) -> bool:
+    """Find between which parts of the step a margin first falls below zero.
+
+    Leaves the two parts as the first of `halves` and marks what falls; gives whether there is
+    anything. The search goes depth first through halves that are in doubt; each has its begin, its
+    width, the sample that is below zero, and the number of its own halves that were searched.
     """
-    nk, stack, suspect = Z[NK], at(R, Z[STACK]), at(Z, Z[SUSPECT])
-    stack[0], stack[1], stack[2], stack[3] = 0.0, 1.0, -1.0, 0.0
+    n, halves, suspect = run.plant.margins, run.halves, run.suspect
+    halves[0], halves[1], halves[2], halves[3] = 0.0, 1.0, _NOT_YET, 0.0
     depth = 0
     while depth >= 0:
-        top = at(stack, 4 * depth)
-        low, width = top[0], top[1]
-        if top[2] < 0.0:
-            found = _probe(Z, R, low, width)
-            top[2] = float(found % 10)
-            top[3] = 0.0 if found >= 10 and width > _FINEST else 2.0
-        end = int(top[2])
-        half = int(top[3])
-        if half < 2:
-            begin = low + 0.5 * half * width
+        part = halves[4 * depth :]
+        low, width = part[0], part[1]
+        if part[2] == _NOT_YET:
+            for j in range(5):
+                _sample(run, j, low + 0.25 * j * width)
+            _slope(run, 0, low)
+            _slope(run, 1, low + width)
+            part[2] = float(_first_below_zero(run))
+            closer = width > _FINEST and _any_may_dip(run, width * (run.t_new - run.t))
+            part[3] = 0.0 if closer else _DONE
+        end = int(part[2])
+        if part[3] < _DONE:
+            begin = low + 0.5 * part[3] * width
             if end > 0 and low + 0.25 * (end - 1) * width <= begin:
-                top[3] = 2.0
+                part[3] = _DONE
             else:
-                top[3] = half + 1.0
+                part[3] += 1.0
                 depth += 1
-                inner = at(stack, 4 * depth)
-                inner[0], inner[1], inner[2], inner[3] = begin, 0.5 * width, -1.0, 0.0
-            continue
-        if end > 0:
-            _sample(Z, R, 0, low + 0.25 * end * width)
-            samples = at(R, Z[SAMPLES])
-            for k in range(nk):
-                suspect[k] = 1 if samples[k] < 0.0 else 0
-            stack[0] = low + 0.25 * (end - 1) * width
-            stack[1] = low + 0.25 * end * width
+                half = halves[4 * depth :]
+                half[0], half[1], half[2], half[3] = begin, 0.5 * width, _NOT_YET, 0.0
+        elif end > 0:
+            _sample(run, 0, low + 0.25 * end * width)
+            for k in range(n):
+                suspect[k] = _SUSPECT if run.samples[k] < 0.0 else 0
+            halves[0] = low + 0.25 * (end - 1) * width
+            halves[1] = low + 0.25 * end * width
             return True
-        depth -= 1
+        else:
+            depth -= 1
     return False
 
 
 @kernel
-def _value(Z: Integers, R: Numbers, k: int, part: float, extra: float) -> float:
+def _value(run: Run, k: int, part: float, extra: float) -> float:
     """A margin and some of its tolerances."""
-    _margins(Z, R, part)
-    margin = at(R, Z[MARGIN] + k)
-    return margin[0] + extra * margin[Z[NK]]
+    _look(run, part)
+    return run.margin[k] + extra * run.tolerance[k]
 
 
 @kernel
-def _locate(Z: Integers, R: Numbers, k: int, low: float, high: float, extra: float) -> float:
-    """Part of the step at which it falls to zero, by the Illinois variant of the secant."""
-    a, fa = low, _value(Z, R, k, low, extra)
-    b, fb = high, _value(Z, R, k, high, extra)
-    for _ in range(_LOCATING):
+def _root(run: Run, k: int, low: float, high: float, extra: float) -> float:
+    """Part of the step at which a margin falls to zero: of the last bracket, the end below.
+
+    Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
+    """
+    a, fa = low, _value(run, k, low, extra)
+    b, fb = high, _value(run, k, high, extra)
+    for _ in range(_ITERATIONS):
         if fb == 0.0 or not abs(a - b) > _ROUNDING:
             break
         c = b if fa == fb else (a * fb - b * fa) / (fb - fa)
-        fc = _value(Z, R, k, c, extra)
+        fc = _value(run, k, c, extra)
         if fc * fb < 0.0:
             a, fa = b, fb
         else:
@@ -241,75 +208,92 @@ def _locate(Z: Integers, R: Numbers, k: int, low: float, high: float, extra: flo
 
 
 @kernel
-def _risen(Z: Integers, R: Numbers, k: int, end: float) -> float:
+def _risen(run: Run, k: int, end: float) -> float:
     """Where a margin that is zero when the step begins is positive before it falls again."""
     part = end
     for _ in range(1, 30):
         part *= 0.5
-        if _value(Z, R, k, part, 0.0) > 0.0:
+        if _value(run, k, part, 0.0) > 0.0:
             return part
     return 0.0
 
 
 @kernel
-def _crowded(Z: Integers, R: Numbers) -> float:
-    """1 if modes changed twice where the step begins (see `lumped.timeloop.crossing`), else 0."""
-    k, ring = Z[CROSSINGS], at(R, Z[RING])
-    if k < 2 or abs(R[T] - ring[(k - 2) % STORM_SIZE]) > _CROWDED * (1.0 + abs(R[T])):
-        return 0.0
-    return 1.0
+def _is_crowded(run: Run) -> bool:
+    """Whether positions changed twice where the step begins.
+
+    Then a margin that is below zero there within its tolerance waits until it leaves that, as
+    rounding alone would change positions again.
+    """
+    k = run.changed_count
+    if k < 2:
+        return False
+    return abs(run.t - run.changed[(k - 2) % STORM_SIZE]) <= _CROWDED * (1.0 + abs(run.t))
 
 
 @kernel
-def crossing(Z: Integers, R: Numbers) -> bool:
+def _next_suspect(run: Run, previous: int) -> int:
+    """The first margin that is still used up at the root of the previous one; -1 if none."""
+    found = -1
+    for k in range(run.plant.margins):
+        if run.suspect[k] == _SUSPECT:
+            if k == previous or not run.margin[k] < -run.tolerance[k]:
+                run.suspect[k] = _LATER
+            elif found < 0:
+                found = k
+    return found
+
+
+@kernel
+def _note_fired(run: Run, last: int) -> None:
+    """Margins that are used up at the crossing: the last, and those at zero with it.
+
+    What shares one reaction lets go together.
+    """
+    plant, instant = run.plant, run.instant
+    count = 0
+    for k in range(plant.margins):
+        kind, number = plant.margin_kind[k], plant.margin_number[k]
+        is_near = run.margin[k] <= run.tolerance[k]
+        shares = kind == UPPER or kind == LOWER
+        shares = shares and run.m[plant.hold_setting[number] + COMPLIANCE] > 0.0
+        if k == last or (is_near and (run.suspect[k] != 0 or shares)):
+            instant.fired[count] = k
+            count += 1
+    instant.fired_count = count
+
+
+@kernel
+def find_crossing(run: Run) -> bool:
     """Find the first instant in the step at which a margin is used up; whether there is one.
 
     Leaves the states there among the inner ones, the time, and which margins fired.
     """
-    R[KNOWN] = math.inf
-    if not _first_below(Z, R):
+    run.sampled_to = math.inf
+    if not _bracketed(run):
         return False
-    nk, stack, suspect = Z[NK], at(R, Z[STACK]), at(Z, Z[SUSPECT])
-    low, high = stack[0], stack[1]
-    margin, fired = at(R, Z[MARGIN]), at(Z, Z[FIRED_ROWS])
-    last = -1
-    for k in range(nk):
-        if suspect[k] == 1:
-            last = k
-            break
-    previous, crowded = -1, _crowded(Z, R)
-    x = at(R, Z[INNER])
-    # bit 1: suspect; bit 2: not used up any more at an earlier root
-    while last >= 0:
-        begin = low if low > 0.0 else _risen(Z, R, last, high)
-        extra = 0.5 * crowded if at(Z, Z[KIND])[last] == _SLIDE else crowded
-        found = _locate(Z, R, last, begin, high, extra)
+    plant, low, high, last = run.plant, run.halves[0], run.halves[1], -1
+    is_crowded = _is_crowded(run)
+    margin = 0
+    while run.suspect[margin] != _SUSPECT:
+        margin += 1
+    while margin >= 0:
+        begin = low if low > 0.0 else _risen(run, margin, high)
+        # where speeds and gaps stop they may stay, so they wait for less
+        extra = 0.0 if not is_crowded else 0.5 if plant.margin_kind[margin] == SLIDE else 1.0
+        found = _root(run, margin, begin, high, extra)
         if not (begin - _FINEST <= found and found <= high):
             # zero within its tolerance all the time before, as where rounding alone moves a rest
-            found = _locate(Z, R, last, begin, high, 1.0)
+            found = _root(run, margin, begin, high, 1.0)
         high = max(found, 0.0)
+        run.t_cross = run.t + high * (run.t_new - run.t)
         if high < 1.0:
-            interpolate(Z, R, high, x)
+            inside(run, high, run.inner)
         else:
-            new = at(R, Z[NEW])
-            for i in range(Z[N]):
-                x[i] = new[i]
-        R[T_CROSS] = R[T] + high * (R[T_NEW] - R[T])
-        evaluate(Z[MARGINS], x, at(R, Z[P]), R[T_CROSS], at(R, Z[M]), margin)
-        previous, last = last, -1
-        for k in range(nk):
-            if suspect[k] & 3 == 1 and not (margin[k] < -margin[nk + k] and k != previous):
-                suspect[k] |= 2
-            if last < 0 and suspect[k] == 1:
-                last = k
-    kinds, numbers, first = at(Z, Z[KIND]), at(Z, Z[NUMBER]), at(Z, Z[FIRST])
-    m = at(R, Z[M])
-    count = 0
-    for k in range(nk):
-        near = margin[k] <= margin[nk + k]
-        shares = (kinds[k] == 1 or kinds[k] == 2) and m[first[numbers[k]] + 3] > 0.0
-        if k == previous or (near and (suspect[k] != 0 or shares)):
-            fired[count] = k
-            count += 1
-    Z[FIRED] = count
+            for i in range(plant.states):
+                run.inner[i] = run.new[i]
+        evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
+        last = margin
+        margin = _next_suspect(run, last)
+    _note_fired(run, last)
     return True

@@ -1,33 +1,21 @@
-"""One attempt of DOP853 (Hairer, Norsett, Wanner), with the coefficients that SciPy publishes."""
+"""One attempt of DOP853 (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5).
+
+The stages are the derivatives of the states: at the begin, at the eleven inner nodes, at the end,
+and at three nodes that dense output needs.
+"""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DOP853
 
-from lumped.kernel.layout import (
-    ARGUMENT,
-    ATOL,
-    DENSE,
-    E5,
-    EVALUATIONS,
-    LIMIT,
-    NEW,
-    RHS,
-    RTOL,
-    STAGES,
-    M,
-    N,
-    P,
-    T,
-    X,
-)
-from lumped.kernel.words import Integers, Kernel, Numbers, at, evaluate, kernel
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.run import Run
+from lumped.kernel.words import Numbers, kernel, sqrt, written
+from lumped.numerics import dop853 as tableau
 
-__all__ = ["dense_explicit", "explicit"]
+__all__ = ["dense_output", "interpolate", "step"]
 
 
 def _sum(weights: np.ndarray) -> str:
@@ -36,12 +24,12 @@ def _sum(weights: np.ndarray) -> str:
     return " + ".join(terms)
 
 
-def _loop(name: str, head: str, before: str, lines: list[str], after: str = "") -> Kernel:
+def _loop(name: str, head: str, before: str, lines: list[str], after: str = "pass") -> Any:
     """A function that goes through all states once."""
     body = "\n".join(f"        {line}" for line in lines)
     source = f"def {name}({head}, k: Numbers, n: int, h: float) -> None:\n    {before}\n"
     source += f"    for i in range(n):\n{body}\n    {after}\n"
-    return Kernel(f"{__name__}.{name}", source, globals())
+    return written(name, source, globals())
 
 
 def _stage(number: int, weights: np.ndarray) -> Any:
@@ -50,13 +38,13 @@ def _stage(number: int, weights: np.ndarray) -> Any:
 
 
 (_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = (
-    _stage(1 + i, row) for i, row in enumerate(DOP853.A[1:])
+    _stage(1 + i, row) for i, row in enumerate(tableau.A[1:])
 )
-_NEW = _stage(12, DOP853.B)
-_13, _14, _15 = (_stage(13 + i, row) for i, row in enumerate(DOP853.A_EXTRA))
-_C = tuple(float(c) for c in DOP853.C)
-_C_EXTRA = tuple(float(c) for c in DOP853.C_EXTRA)
-_COLUMNS: Any = _loop(
+_NEW = _stage(12, tableau.B)
+_13, _14, _15 = (_stage(13 + i, row) for i, row in enumerate(tableau.A_EXTRA))
+_C = tuple(float(c) for c in tableau.C)
+_C_EXTRA = tuple(float(c) for c in tableau.C_EXTRA)
+_columns = _loop(
     "columns",
     "x: Numbers, new: Numbers, out: Numbers",
     "pass",
@@ -65,17 +53,17 @@ _COLUMNS: Any = _loop(
         "out[i] = delta",
         "out[n + i] = h * k[i] - delta",
         "out[2 * n + i] = 2 * delta - h * (k[12 * n + i] + k[i])",
-        *(f"out[{3 + j} * n + i] = h * ({_sum(row)})" for j, row in enumerate(DOP853.D)),
+        *(f"out[{3 + j} * n + i] = h * ({_sum(row)})" for j, row in enumerate(tableau.D)),
     ],
 )
-_ERRORS: Any = _loop(
+_errors = _loop(
     "errors",
-    "x: Numbers, new: Numbers, last: Numbers, rtol: float, atol: Numbers, sums: Numbers",
+    "run: Run, x: Numbers, new: Numbers, last: Numbers",
     "e5 = e3 = steep = moved = 0.0",
     [
-        "scale = atol[i] + rtol * max(abs(x[i]), abs(new[i]))",
-        f"a = ({_sum(DOP853.E5)}) / scale",
-        f"b = ({_sum(DOP853.E3)}) / scale",
+        "scale = run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i]))",
+        f"a = ({_sum(tableau.E5)}) / scale",
+        f"b = ({_sum(tableau.E3)}) / scale",
         "c = (k[12 * n + i] - k[11 * n + i]) / scale",
         "d = (new[i] - last[i]) / scale",
         "e5 += a * a",
@@ -83,61 +71,75 @@ _ERRORS: Any = _loop(
         "steep += c * c",
         "moved += d * d",
     ],
-    "sums[0], sums[1], sums[2], sums[3] = e5, e3, steep, moved",
+    "run.error_5, run.error_3, run.steepness, run.way = e5, e3, steep, moved",
 )
 
 
 @kernel
-def explicit(Z: Integers, R: Numbers, h: float) -> float:
+def step(run: Run, h: float) -> float:
     """New states, their derivatives, and the error relative to what is tolerated."""
-    n, t = Z[N], R[T]
-    x, k, a, new = at(R, Z[X]), at(R, Z[STAGES]), at(R, Z[ARGUMENT]), at(R, Z[NEW])
-    p, m, f = at(R, Z[P]), at(R, Z[M]), Z[RHS]
+    plant, t, m = run.plant, run.t, run.m
+    n, f = plant.states, plant.rates
+    x, k, a, new = run.x, run.stages, run.argument, run.new
     _1(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[1] * h, m, at(k, n))
+    evaluate(f, run, a, t + _C[1] * h, m, k[n:])
     _2(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[2] * h, m, at(k, 2 * n))
+    evaluate(f, run, a, t + _C[2] * h, m, k[2 * n :])
     _3(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[3] * h, m, at(k, 3 * n))
+    evaluate(f, run, a, t + _C[3] * h, m, k[3 * n :])
     _4(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[4] * h, m, at(k, 4 * n))
+    evaluate(f, run, a, t + _C[4] * h, m, k[4 * n :])
     _5(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[5] * h, m, at(k, 5 * n))
+    evaluate(f, run, a, t + _C[5] * h, m, k[5 * n :])
     _6(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[6] * h, m, at(k, 6 * n))
+    evaluate(f, run, a, t + _C[6] * h, m, k[6 * n :])
     _7(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[7] * h, m, at(k, 7 * n))
+    evaluate(f, run, a, t + _C[7] * h, m, k[7 * n :])
     _8(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[8] * h, m, at(k, 8 * n))
+    evaluate(f, run, a, t + _C[8] * h, m, k[8 * n :])
     _9(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[9] * h, m, at(k, 9 * n))
+    evaluate(f, run, a, t + _C[9] * h, m, k[9 * n :])
     _10(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[10] * h, m, at(k, 10 * n))
+    evaluate(f, run, a, t + _C[10] * h, m, k[10 * n :])
     _11(x, a, k, n, h)
-    evaluate(f, a, p, t + _C[11] * h, m, at(k, 11 * n))
+    evaluate(f, run, a, t + _C[11] * h, m, k[11 * n :])
     _NEW(x, new, k, n, h)
-    evaluate(f, new, p, t + h, m, at(k, 12 * n))
-    sums = at(R, E5)
-    _ERRORS(x, new, a, R[RTOL], at(R, Z[ATOL]), sums, k, n, h)
+    evaluate(f, run, new, t + h, m, k[12 * n :])
+    run.evaluations += 12
+    _errors(run, x, new, a, k, n, h)
+    run.stiffness = h * sqrt(run.steepness) / max(sqrt(run.way), 1e-300)
     # the ratio is 0/0 only where both estimates vanish
-    size = (sums[0] + 0.01 * sums[1]) * n
-    size = 1e-300 if size < 1e-300 else size
-    R[LIMIT] = h * math.sqrt(sums[2]) / max(math.sqrt(sums[3]), 1e-300)
-    Z[EVALUATIONS] += 12
-    return h * sums[0] / math.sqrt(size)
+    size = max((run.error_5 + 0.01 * run.error_3) * n, 1e-300)
+    return h * run.error_5 / sqrt(size)
 
 
 @kernel
-def dense_explicit(Z: Integers, R: Numbers, h: float) -> None:
-    """Interpolation coefficients of a step that was accepted."""
-    n, t = Z[N], R[T]
-    x, k, a, new = at(R, Z[X]), at(R, Z[STAGES]), at(R, Z[ARGUMENT]), at(R, Z[NEW])
-    p, m, f = at(R, Z[P]), at(R, Z[M]), Z[RHS]
+def dense_output(run: Run, h: float) -> None:
+    """Coefficients of the interpolation in a step that was accepted."""
+    plant, t, m = run.plant, run.t, run.m
+    n, f = plant.states, plant.rates
+    x, k, a, new = run.x, run.stages, run.argument, run.new
     _13(x, a, k, n, h)
-    evaluate(f, a, p, t + _C_EXTRA[0] * h, m, at(k, 13 * n))
+    evaluate(f, run, a, t + _C_EXTRA[0] * h, m, k[13 * n :])
     _14(x, a, k, n, h)
-    evaluate(f, a, p, t + _C_EXTRA[1] * h, m, at(k, 14 * n))
+    evaluate(f, run, a, t + _C_EXTRA[1] * h, m, k[14 * n :])
     _15(x, a, k, n, h)
-    evaluate(f, a, p, t + _C_EXTRA[2] * h, m, at(k, 15 * n))
-    _COLUMNS(x, new, at(R, Z[DENSE]), k, n, h)
-    Z[EVALUATIONS] += 3
+    evaluate(f, run, a, t + _C_EXTRA[2] * h, m, k[15 * n :])
+    run.evaluations += 3
+    _columns(x, new, run.dense, k, n, h)
+
+
+@kernel
+def interpolate(run: Run, part: float, out: Numbers) -> None:
+    """States at a part of the step."""
+    n, x, c = run.plant.states, run.x, run.dense
+    rest = 1.0 - part
+    for i in range(n):
+        y = c[6 * n + i] * part
+        y = (y + c[5 * n + i]) * rest
+        y = (y + c[4 * n + i]) * part
+        y = (y + c[3 * n + i]) * rest
+        y = (y + c[2 * n + i]) * part
+        y = (y + c[n + i]) * rest
+        y = (y + c[i]) * part
+        out[i] = x[i] + y

@@ -1,24 +1,28 @@
-"""CasADi functions of scalar operations as LLVM assembly.
+"""Functions of a plant as LLVM assembly.
 
 A function becomes ``void name(const double* x, const double* p, double t, const double* m,
-double* out)``: four inputs as those of a `System`, the third a scalar, and the nonzeros of all
-outputs one after the other. Operations keep their order and rounding.
+double* out)``. Operations keep their order and rounding.
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 
 import casadi as ca
 
-__all__ = ["UnsupportedError", "assembly", "literal"]
+from lumped.kernel.interpret import PARAMETER, RESULT, SETTING, STATE, TIME
+from lumped.kernel.operations import Operations, UnsupportedError
+from lumped.kernel.to_llvm import literal
+
+__all__ = ["assembly"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 
 _MOST_ON_STACK = 4096
 """Numbers that are handed from chunk to chunk; more than these are kept elsewhere."""
+
+_INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, double %t, ptr noalias %m, ptr noalias %out"
 
@@ -47,32 +51,23 @@ _TWO = {
 }
 
 
-class UnsupportedError(Exception):
-    """An operation that has no machine code here."""
-
-
-def assembly(function: ca.Function, name: str) -> str:
-    """LLVM assembly of a function (x, p, t, m) -> results.
+def assembly(function: Operations, name: str) -> str:
+    """LLVM assembly of a function.
 
     Raises
     ------
     UnsupportedError
-        If the function is not made of scalar operations only.
+        If it has an operation that is not known here.
     """
-    if function.n_in() != 4 or not function.is_a("SXFunction"):
-        raise UnsupportedError(f"{function.name()}: not a function of scalar operations")
-    lines = _instructions(function)
-    live = _live(lines)
-    offsets, total = [], 0
-    for i in range(function.n_out()):
-        offsets.append(total)
-        total += function.nnz_out(i)
-    work, parts = max(function.sz_w(), 1), []
-    count = max(1, -(-len(lines) // _CHUNK))
+    rows = function.table.tolist()
+    live = _live(rows)
+    work, parts = function.work, []
+    count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
     for k in range(count):
-        part = lines[k * _CHUNK : (k + 1) * _CHUNK]
-        body = _body(part, live[min((k + 1) * _CHUNK, len(lines))], offsets, needed, k)
+        part = rows[k * _CHUNK : (k + 1) * _CHUNK]
+        after = live[min((k + 1) * _CHUNK, len(rows))]
+        body = _body(part, function.constants.tolist(), after, needed)
         parts.append(
             f"define internal void @{name}_{k}({_ARGUMENTS}, ptr noalias %w) noinline {{\n"
             + "\n".join(body)
@@ -89,43 +84,31 @@ def assembly(function: ca.Function, name: str) -> str:
     return "\n".join([*parts, whole, declared])
 
 
-def _instructions(f: ca.Function) -> list[tuple[int, list[int], list[int], float]]:
-    """Operation, places of arguments and results, constant of each instruction."""
-    found = []
-    for k in range(f.n_instructions()):
-        op = f.instruction_id(k)
-        value = f.instruction_constant(k) if op == ca.OP_CONST else 0.0
-        found.append((op, f.instruction_input(k), f.instruction_output(k), value))
-    return found
-
-
-def _live(lines: list[tuple[int, list[int], list[int], float]]) -> dict[int, set[int]]:
-    """Places that are still read, where a chunk ends."""
+def _live(rows: list[list[int]]) -> dict[int, set[int]]:
+    """Places of the work vector that are still read, where a chunk ends."""
     held: set[int] = set()
-    found = {len(lines): set(held)}
-    for k in range(len(lines) - 1, -1, -1):
-        op, read, written, _ = lines[k]
-        if op != ca.OP_OUTPUT:
-            held.discard(written[0])
-        if op not in (ca.OP_INPUT, ca.OP_CONST):
-            held.update(read)
+    found = {len(rows): set(held)}
+    for k in range(len(rows) - 1, -1, -1):
+        op, written, *read = rows[k]
+        if op == RESULT:
+            held.add(read[0])
+        else:
+            held.discard(written)
+            if op > RESULT and op != ca.OP_CONST:
+                held.update(read)
         if k % _CHUNK == 0:
             found[k] = set(held)
     return found
 
 
 def _body(
-    lines: list[tuple[int, list[int], list[int], float]],
-    live: set[int],
-    offsets: list[int],
-    needed: set[str],
-    chunk: int,
+    rows: list[list[int]], constants: list[float], live: set[int], needed: set[str]
 ) -> list[str]:
     """Instructions of a chunk."""
     text: list[str] = []
     held: dict[int, str] = {}
     changed: set[int] = set()
-    fresh = iter(range(10 * len(lines) + 10 * len(live) + 100))
+    fresh = iter(range(10 * len(rows) + 10 * len(live) + 100))
 
     def put(expression: str) -> str:
         symbol = f"%v{next(fresh)}"
@@ -140,22 +123,21 @@ def _body(
             held[place] = put(f"load double, ptr {at('w', place)}")
         return held[place]
 
-    for op, read, written, value in lines:
-        if op == ca.OP_OUTPUT:
-            text.append(
-                f"  store double {get(read[0])}, ptr {at('out', offsets[written[0]] + written[1])}"
-            )
+    for op, written, a, b in rows:
+        if op == RESULT:
+            text.append(f"  store double {get(a)}, ptr {at('out', written)}")
             continue
         if op == ca.OP_CONST:
-            found = literal(value)
-        elif op == ca.OP_INPUT:
-            base = "xptm"[read[0]]
-            found = "%t" if base == "t" else put(f"load double, ptr {at(base, read[1])}")
+            found = literal(constants[a])
+        elif op == TIME:
+            found = "%t"
+        elif op in _INPUTS:
+            found = put(f"load double, ptr {at(_INPUTS[op], a)}")
         else:
-            arguments = [get(place) for place in read[: 2 if op in _TWO else 1]]
+            arguments = [get(place) for place in ((a, b) if op in _TWO else (a,))]
             found = _operation(op, arguments, put, needed)
-        held[written[0]] = found
-        changed.add(written[0])
+        held[written] = found
+        changed.add(written)
     for place in sorted(changed & live):
         text.append(f"  store double {held[place]}, ptr {at('w', place)}")
     return text
@@ -204,7 +186,3 @@ def _operation(op: int, arguments: list[str], put: Callable[[str], str], needed:
         return put(f"select i1 {low}, double {literal(-1.0)}, double {sign}")
     raise UnsupportedError(f"operation {op} of CasADi")
 
-
-def literal(value: float) -> str:
-    """A number in LLVM assembly, to the last digit."""
-    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"

@@ -1,217 +1,179 @@
-"""The time loop of a run, from one change of modes to the next (see `lumped.timeloop.run`)."""
+"""The time loop of a run: from one change of positions to the next."""
 
 from __future__ import annotations
 
-from lumped.kernel.fitting import settle
-from lumped.kernel.layout import (
-    ASK,
-    AT_CROSSING,
-    AT_INSTANT,
-    BEFORE,
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
+from lumped.kernel.plant import BACKWARD, FORWARD, FREE, STUCK, Plant
+from lumped.kernel.positions import find_positions
+from lumped.kernel.run import (
     BEGIN_SEGMENT,
-    CHANGE_D,
-    CHANGE_I,
-    CHANGES,
     CROSS,
-    CROSSINGS,
     DONE,
-    EDGES,
-    END,
-    FIRED,
-    FIRST,
     FULL,
-    INNER,
-    JUMPED,
+    GOES_ON,
+    JUMPS,
     LEAVE_SEGMENT,
-    LOSS,
-    MOST_CHANGES,
-    MOST_PIECES,
-    MS,
-    NG,
-    NH,
-    NJ,
-    NM,
-    NR,
-    ON_GRID,
     OPEN_CROSSING,
     OPEN_SEGMENT,
-    PHASE,
-    PIECE_MODES,
-    PIECE_ROW,
-    PIECES,
-    RELATION_MODE,
     RESTART,
-    RING,
-    ROWS,
-    SEGMENT,
-    SEGMENTS,
     STORM,
     STORM_SIZE,
-    STRUCK,
-    T_CROSS,
-    TIMED,
-    TIMED_MODE,
-    TIMED_VALUES,
     UNFIT,
-    UNTIL,
-    XS,
-    M,
-    N,
-    T,
-    X,
+    Run,
 )
-from lumped.kernel.step_loop import advance, edge, room, unfit
-from lumped.kernel.words import Integers, Numbers, at, doubles, integers, kernel
+from lumped.kernel.steps import advance, is_unfit
+from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["loop"]
 
-_GOES_ON = -1
+_STORM_WITHIN = 1e-9
+"""Of the size of all times: changes that follow each other closer make a storm."""
+_JUMP = 1e-9
+"""Of what prescribed motions lead: change, relative and absolute, that is rounding."""
 
 
 @kernel
-def _open(Z: Integers, R: Numbers) -> None:
-    """Begin a new piece of output."""
-    k, m, count = Z[PIECES], at(R, Z[M]), Z[NM] - Z[NG]
-    integers(Z[PIECE_ROW])[k] = Z[ROWS]
-    modes = at(doubles(Z[PIECE_MODES]), k * count)
-    for i in range(count):
-        modes[i] = m[i]
-    Z[PIECES] = k + 1
-    edge(Z, R)
+def _position(plant: Plant, m: Numbers, h: int) -> int:
+    own = m[plant.hold_setting[h] :]
+    if own[STUCK] > 0.5:
+        return STUCK
+    if own[FORWARD] > 0.5:
+        return FORWARD
+    return BACKWARD if own[BACKWARD] > 0.5 else FREE
 
 
 @kernel
-def _part(m: Numbers) -> int:
-    """0 stuck, 1 forward, 2 backward, 3 free."""
-    if m[0] > 0.5:
-        return 0
-    if m[1] > 0.5:
-        return 1
-    return 2 if m[2] > 0.5 else 3
-
-
-@kernel
-def _change(
-    Z: Integers, R: Numbers, kind: int, number: int, was: int, now: int, loss: float
-) -> None:
-    k = Z[CHANGES]
-    row, values = at(integers(Z[CHANGE_I]), 4 * k), at(doubles(Z[CHANGE_D]), 2 * k)
-    row[0], row[1], row[2], row[3] = kind, number, was, now
-    values[0], values[1] = R[T], loss
-    Z[CHANGES] = k + 1
-
-
-@kernel
-def _settled(Z: Integers, R: Numbers) -> bool:
-    """Settle an instant; whether that was possible."""
-    if Z[NR] + Z[NH] + Z[NJ] == 0:
-        return True
-    if not settle(Z, R):
-        return False
-    before, after, places = at(R, Z[BEFORE]), at(R, Z[MS]), at(Z, Z[RELATION_MODE])
-    for k in range(Z[NR]):
-        was, now = int(before[places[k]]), int(after[places[k]])
-        if at(Z, Z[JUMPED])[k] == 1:
+def _note_changes(run: Run) -> None:
+    """What is different after an instant."""
+    plant, instant = run.plant, run.instant
+    for k in range(plant.conditions):
+        setting = plant.condition_setting[k]
+        was, now = int(instant.before[setting]), int(instant.m[setting])
+        if instant.has_jumped[k]:
             was, now = 0, 1
         if was != now:
-            _change(Z, R, 0, k, was, now, 0.0)
-    first, struck = at(Z, Z[FIRST]), at(Z, Z[STRUCK])
-    for h in range(Z[NH]):
-        was, now = _part(at(before, first[h])), _part(at(after, first[h]))
-        if was != now or struck[h] == 1:
-            _change(Z, R, 1, h, was, now, at(R, Z[LOSS])[h])
-    m, x = at(R, Z[M]), at(R, Z[X])
-    for i in range(Z[NM]):
-        m[i] = after[i]
-    for i in range(Z[N]):
-        x[i] = at(R, Z[XS])[i]
-    return True
+            note_change(run, 0, k, was, now, 0.0)
+    for h in range(plant.holds):
+        was, now = _position(plant, instant.before, h), _position(plant, instant.m, h)
+        if was != now or instant.is_struck[h]:
+            note_change(run, 1, h, was, now, instant.loss[h])
 
 
 @kernel
-def _begin_segment(Z: Integers, R: Numbers) -> int:
-    s, m, before = Z[SEGMENT], at(R, Z[M]), at(R, Z[BEFORE])
-    for i in range(Z[NM]):
-        before[i] = m[i]
-    R[T], R[END] = at(R, Z[EDGES])[s], at(R, Z[EDGES])[s + 1]
-    places, values = at(Z, Z[TIMED_MODE]), at(R, Z[TIMED_VALUES] + s * Z[TIMED])
-    for i in range(Z[TIMED]):
-        m[places[i]] = values[i]
-    Z[FIRED] = 0
-    Z[PHASE] = OPEN_SEGMENT
-    if Z[ASK] & 1 == 1 or not _settled(Z, R):
-        return AT_INSTANT
-    return _GOES_ON
+def _settle(run: Run) -> int:
+    """Go on with the positions and states just after an instant."""
+    status = find_positions(run)
+    if status != GOES_ON:
+        return status
+    _note_changes(run)
+    for i in range(run.plant.settings):
+        run.m[i] = run.instant.m[i]
+    for i in range(run.plant.states):
+        run.x[i] = run.instant.x[i]
+    return GOES_ON
 
 
 @kernel
-def _cross(Z: Integers, R: Numbers) -> int:
-    x, found = at(R, Z[X]), at(R, Z[INNER])
-    for i in range(Z[N]):
-        x[i] = found[i]
-    R[T] = R[T_CROSS]
-    edge(Z, R)
-    m, before = at(R, Z[M]), at(R, Z[BEFORE])
-    for i in range(Z[NM]):
-        before[i] = m[i]
-    Z[PHASE] = OPEN_CROSSING
-    if Z[ASK] & 2 == 2 or not _settled(Z, R):
-        return AT_CROSSING
-    return _GOES_ON
+def _must_jump(run: Run) -> bool:
+    """Whether bodies would have to follow a jump of a prescribed motion."""
+    plant, old, new = run.plant, run.followed_before, run.followed_after
+    if plant.followers == 0:
+        return False
+    evaluate(plant.following, run, run.x, run.t, run.instant.before, old)
+    evaluate(plant.following, run, run.x, run.t, run.m, new)
+    for i in range(plant.followers):
+        if abs(new[i] - old[i]) > _JUMP * max(1.0, abs(old[i])):
+            return True
+    return False
 
 
 @kernel
-def _open_crossing(Z: Integers, R: Numbers) -> int:
-    _open(Z, R)
-    k, ring = Z[CROSSINGS], at(R, Z[RING])
-    ring[k % STORM_SIZE] = R[T]
-    Z[CROSSINGS] = k + 1
-    Z[PHASE] = RESTART
-    if k >= STORM_SIZE and R[T] - ring[(k + 1) % STORM_SIZE] <= 1e-9 * R[UNTIL]:
+def _begin_segment(run: Run) -> int:
+    """Functions of time change at an instant that was known before."""
+    plant, k = run.plant, run.segment
+    for i in range(plant.settings):
+        run.instant.before[i] = run.m[i]
+    run.t, run.end = run.edges[k], run.edges[k + 1]
+    for i in range(run.timed):
+        run.m[run.timed_setting[i]] = run.timed_values[k * run.timed + i]
+    run.instant.fired_count = 0
+    run.phase = OPEN_SEGMENT
+    if k > 0 and _must_jump(run):
+        return JUMPS
+    return _settle(run)
+
+
+@kernel
+def _cross(run: Run) -> int:
+    """Positions change where margins are used up."""
+    for i in range(run.plant.states):
+        run.x[i] = run.inner[i]
+    run.t = run.t_cross
+    record_edge(run)
+    for i in range(run.plant.settings):
+        run.instant.before[i] = run.m[i]
+    run.phase = OPEN_CROSSING
+    return _settle(run)
+
+
+@kernel
+def _open_crossing(run: Run) -> int:
+    """Begin a new piece, unless changes follow each other without end."""
+    begin_piece(run)
+    k = run.changed_count
+    run.changed[k % STORM_SIZE] = run.t
+    run.changed_count = k + 1
+    run.phase = RESTART
+    if k >= STORM_SIZE and run.t - run.changed[(k + 1) % STORM_SIZE] <= _STORM_WITHIN * run.span:
         return STORM
-    return _GOES_ON
+    return GOES_ON
 
 
 @kernel
-def loop(Z: Integers, R: Numbers) -> int:
-    """Go on from where the run stands, until it is done or something is left to Python.
+def _open_segment(run: Run) -> int:
+    begin_piece(run)
+    run.phase = RESTART
+    return UNFIT if is_unfit(run) else GOES_ON
 
-    Parameters
-    ----------
-    Z, R : pointers
-        The blocks of `lumped.kernel.layout`.
+
+@kernel
+def _leave_segment(run: Run) -> int:
+    k = run.segment
+    if run.output.is_on_grid and run.edges[k + 1] > run.edges[k]:
+        record_edge(run)
+    run.segment = k + 1
+    run.phase = BEGIN_SEGMENT
+    return DONE if k + 1 == run.segments else GOES_ON
+
+
+@kernel
+def loop(run: Run) -> int:
+    """Go on from where a run stands, until it is done or something is left to Python.
 
     Returns
     -------
     int
-        Why it returns.
+        Why it returns (see `lumped.kernel.run`).
     """
+    output = run.output
     while True:
-        phase, status = Z[PHASE], _GOES_ON
-        if Z[PIECES] >= Z[MOST_PIECES] or Z[MOST_CHANGES] - Z[CHANGES] < Z[NR] + Z[NH]:
+        status = GOES_ON
+        if output.pieces >= output.most_pieces or not has_room(output):
             return FULL
-        if not room(Z):
+        if output.most_changes - output.changes < run.plant.conditions + run.plant.holds:
             return FULL
-        if phase == BEGIN_SEGMENT:
-            status = _begin_segment(Z, R)
-        elif phase == OPEN_SEGMENT:
-            _open(Z, R)
-            Z[PHASE] = RESTART
-            if unfit(Z, R, at(R, Z[X]), R[T]):
-                status = UNFIT
-        elif phase == CROSS:
-            status = _cross(Z, R)
-        elif phase == OPEN_CROSSING:
-            status = _open_crossing(Z, R)
-        elif phase == LEAVE_SEGMENT:
-            s = Z[SEGMENT]
-            if Z[ON_GRID] == 1 and at(R, Z[EDGES])[s + 1] > at(R, Z[EDGES])[s]:
-                edge(Z, R)
-            Z[SEGMENT] = s + 1
-            Z[PHASE] = BEGIN_SEGMENT
-            if s + 1 == Z[SEGMENTS]:
-                return DONE
+        if run.phase == BEGIN_SEGMENT:
+            status = _begin_segment(run)
+        elif run.phase == OPEN_SEGMENT:
+            status = _open_segment(run)
+        elif run.phase == CROSS:
+            status = _cross(run)
+        elif run.phase == OPEN_CROSSING:
+            status = _open_crossing(run)
+        elif run.phase == LEAVE_SEGMENT:
+            status = _leave_segment(run)
         else:
-            status = advance(Z, R)
-        if status != _GOES_ON:
+            status = advance(run)
+        if status != GOES_ON:
             return status

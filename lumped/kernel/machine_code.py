@@ -12,7 +12,7 @@ import llvmlite.binding as llvm
 
 from lumped.kernel import code_cache
 
-__all__ = ["Code", "built", "compiled"]
+__all__ = ["Code", "built", "compiled", "kept"]
 
 
 @cache
@@ -69,12 +69,22 @@ def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix
         Begin of the name under which it is kept. What has one runs through LLVM's optimisation,
         which straight-line code does not need.
     """
-    key = prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
-    code = code_cache.load(key)
-    if code is None:
-        code = compiled(assembly(), bool(prefix))
-        code_cache.save(key, code)
+    found = kept(source, names, prefix)
+    if found is not None:
+        return found
+    code = compiled(assembly(), bool(prefix))
+    code_cache.save(_key(source, prefix), code)
     return Code(code, names)
+
+
+def kept(source: str, names: Sequence[str], prefix: str = "") -> Code | None:
+    """Object code made before from the same source; None if there is none."""
+    code = code_cache.load(_key(source, prefix))
+    return None if code is None else Code(code, names)
+
+
+def _key(source: str, prefix: str) -> str:
+    return prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
 
 
 def compiled(assembly: str, tuned: bool) -> bytes:

@@ -1,72 +1,109 @@
-"""A small part of Python as LLVM assembly.
+"""A small part of Python, read so that it can be written in another language.
 
-Functions take and give integers, numbers, truth values and addresses. There are assignments,
-``if``, ``while``, ``for`` over a range, arithmetic, comparisons and calls; integers are not
-negative where they are divided. A name that is not assigned to is a constant of its module: a
-number, a tuple of numbers or another function of this kind. Operations keep their order and
-rounding.
+Functions take and give integers, numbers, truth values, addresses and records (see `records`).
+There are assignments, ``if``, ``while``, ``for`` over a range, arithmetic, comparisons and calls;
+integers are not negative where they are divided. A name that is not assigned to is a constant of
+its module: a number, a tuple of numbers or another function of this kind. Operations keep their
+order and rounding. `to_llvm` and `to_c` write what is read here.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
-from typing import Any
+import textwrap
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any, NamedTuple
 
-from lumped.kernel.expressions import Expressions, TranslationError, Value, definition, ir_type
+from lumped.kernel import words
+from lumped.kernel.records import Field
 from lumped.kernel.words import Kernel
 
-__all__ = ["TranslationError", "translated"]
+__all__ = ["TranslationError", "Value", "Writer", "reached"]
 
-_DECLARED = "\n".join(
-    f"declare double @llvm.{name}.f64({', '.join(['double'] * count)})"
-    for name, count in (("fabs", 1), ("sqrt", 1), ("pow", 2))
-)
+_KINDS = {"int": "int", "float": "float", "bool": "bool", "Integers": "ints", "Numbers": "numbers"}
+_INTEGER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%"}
+_NUMBER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+_ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+_ELEMENT = {"ints": "int", "numbers": "float"}
 
 
-def translated(functions: Mapping[str, Callable[..., object]]) -> str:
-    """LLVM assembly of functions and all that they call; they are visible under these symbols."""
-    kernels: Any = list(functions.values())
-    found: dict[str, str] = {}
-    waiting: list[Kernel] = list(kernels)
+class TranslationError(Exception):
+    """Something that the language does not have."""
+
+
+class Value(NamedTuple):
+    """Text of a value, and its kind.
+
+    The kind is "int", "float", "bool", "ints", "numbers", "void" or a class of records.
+    """
+
+    text: str
+    kind: Any
+
+
+@cache
+def _definition(source: str) -> ast.FunctionDef:
+    tree = ast.parse(textwrap.dedent(source)).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return tree
+
+
+def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Writer]) -> list[Writer]:
+    """What is written of functions and all that they call."""
+    found: dict[str, Writer] = {}
+    waiting = list(kernels)
     while waiting:
         now = waiting.pop()
         if now.name not in found:
-            own = _Translator(now)
-            found[now.name] = own.text("" if now in kernels else "internal ")
-            waiting += own.called
-    text = "\n".join([*found.values(), _DECLARED])
-    for symbol, kernel in zip(functions, kernels, strict=True):
-        text = text.replace(f'@"{kernel.name}"', f"@{symbol}")
-    return text
+            made = found[now.name] = write(now)
+            made.read()
+            waiting += made.called
+    return list(found.values())
 
 
-class _Translator(Expressions):
-    """One function."""
+class Writer(ABC):
+    """Reads one function, statement by statement, and writes it in a language.
+
+    Attributes
+    ----------
+    kernel : Kernel
+        What is read.
+    called : list of Kernel
+        What the function calls.
+    variables : dict of str to kind
+        Its variables.
+    """
 
     def __init__(self, kernel: Kernel) -> None:
-        super().__init__(kernel)
-        self._tree = definition(kernel)
-        self._loops: list[tuple[str, str]] = []
+        self.kernel = kernel
+        self.called: list[Kernel] = []
+        self.variables: dict[str, Any] = {}
+        self._tree = _definition(kernel.source)
+        self.arguments = [(a.arg, self.annotated(a.annotation)) for a in self._tree.args.args]
+        self.result = self.annotated(self._tree.returns)
 
-    def text(self, linkage: str) -> str:
-        """LLVM assembly of the function."""
-        given = []
-        for argument in self._tree.args.args:
-            kind = self.annotated(argument.annotation)
-            given.append(f"{ir_type(kind)} %{argument.arg}")
-            self.store(argument.arg, Value(f"%{argument.arg}", kind))
-        self._result = self.annotated(self._tree.returns)
-        self._block(self._tree.body)
-        self.lines.append("  ret void" if self._result == "void" else "  unreachable")
-        name, result = self.kernel.name, ir_type(self._result)
-        head = f'define {linkage}{result} @"{name}"({", ".join(given)}) {{'
-        body = "\n".join(["entry:", *self.head, *self.lines, "}"])
-        return "\n".join([*self.constants, head, body])
+    def read(self) -> None:
+        """Go through all statements."""
+        self.variables |= dict(self.arguments)
+        self.block(self._tree.body)
+
+    def annotated(self, node: ast.expr | None) -> Any:
+        """Kind that an annotation means."""
+        if node is None or (isinstance(node, ast.Constant) and node.value is None):
+            return "void"
+        text = ast.unparse(node)
+        return _KINDS.get(text) or self.kernel.space[text]
+
+    def unknown(self, node: ast.AST) -> TranslationError:
+        """Error for what the language does not have."""
+        return TranslationError(f"{self.kernel.name}: {ast.unparse(node)}")
 
     # -- statements ------------------------------------------------------------------------
 
-    def _block(self, body: list[ast.stmt]) -> None:
+    def block(self, body: list[ast.stmt]) -> None:
+        """Statements one after the other."""
         for node in body:
             self._statement(node)
 
@@ -74,88 +111,250 @@ class _Translator(Expressions):
         if isinstance(node, ast.Assign):
             self._assign(node)
         elif isinstance(node, ast.AugAssign):
-            old = ast.unparse(node.target)
-            now = ast.BinOp(ast.parse(old, mode="eval").body, node.op, node.value)
-            self._set(node.target, self.value(now))
+            old = ast.parse(ast.unparse(node.target), mode="eval").body
+            self._set(node.target, self.value(ast.BinOp(old, node.op, node.value)))
         elif isinstance(node, ast.If):
-            yes, no, end = (self.fresh(w) for w in ("yes", "no", "end"))
-            self.branch(node.test, yes, no)
-            for label, body in ((yes, node.body), (no, node.orelse)):
-                self.label(label)
-                self._block(body)
-                self.lines.append(f"  br label %{end}")
-            self.label(end)
+            self.write_if(node.test, node.body, node.orelse)
         elif isinstance(node, ast.While):
-            self._while(node)
+            self.write_while(node.test, node.body)
         elif isinstance(node, ast.For):
             self._for(node)
         elif isinstance(node, ast.Return):
-            if node.value is None:
-                self.lines.append("  ret void")
-            else:
-                value = self.as_kind(self.value(node.value), self._result)
-                self.lines.append(f"  ret {ir_type(self._result)} {value.text}")
-            self.label(self.fresh("after"))
-        elif isinstance(node, ast.Break | ast.Continue):
-            self.jump(self._loops[-1][isinstance(node, ast.Continue)])
+            given = None if node.value is None else self.value(node.value)
+            self.write_return(None if given is None else self.converted(given, self.result))
+        elif isinstance(node, ast.Break):
+            self.write_break()
+        elif isinstance(node, ast.Continue):
+            self.write_continue()
         elif isinstance(node, ast.Expr):
             if not isinstance(node.value, ast.Constant):
-                self.value(node.value)
+                self.write_expression(self.value(node.value))
         elif not isinstance(node, ast.Pass):
             raise self.unknown(node)
 
     def _assign(self, node: ast.Assign) -> None:
         first = node.targets[0]
         if isinstance(first, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            found = [self.value(part) for part in node.value.elts]
+            found = [self.kept(self.value(part)) for part in node.value.elts]
             for target, value in zip(first.elts, found, strict=True):
                 self._set(target, value)
             return
         value = self.value(node.value)
+        if len(node.targets) > 1:
+            value = self.kept(value)
         for target in node.targets:
             self._set(target, value)
 
     def _set(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):
-            self.store(target.id, value)
-        elif isinstance(target, ast.Subscript):
-            place = self.element(target)
-            value = self.as_kind(value, place.kind)
-            self.lines.append(f"  store {place.kind} {value.text}, ptr {place.text}")
+            kind = self.variables.setdefault(target.id, value.kind)
+            self.write_variable(target.id, self.converted(value, kind))
+        elif isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Slice):
+            base, index = self._element(target)
+            self.write_element(base, index, self.converted(value, _ELEMENT[base.kind]))
+        elif isinstance(target, ast.Attribute):
+            record, field = self._field(target)
+            self.write_field(record, field, self.converted(value, field.kind))
         else:
             raise self.unknown(target)
 
-    def _while(self, node: ast.While) -> None:
-        test, body, end = (self.fresh(w) for w in ("test", "body", "end"))
-        self.enter(test)
-        self.branch(node.test, body, end)
-        self.label(body)
-        self._loops.append((end, test))
-        self._block(node.body)
-        self._loops.pop()
-        self.lines.append(f"  br label %{test}")
-        self.label(end)
-
     def _for(self, node: ast.For) -> None:
-        assert isinstance(node.target, ast.Name)
-        assert isinstance(node.iter, ast.Call)
-        bounds = [self.value(argument) for argument in node.iter.args]
-        begin = bounds[0] if len(bounds) > 1 else Value("0", "i64")
-        stop = bounds[min(1, len(bounds) - 1)].text
-        step = bounds[2].text if len(bounds) > 2 else "1"
-        test, body, following, end = (self.fresh(w) for w in ("test", "body", "next", "end"))
-        name = node.target.id
-        self.store(name, begin)
-        self.enter(test)
-        now = self.load(name)
-        order = "sgt" if step.startswith("-") else "slt"
-        more = self.put(f"icmp {order} i64 {now.text}, {stop}", "i1")
-        self.lines.append(f"  br i1 {more.text}, label %{body}, label %{end}")
-        self.label(body)
-        self._loops.append((end, following))
-        self._block(node.body)
-        self._loops.pop()
-        self.enter(following)
-        self.store(name, self.put(f"add nsw i64 {self.load(name).text}, {step}", "i64"))
-        self.lines.append(f"  br label %{test}")
-        self.label(end)
+        if not (isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call)):
+            raise self.unknown(node)
+        bounds = [self.converted(self.value(a), "int") for a in node.iter.args]
+        begin = bounds[0] if len(bounds) > 1 else self.number(0)
+        end = bounds[min(1, len(bounds) - 1)]
+        down = len(bounds) > 2 and ast.unparse(node.iter.args[2]).startswith("-")
+        step = bounds[2] if len(bounds) > 2 else self.number(1)
+        self.variables.setdefault(node.target.id, "int")
+        self.write_for(node.target.id, (begin, end, step), down, node.body)
+
+    # -- values ----------------------------------------------------------------------------
+
+    def value(self, node: ast.expr) -> Value:
+        """An expression."""
+        if isinstance(node, ast.Name) and node.id in self.variables:
+            return self.variable(node.id)
+        if isinstance(node, ast.Attribute) and self._is_field(node):
+            return self.field(*self._field(node))
+        if isinstance(node, ast.Constant | ast.Name | ast.Attribute):
+            return self._constant(node)
+        if isinstance(node, ast.Subscript):
+            return self._subscript(node)
+        if isinstance(node, ast.BinOp):
+            return self._binary(node)
+        if isinstance(node, ast.UnaryOp):
+            return self._unary(node)
+        if isinstance(node, ast.Compare):
+            return self._comparison(node)
+        if isinstance(node, ast.BoolOp):
+            return self.logical(isinstance(node.op, ast.And), node.values)
+        if isinstance(node, ast.IfExp):
+            return self.choice(node.test, node.body, node.orelse)
+        if isinstance(node, ast.Call):
+            return self._call(node)
+        raise self.unknown(node)
+
+    def _is_field(self, node: ast.expr) -> bool:
+        while isinstance(node, ast.Attribute):
+            node = node.value
+        return isinstance(node, ast.Name) and node.id in self.variables
+
+    def _field(self, node: ast.Attribute) -> tuple[Value, Field]:
+        record = self.value(node.value)
+        if not isinstance(record.kind, type) or node.attr not in record.kind.fields:
+            raise self.unknown(node)
+        return record, record.kind.fields[node.attr]
+
+    def _constant(self, node: ast.expr) -> Value:
+        try:
+            value = eval(ast.unparse(node), self.kernel.space)
+        except (NameError, AttributeError):
+            raise self.unknown(node) from None
+        if isinstance(value, bool | int | float):
+            return self.number(value)
+        raise self.unknown(node)
+
+    def _element(self, node: ast.Subscript) -> tuple[Value, Value]:
+        index = self.converted(self.value(node.slice), "int")
+        base = node.value
+        if isinstance(base, ast.Name) and base.id not in self.variables:
+            numbers = self.kernel.space.get(base.id)
+            if not isinstance(numbers, tuple):
+                raise self.unknown(node)
+            return self.table(base.id, numbers), index
+        pointer = self.value(base)
+        if pointer.kind not in _ELEMENT:
+            raise self.unknown(node)
+        return pointer, index
+
+    def _subscript(self, node: ast.Subscript) -> Value:
+        if isinstance(node.slice, ast.Slice):
+            if node.slice.lower is None or node.slice.upper or node.slice.step:
+                raise self.unknown(node)
+            return self.moved(
+                self.value(node.value), self.converted(self.value(node.slice.lower), "int")
+            )
+        return self.element(*self._element(node))
+
+    def _binary(self, node: ast.BinOp) -> Value:
+        a, b = self.value(node.left), self.value(node.right)
+        op: Any = type(node.op)
+        if a.kind == b.kind == "int" and op in _INTEGER:
+            return self.arithmetic(_INTEGER[op], a, b)
+        a, b = self.converted(a, "float"), self.converted(b, "float")
+        if op is ast.Pow:
+            return self.library("pow", [a, b])
+        if op not in _NUMBER:
+            raise self.unknown(node)
+        return self.arithmetic(_NUMBER[op], a, b)
+
+    def _unary(self, node: ast.UnaryOp) -> Value:
+        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
+            return self.number(-eval(ast.unparse(node.operand)))
+        value = self.value(node.operand)
+        if isinstance(node.op, ast.Not):
+            return self.negated(self.converted(value, "bool"))
+        if isinstance(node.op, ast.USub):
+            return self.negative(value)
+        raise self.unknown(node)
+
+    def _comparison(self, node: ast.Compare) -> Value:
+        if len(node.ops) > 1:
+            raise self.unknown(node)
+        a, b = self.value(node.left), self.value(node.comparators[0])
+        kind = "float" if "float" in (a.kind, b.kind) else "int"
+        kind = "bool" if a.kind == b.kind == "bool" else kind
+        order = _ORDER[type(node.ops[0])]
+        return self.compared(order, self.converted(a, kind), self.converted(b, kind))
+
+    def _call(self, node: ast.Call) -> Value:
+        word = eval(ast.unparse(node.func), self.kernel.space)
+        values = [self.value(argument) for argument in node.args]
+        if word is words.call:
+            return self.called_by_address(values)
+        if isinstance(word, Kernel):
+            self.called.append(word)
+            own = type(self)(word)
+            kinds = [kind for _, kind in own.arguments]
+            if len(kinds) != len(values):
+                raise self.unknown(node)
+            given = [self.converted(v, k) for v, k in zip(values, kinds, strict=True)]
+            return self.called_kernel(word, given, own.result)
+        if word is float:
+            return self.converted(values[0], "float")
+        if word is int:
+            return self.truncated(values[0])
+        if word in (min, max):
+            kind = "float" if "float" in (values[0].kind, values[1].kind) else "int"
+            return self.extreme(word is min, *(self.converted(v, kind) for v in values))
+        if word is abs:
+            return self.library("fabs", [self.converted(values[0], "float")])
+        name = getattr(word, "c_name", None)
+        if name is None:
+            raise self.unknown(node)
+        return self.library(name, [self.converted(v, "float") for v in values])
+
+    # -- what a language writes --------------------------------------------------------------
+
+    @abstractmethod
+    def write_if(self, test: ast.expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None: ...
+    @abstractmethod
+    def write_while(self, test: ast.expr, body: list[ast.stmt]) -> None: ...
+    @abstractmethod
+    def write_for(
+        self, name: str, bounds: tuple[Value, Value, Value], down: bool, body: list[ast.stmt]
+    ) -> None: ...
+    @abstractmethod
+    def write_return(self, value: Value | None) -> None: ...
+    @abstractmethod
+    def write_break(self) -> None: ...
+    @abstractmethod
+    def write_continue(self) -> None: ...
+    @abstractmethod
+    def write_expression(self, value: Value) -> None: ...
+    @abstractmethod
+    def write_variable(self, name: str, value: Value) -> None: ...
+    @abstractmethod
+    def write_element(self, base: Value, index: Value, value: Value) -> None: ...
+    @abstractmethod
+    def write_field(self, record: Value, field: Field, value: Value) -> None: ...
+    @abstractmethod
+    def number(self, value: float) -> Value: ...
+    @abstractmethod
+    def table(self, name: str, numbers: tuple[float, ...]) -> Value: ...
+    @abstractmethod
+    def variable(self, name: str) -> Value: ...
+    @abstractmethod
+    def kept(self, value: Value) -> Value: ...
+    @abstractmethod
+    def field(self, record: Value, field: Field) -> Value: ...
+    @abstractmethod
+    def element(self, base: Value, index: Value) -> Value: ...
+    @abstractmethod
+    def moved(self, base: Value, offset: Value) -> Value: ...
+    @abstractmethod
+    def converted(self, value: Value, kind: Any) -> Value: ...
+    @abstractmethod
+    def truncated(self, value: Value) -> Value: ...
+    @abstractmethod
+    def arithmetic(self, sign: str, a: Value, b: Value) -> Value: ...
+    @abstractmethod
+    def negative(self, value: Value) -> Value: ...
+    @abstractmethod
+    def negated(self, value: Value) -> Value: ...
+    @abstractmethod
+    def compared(self, order: str, a: Value, b: Value) -> Value: ...
+    @abstractmethod
+    def logical(self, both: bool, parts: list[ast.expr]) -> Value: ...
+    @abstractmethod
+    def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value: ...
+    @abstractmethod
+    def extreme(self, least: bool, a: Value, b: Value) -> Value: ...
+    @abstractmethod
+    def library(self, name: str, values: list[Value]) -> Value: ...
+    @abstractmethod
+    def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
+    @abstractmethod
+    def called_by_address(self, values: list[Value]) -> Value: ...
+

@@ -12,9 +12,8 @@ from collections.abc import Callable, Sequence
 
 import casadi as ca
 import numpy as np
-import scipy
 
-from lumped.numerics import rodas5p
+from lumped.numerics import dop853, rodas5p
 
 __all__ = ["combined", "explicit_dense", "explicit_step", "implicit_dense", "implicit_step"]
 
@@ -27,10 +26,10 @@ def explicit_step(
 ) -> tuple[list[ca.MX], ca.MX, ca.MX]:
     """Derivatives at the stages, states at the last of these, and new states."""
     stages, argument = [f], x
-    for a, c in zip(scipy.integrate.DOP853.A[1:], scipy.integrate.DOP853.C[1:], strict=True):
+    for a, c in zip(dop853.A[1:], dop853.C[1:], strict=True):
         argument = x + h * combined(stages, a)
         stages.append(rate(argument, t + c * h))
-    return stages, argument, x + h * combined(stages, scipy.integrate.DOP853.B)
+    return stages, argument, x + h * combined(stages, dop853.B)
 
 
 def explicit_dense(
@@ -38,11 +37,11 @@ def explicit_dense(
 ) -> ca.MX:
     """Interpolation coefficients; the last of the stages is the derivative at the end."""
     stages, f, f_new = list(stages), stages[0], stages[-1]
-    for a, c in zip(scipy.integrate.DOP853.A_EXTRA, scipy.integrate.DOP853.C_EXTRA, strict=True):
+    for a, c in zip(dop853.A_EXTRA, dop853.C_EXTRA, strict=True):
         stages.append(rate(x + h * combined(stages, a), t + c * h))
     delta = new - x
     columns = [delta, h * f - delta, 2 * delta - h * (f_new + f)]
-    columns += [h * combined(stages, row) for row in scipy.integrate.DOP853.D]
+    columns += [h * combined(stages, row) for row in dop853.D]
     return ca.horzcat(*columns)
 
 

@@ -11,7 +11,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.forward import Forward
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.advance import nominals
+from lumped.timeloop.run import nominals
 from lumped.timeloop.result import OperatingPoint, Trajectory
 
 __all__ = [

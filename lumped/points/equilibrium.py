@@ -19,8 +19,8 @@ from lumped.points.position_search import agreed
 from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.support.arguments import checked
-from lumped.timeloop.changeover import Settler
 from lumped.timeloop.holds import Holds
+from lumped.timeloop.positions import settled
 from lumped.timeloop.result import Kept, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
 
@@ -377,11 +377,8 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
     holds.stop(x, turned)
-    settler = Settler(system, point.theta, 1.0)
-    _, now, changes = settler.settle(time, x, modes, guesses, modes)
-    if not changes:
-        return point
-    return OperatingPoint(system, point.time, x, point.theta, np.append(now, guesses))
+    found = settled(system, point.theta, time, x, point.modes)
+    return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
 
 
 def _stuck(point: OperatingPoint) -> set[int]:

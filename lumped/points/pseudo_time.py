@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.timeloop.calls import called
+from lumped.timeloop.executable import evaluated
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.settings import followed
 
@@ -107,5 +107,8 @@ def _changes(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> bool
     """Whether conditions or holds do not have their positions any more."""
     if not point.system.switching:
         return False
-    left, tolerance = called(point.system, "margins")(x, point.theta, point.time, settings)
+    if not point.system.margins.size1_out(0):
+        return False
+    both = evaluated(point.system, "margin", x, point.theta, point.time, settings)
+    left, tolerance = np.split(both, 2)
     return bool((left < -tolerance).any())

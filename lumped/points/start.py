@@ -12,8 +12,8 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError, shown
 from lumped.points.start_search import StartSearch
 from lumped.support.arguments import checked
-from lumped.timeloop.changeover import Change, Settler
-from lumped.timeloop.machine import begun
+from lumped.timeloop.event import Change
+from lumped.timeloop.positions import begin
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = [
@@ -148,19 +148,14 @@ def _settled(
     search: StartSearch, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""
-    system, (modes, guesses) = search.system, search.parted()
-    found = begun(system, search.theta, search.time, x, np.concatenate([modes, guesses]))
-    if found is not None:
-        search.check(found[1])
-        return *found, ()
-    settler = Settler(system, search.theta, 1.0)
+    settings = np.concatenate(search.parted())
     try:
-        x, modes, collisions = settler.begin(search.time, x, modes, guesses)
+        x, settings, collisions = begin(search.system, search.theta, search.time, x, settings)
     except SolverError as error:
         raise StartError(str(error)) from None
     if not collisions:
-        search.check(modes)
-    return x, np.concatenate([modes, guesses]), collisions
+        search.check(settings)
+    return x, settings, collisions
 
 
 def start_slopes(

@@ -17,9 +17,9 @@ from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
 from lumped.support.units import plain
 from lumped.timeloop.calls import Call
-from lumped.timeloop.changeover import Settler
 from lumped.timeloop.holds import BACKWARD, FORWARD, STUCK, Holds
 from lumped.timeloop.instants import clocks, modes_at
+from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import closed_with, just_after
 
 __all__ = ["StartSearch"]
@@ -312,12 +312,12 @@ class StartSearch:
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * 1e-3)
         x[self.system._in_use] = used
-        settler = Settler(self.system, trial.theta, 1.0)
+        begin = np.concatenate([self._timed(trial.theta), guesses])
         try:
-            timed = self._timed(trial.theta)
-            found = settler.positions(self.time, used, timed, guesses)
+            settings = calm_positions(self.system, trial.theta, self.time, used, begin)
         except SolverError as error:
             raise StartError(str(error)) from None
+        found = settings[: len(modes)]
         positions = self.system.switching.positions
         if (positions(found) == positions(trial.modes)).all():
             return trial

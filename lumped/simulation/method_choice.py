@@ -8,10 +8,10 @@ import numpy as np
 
 from lumped.errors import OptionError
 from lumped.points.linearise import sparse_state_matrix
-from lumped.timeloop.exact import closed
 from lumped.timeloop.instants import instants
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run_in_closed_form import closed
 
 __all__ = ["closed_form_pays", "stiff"]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lumped.support.progress import Progress
-from lumped.timeloop.advance import Advance
 from lumped.timeloop.recorder import Recorder, output_times
 from lumped.timeloop.result import OperatingPoint, Trajectory
-from lumped.timeloop.run import Run
+from lumped.timeloop.run_by_steps import RunBySteps
 
 __all__ = ["places_of", "sampled"]
 
@@ -32,11 +31,8 @@ def sampled(point: OperatingPoint, t: np.ndarray, rtol: float) -> Trajectory:
     with Progress(point.system.name, until - begin) as progress:
         output = Recorder(begin, until, times, True, progress)
         atol = max(rtol * 1e-3, 1e-12)
-        advance = Advance(point.theta, rtol, atol, "steps", _MOST_STEPS, output)
-        run = Run(point, until, rtol, advance, output)
+        run = RunBySteps(point, until, rtol, output, atol, "steps", _MOST_STEPS)
         run.go()
-    made = point.system.made
-    made["runs"] = made.get("runs", 0) + 1
     return run.trajectory()
 
 

@@ -19,11 +19,11 @@ from lumped.simulation.method_choice import closed_form_pays, stiff
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
-from lumped.timeloop.advance import Advance
-from lumped.timeloop.exact import Exact
 from lumped.timeloop.recorder import Recorder, output_times
 from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
 from lumped.timeloop.run import Run
+from lumped.timeloop.run_by_steps import RunBySteps
+from lumped.timeloop.run_in_closed_form import RunInClosedForm
 
 __all__ = ["simulate"]
 
@@ -77,12 +77,10 @@ def simulate(
     Where a function of time jumps or has a kink, and where a condition, contact or friction element
     changes its mode, the method stops exactly there and starts anew.
 
-    With the extra ``fast`` (llvmlite) runs are made in machine code as soon as that pays: from the
-    second or third run of a system on, and within a run that takes longer than the code takes to
-    make (the time loop 3 s, once on a machine; a system 0.05 s, or 0.1 ms for each operation).
-    Results are the same within rounding, and `Statistics.native` says so. The code is kept in the
-    user's folder of caches, or in ``LUMPED_CACHE``; the environment variable ``LUMPED_NATIVE=0``
-    forbids it, ``LUMPED_NATIVE=1`` asks for it from the first run on.
+    The time loop is compiled once on a machine, which takes a second or two. The functions of a
+    system are interpreted until they were evaluated so often that compiling them would have taken
+    as long; results are the same to the last bit. Machine code is kept in the user's folder of
+    caches, or in ``LUMPED_CACHE``.
 
     Parameters
     ----------
@@ -159,25 +157,24 @@ def simulate(
     used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
     with Progress(system.name, until - begin) as progress:
         output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)
-        advance: Advance | Exact
+        run: RunInClosedForm | RunBySteps
         if used == "exact":
-            advance = Exact(point.theta, rtol, output)
+            run = RunInClosedForm(point, until, rtol, output)
         else:
-            advance = Advance(point.theta, rtol, relative_atol, used, max_steps, output)
-        run = Run(point, until, rtol, advance, output)
+            stepping = "steps" if used == "auto" else used
+            run = RunBySteps(point, until, rtol, output, relative_atol, stepping, max_steps)
         try:
             run.go()
             found = run.trajectory()
         except KeyboardInterrupt:
             raise _interrupted(run) from None
         except SolverError as error:
-            if used == "exact" or advance.steps + advance.rejected >= max_steps:
+            if used == "exact" or run.steps + run.rejected >= max_steps:
                 raise  # rounding and the number of steps are limits of ours, not of the drive
             raise SolverError(doubt(rtol) + str(error), error.partial) from None
-    system.made["runs"] = system.made.get("runs", 0) + 1
     if not certify:
         return found
-    closed, tight = isinstance(advance, Exact), max(1e-2 * rtol, 1e-13)
+    closed, tight = isinstance(run, RunInClosedForm), max(1e-2 * rtol, 1e-13)
 
     def again(times: Grid, *, tightly: bool) -> Trajectory:
         share = tight / rtol if tightly else 1.0

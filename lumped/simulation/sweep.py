@@ -25,15 +25,13 @@ from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
-from lumped.timeloop.machine import machine, patience
+from lumped.timeloop.executable import executable
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Sweep", "sweep"]
 
 _MANY = 20
-"""Runs from which machine code pays."""
-
-_ABSENT = object()
+"""Runs from which machine code of the system pays."""
 
 Measure = Callable[[Trajectory], float]
 Point = dict[str, float]
@@ -176,7 +174,9 @@ def sweep(
     until = in_seconds(until, "until")
     head = {} if store is None else heading(system, until, of, options)
     done = SweepFile(store, head)
-    job = Job(system, until, dict(of), options, len(points) >= _MANY)
+    job = Job(system, until, dict(of), options)
+    if len(points) >= _MANY:
+        executable(system).compile()
     begin, busy = clock.perf_counter(), 0.0
     count = workers or os.cpu_count() or 1
     known = {i: done[point] for i, point in enumerate(points)}
@@ -191,7 +191,6 @@ def sweep(
                 progress.at(len(found))
     finally:
         done.close()
-        job.release()
     names = tuple(points[0])
     values = np.full((len(points), len(of)), np.nan)
     failures = {}
@@ -219,8 +218,6 @@ class Job:
     of : dict of str to callable
     options : dict
         As for `sweep`.
-    native : bool
-        Whether all runs are made in machine code, or none: both differ by rounding.
     """
 
     def __init__(
@@ -229,19 +226,10 @@ class Job:
         until: float,
         of: dict[str, Measure],
         options: dict[str, Any],
-        native: bool,
     ) -> None:
         self.system, self.until, self.of, self.options = system, until, of, options
         base = options.get("parameters") or {}
         self._base = {system.key(name): value for name, value in base.items()}
-        self._native, self._before = native, system.made.get("machine", _ABSENT)
-        if not (native and np.isfinite(patience(system)) and machine(system)):
-            system.made["machine"] = None
-
-    def release(self) -> None:
-        """Let other runs of the system choose again."""
-        if self._before is _ABSENT and self.system.made["machine"] is None:
-            del self.system.made["machine"]
 
     def __call__(self, point: Point) -> list[float] | str:
         """Numbers of one run, or why there are none."""
@@ -256,7 +244,7 @@ class Job:
 
     def __reduce__(self) -> tuple[Callable[..., Job], tuple[bytes]]:
         cloudpickle = extra("cloudpickle", "cluster", "A sweep in processes that are not forked")
-        parts = (self.system, self.until, self.of, self.options, self._native)
+        parts = (self.system, self.until, self.of, self.options)
         return _restored, (cloudpickle.dumps(parts),)
 
 

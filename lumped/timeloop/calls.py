@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import threading
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from lumped.compiler.system import System
 
-__all__ = ["Call", "called", "expanded"]
+__all__ = ["Call", "expanded"]
 
 _EXPAND_BELOW = 200
 """States up to which what is called often is expanded to scalar operations."""
@@ -33,7 +34,7 @@ class Call:
         buffer, self._run = function.buffer()
         self._arguments = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        self._name = function.name()
+        self._name, self._lock = function.name(), threading.Lock()
         self._returned = buffer.ret
         for i, argument in enumerate(self._arguments):
             buffer.set_arg(i, argument.data)
@@ -48,21 +49,14 @@ class Call:
         RuntimeError
             If the evaluation fails.
         """
-        for held, given in zip(self._arguments, arguments, strict=True):
-            held[:] = given
-        self._run()
-        if self._returned():
-            raise RuntimeError(f"{self._name} could not be evaluated")
-        return [result.copy() for result in self._results]
+        with self._lock:
+            for held, given in zip(self._arguments, arguments, strict=True):
+                held[:] = given
+            self._run()
+            if self._returned():
+                raise RuntimeError(f"{self._name} could not be evaluated")
+            return [result.copy() for result in self._results]
 
-
-def called(system: System, name: Literal["rhs", "look", "margins"]) -> Call:
-    """A function of a system, to be called with numbers."""
-    key = ("call", name)
-    if key not in system.made:
-        system.made[key] = Call(getattr(system, name))
-    call: Call = system.made[key]
-    return call
 
 
 def expanded(function: ca.Function, system: System) -> ca.Function:

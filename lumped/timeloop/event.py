@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Event"]
+__all__ = ["Change", "Event"]
 
 
 @dataclass(frozen=True)
@@ -28,4 +28,14 @@ class Event:
     component: str
     before: str = ""
     after: str = ""
+    loss: float = 0.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """A component that changed its mode: words for before and after, energy lost in J."""
+
+    component: str
+    before: str
+    after: str
     loss: float = 0.0

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
-from lumped.timeloop.calls import called
+from lumped.timeloop.executable import evaluated
 
-__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "Situation", "hold_words", "turned"]
+__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "hold_words", "turned"]
 
 STUCK, FORWARD, BACKWARD = 0, 1, 2
 """Parts of the mode of a hold."""
-
-_EQUAL = 1e-12
-"""Relative difference below which the sides of a condition count as equal."""
 
 
 class Look(NamedTuple):
@@ -47,72 +43,27 @@ class Look(NamedTuple):
     values: np.ndarray
     rates: np.ndarray
 
-    def slack(self) -> np.ndarray:
-        """Difference of the sides of each condition that is still rounding."""
-        size: np.ndarray = np.abs(self.greater) + np.abs(self.less)
-        return _EQUAL * size + 1e-13
-
-
-@dataclass
-class Situation:
-    """States and modes while they settle at one instant.
-
-    Attributes
-    ----------
-    t : float
-        Instant, s.
-    x, modes, guess : ndarray
-        States, modes, implicit quantities.
-    was_stuck, halted : ndarray of bool, shape (h,)
-        What stuck before; what has come to a standstill now.
-    moved : bool
-        Whether states have jumped.
-    losses : dict of int to float
-        Energy that each hold lost in impacts, J.
-    """
-
-    t: float
-    x: np.ndarray
-    modes: np.ndarray
-    guess: np.ndarray
-    was_stuck: np.ndarray
-    halted: np.ndarray
-    moved: bool = False
-    losses: dict[int, float] = field(default_factory=dict)
 
 
 class Holds:
-    """The holds of a system with one set of parameters.
-
-    Attributes
-    ----------
-    impulsive : ndarray of bool, shape (h,)
-        Those that take impulses: not limited on both sides.
-    compliances, demands : ndarray of int, shape (h,)
-        Places among the modes: compliance of each hold, and the acceleration that it demands.
-    jump_places : list of list of int or None
-        Places of the states that each jump changes; None for those that nobody needs.
-    """
+    """The holds of a system with one set of parameters."""
 
     def __init__(self, system: System, theta: np.ndarray) -> None:
         s = self.switching = system.switching
-        self.system, self._theta, self._evaluate = system, theta, called(system, "look")
+        self.system, self._theta = system, theta
         place = {node: i for i, node in enumerate(system.states)}
         self._places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
-        self.jump_places = [[place.get(node) for node in jump.nodes] for jump in s.jumps]
         self._are_states = self._places >= 0
-        self.impulsive = ~(s.has_upper & s.has_lower)
-        self.compliances, self.demands = s.first_modes + 3, s.first_modes + 4
         self._parts = s.first_modes + np.arange(3)[:, None]
         self._no_upper, self._no_lower = np.flatnonzero(~s.has_upper), np.flatnonzero(~s.has_lower)
         self._speed_uses = system.speed_uses
-        self._always = s.engaged < 0
         counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
         self._ends = np.cumsum(counts).tolist()
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> Look:
         """Evaluate everything that decides modes."""
-        (row,) = self._evaluate(x, self._theta, t, np.concatenate([modes, guess]))
+        settings = np.concatenate([modes, guess])
+        row = evaluated(self.system, "look", x, self._theta, t, settings)
         i, j, k, m = self._ends
         v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
         upper[self._no_upper] = np.inf
@@ -120,29 +71,10 @@ class Holds:
         held = (v, a, reaction, upper, lower, gap, restitution)
         return Look(row[:i], row[i:j], *held, row[k:m], row[m:])
 
-    def look_at(self, at: Situation) -> Look:
-        """The same for states and modes as they are."""
-        return self.look(at.t, at.x, at.modes, at.guess)
-
     def parts(self, modes: np.ndarray) -> np.ndarray:
         """Which are stuck, forward, backward; shape (3, h)."""
         found: np.ndarray = modes[self._parts] > 0.5
         return found
-
-    def put(self, modes: np.ndarray, which: int | np.ndarray, part: int | None) -> None:
-        """Let holds stick, slide or be free (None)."""
-        modes[self._parts[:, which]] = 0.0
-        if part is not None:
-            modes[self._parts[part, which]] = 1.0
-
-    def engaged(self, modes: np.ndarray) -> np.ndarray:
-        """Which act at all."""
-        found: np.ndarray = self._always
-        return found if found.all() else found | (modes[self.switching.engaged] > 0.5)
-
-    def standstills(self, x: np.ndarray) -> np.ndarray:
-        """Speeds that count as zero: where they are states, only zero does."""
-        return np.where(self._are_states, 0.0, self.rounding(x))
 
     def rounding(self, x: np.ndarray) -> np.ndarray:
         """Speeds that may be rounding of the states that they depend on."""
@@ -168,7 +100,7 @@ def turned(
     """Settings with one condition changed: to its contrary, or to the next piece at hand."""
     s, found, run = system.switching, settings.copy(), 0.0
     if s.is_table[number]:
-        (row,) = called(system, "look")(x, theta, t, settings)
+        row = evaluated(system, "look", x, theta, t, settings)
         run = float(row[number] - row[len(s.conditions) + number])
     s.turn(found, number, run)
     return found

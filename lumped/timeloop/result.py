@@ -16,8 +16,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
-from lumped.timeloop.changeover import Change
-from lumped.timeloop.event import Event
+from lumped.timeloop.event import Change, Event
 from lumped.timeloop.result_files import Drawn, computed, saved, state_names
 
 if TYPE_CHECKING:
@@ -61,8 +60,6 @@ class Statistics:
         States that moved, but stayed so small that the absolute tolerance governs them.
     implicit_from : float
         When the implicit method took over, s; infinite if it did not.
-    native : bool
-        Whether steps were made in machine code.
     """
 
     method: str
@@ -73,7 +70,6 @@ class Statistics:
     seconds: float
     small: tuple[str, ...]
     implicit_from: float = math.inf
-    native: bool = False
 
     @property
     def why(self) -> str:
@@ -399,7 +395,7 @@ class Trajectory(Named):
         head = (
             f"{self.system.name}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} points; "
             f"{s.method}, {s.steps} steps, {s.rejected} rejected, "
-            f"{s.evaluations} evaluations, {len(self.events)} events{', native' * s.native}"
+            f"{s.evaluations} evaluations, {len(self.events)} events"
         )
         rows = []
         for name in self.system.state_names[:12]:

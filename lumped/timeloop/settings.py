@@ -6,14 +6,11 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import StartError
+from lumped.kernel import engine
+from lumped.timeloop.executable import executable
 from lumped.timeloop.instants import clocks, modes_at
 
-__all__ = ["closed_with", "followed", "just_after", "settings_at"]
-
-_MOST_CLOSING = 20
-_RADII = (0.0, *(r for r in (0.1, 0.3, 1.0, 3.0) for _ in range(5)))
-"""Distances from the given guesses at which the search for a linkage's position begins."""
-
+__all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_at"]
 
 def just_after(time: float) -> float:
     """The next number: what begins at a time holds there, what ends there does not."""
@@ -57,14 +54,17 @@ def closed_with(
     """The same for given modes."""
     if not len(guesses):
         return modes
-    rng = np.random.default_rng(3)
-    for radius in _RADII:
-        begin = guesses + radius * rng.uniform(-1, 1, len(guesses))
-        found = _closed(system, (x, theta, time), modes, begin)
-        if found is not None:
-            return np.concatenate([modes, found])
+    code = executable(system)
+    run = code.at(theta, time, x, np.concatenate([modes, guesses]))
+    if engine.call("closed", run):
+        return run.m.copy()
+    raise StartError(closing_fault(system, time))
+
+
+def closing_fault(system: System, time: float) -> str:
+    """A linkage that cannot be closed."""
     names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
-    raise StartError(
+    return (
         f"{system.name}: no values of {names} meet their equations at t = {round(time, 12):g} s, "
         "so a linkage cannot be closed. Check its lengths, and give start values near the "
         "position that is meant."
@@ -75,25 +75,7 @@ def followed(
     system: System, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
 ) -> np.ndarray | None:
     """Settings near those of a neighbouring point with the same modes; None if there are none."""
-    first = len(settings) - len(system._values.implicit)
-    if first == len(settings):
+    if not system._values.implicit:
         return settings
-    found = _closed(system, (x, theta, time), settings[:first], settings[first:])
-    return None if found is None else np.concatenate([settings[:first], found])
-
-
-def _closed(
-    system: System,
-    point: tuple[np.ndarray, np.ndarray, float],
-    modes: np.ndarray,
-    guesses: np.ndarray,
-) -> np.ndarray | None:
-    """Implicit quantities by Newton's method, or None if it does not converge."""
-    for _ in range(_MOST_CLOSING):
-        found, step = system.closure(*point, np.concatenate([modes, guesses]))
-        guesses, last = np.asarray(found).ravel(), np.asarray(step).ravel()
-        if not np.isfinite(guesses).all():
-            return None
-        if np.abs(last).max() <= 1e-12 * (1 + np.abs(guesses).max()):
-            return guesses
-    return None
+    run = executable(system).at(theta, time, x, settings)
+    return run.m.copy() if engine.call("converged", run) else None

@@ -1,5 +1,6 @@
-"""Short runs of the five machines, and of the same run by both paths."""
+"""Short runs of the five machines, and of the same run by several engines."""
 
+from lumped.kernel import engine
 from lumped.models.carrousel_coiler.scenes import (
     elastic_winding,
     gear_change,
@@ -19,10 +20,10 @@ SCENES = {
 }
 
 
-def by_both(monkeypatch, action):
-    """What an action gives with CasADi's virtual machine, and with machine code."""
+def by_engines(action, engines=("llvm", "c")):
+    """What an action gives when each engine makes its runs."""
     found = []
-    for choice in ("0", "1"):
-        monkeypatch.setenv("LUMPED_NATIVE", choice)
-        found.append(action())
+    for name in engines:
+        with engine.using(name):
+            found.append(action())
     return found

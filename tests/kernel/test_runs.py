@@ -1,9 +1,11 @@
-"""Runs in machine code against the same runs in CasADi's virtual machine."""
+"""Runs by LLVM, by C and in Python: the same bits; and closed forms."""
+
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from linkages import double_rocker, four_bar
-from machine_scenes import SCENES, by_both
+from machine_scenes import SCENES, by_engines
 
 import lumped as lp
 from benchmarks.hybrid import Coupled, rubbing
@@ -23,57 +25,45 @@ from lumped.components import (
 )
 from lumped.components.translation import Force, Mass
 from lumped.errors import SolverError
+from lumped.timeloop.executable import Executable, executable
 
-pytest.importorskip("llvmlite")
+
+ALL = ("llvm", "c", "python")
 
 
-def assert_same(a, b, digits=1e-9, steps=True):
-    """Equal times, states and events of two runs; the second one in machine code."""
-    assert (a.statistics.native, b.statistics.native) == (False, True)
-    assert b.statistics.method == a.statistics.method
-    if steps:
-        assert (b.statistics.steps, b.statistics.rejected) == (
-            a.statistics.steps,
-            a.statistics.rejected,
-        )
-    told = [[(e.component, e.before, e.after) for e in run.events] for run in (a, b)]
-    assert told[0] == told[1]
-    for one, other in zip(a.events, b.events, strict=True):
-        assert other.time == pytest.approx(one.time, rel=1e-9, abs=1e-10)
-        assert other.loss == pytest.approx(one.loss, rel=1e-6, abs=1e-9)
-    assert len(a.pieces) == len(b.pieces)
-    np.testing.assert_allclose(b.t, a.t, rtol=1e-9, atol=1e-10)
-    size = np.abs(a.x).max(axis=0, initial=1.0)
-    assert (np.abs(a.x - b.x) <= digits * size).all()
+def assert_same(first, *others):
+    """The same bits in all that runs hold."""
+    for other in others:
+        assert other.events == first.events
+        one, two = first.statistics, other.statistics
+        assert (one.method, one.steps, one.rejected) == (two.method, two.steps, two.rejected)
+        assert one.evaluations == two.evaluations
+        assert len(first.pieces) == len(other.pieces)
+        for a, b in zip(first.pieces, other.pieces, strict=True):
+            for received, expected in ((b.t, a.t), (b.x, a.x), (b.settings, a.settings)):
+                np.testing.assert_array_equal(received, expected)
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_five_machines_run_alike(name, monkeypatch):
-    """To the accuracy asked for: rate limiters have kinks, where rounding decides on steps.
-
-    Inside a step over a kink the run is less accurate than at its ends.
-    """
-    a, b = by_both(monkeypatch, lambda: SCENES[name](rtol=1e-8, grid=100, method="steps"))
-    assert_same(a, b, 1e-6, steps=False)
-    assert b.statistics.steps == pytest.approx(a.statistics.steps, abs=2)
+def test_the_five_machines_run_alike(name):
+    assert_same(*by_engines(lambda: SCENES[name](rtol=1e-8, grid=100, method="steps")))
 
 
 @pytest.mark.parametrize("grid", [None, 200, [0.0, 0.3, 0.3, 1.7, 2.0]])
-def test_a_smooth_drive_takes_the_same_steps(grid, monkeypatch):
+def test_a_smooth_drive_takes_the_same_steps(grid):
     system = lp.assemble(Mill())
     options = {"until": 2.0, "rtol": 1e-7, "grid": grid, "method": "steps"}
-    assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, **options)))
+    assert_same(*by_engines(lambda: lp.simulate(system, **options)))
 
 
 @pytest.mark.parametrize("grid", [200, [0.0, 0.3, 0.3, 1.7, 2.0]])
-def test_the_implicit_method_takes_as_many_steps(grid, monkeypatch):
-    """The first are as long as rounding of an error that is zero allows."""
+def test_the_implicit_method_takes_the_same_steps(grid):
     system = lp.assemble(Mill())
     options = {"until": 2.0, "rtol": 1e-7, "grid": grid, "method": "implicit"}
-    assert_same(*by_both(monkeypatch, lambda: lp.simulate(system, **options)), 1e-6)
+    assert_same(*by_engines(lambda: lp.simulate(system, **options)))
 
 
-def test_the_implicit_method_knows_how_a_single_rate_depends_on_time(monkeypatch):
+def test_the_implicit_method_knows_how_a_single_rate_depends_on_time():
     """A torque linear in time: the rate depends on no state, and every step is exact."""
     system = lp.assemble(
         lp.compose(
@@ -83,7 +73,7 @@ def test_the_implicit_method_knows_how_a_single_rate_depends_on_time(monkeypatch
         )
     )
     options = {"until": 2.0, "rtol": 1e-10, "method": "implicit"}
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, **options))
+    a, b = by_engines(lambda: lp.simulate(system, **options))
     assert_same(a, b)
     assert b.statistics.steps < 20
     assert b["body.w"][-1] == pytest.approx((0.3 * 2 - 0.7 * 2) / 2, rel=1e-13)
@@ -107,32 +97,31 @@ def stiff(bodies):
 
 
 @pytest.mark.parametrize("bodies", [3, 30])
-def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies, monkeypatch):
-    """Where the matrices are large, Python takes the rest of the run."""
+def test_a_stiff_drive_changes_over_to_the_implicit_method(bodies):
+    """Events or not: its matrices are sparse, so that there is no limit to their size."""
     system = lp.assemble(stiff(bodies))
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=3.0, rtol=1e-8))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=3.0, rtol=1e-8))
     assert a.statistics.method == "explicit then implicit"
     assert b.statistics.method == "explicit then implicit"
-    assert b.statistics.native
-    np.testing.assert_allclose(a.x, b.x, atol=1e-7 * np.abs(a.x).max())
+    assert_same(a, b)
 
 
 @pytest.mark.parametrize("grid", [None, 500])
-def test_coupled_clutches(grid, monkeypatch):
+def test_coupled_clutches(grid):
     system = lp.assemble(Coupled())
-    assert_same(
-        *by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=1.5, grid=grid))
-    )
+    runs = by_engines(lambda: lp.simulate(system, method="steps", until=1.5, grid=grid), ALL)
+    assert len(runs[0].events) > 2
+    assert_same(*runs)
 
 
-def test_ten_bodies_that_rub(monkeypatch):
+def test_ten_bodies_that_rub():
     system = lp.assemble(rubbing(10))
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=10.0, rtol=1e-9))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=10.0, rtol=1e-9))
     assert len(a.events) > 50
     assert_same(a, b)
 
 
-def test_a_thousand_cycles_of_stick_and_slip_are_two_thousand_events(monkeypatch):
+def test_a_thousand_cycles_of_stick_and_slip_are_two_thousand_events():
     """A spring drags a body that rubs; J w'' = tau - kinetic, in closed form from stop to stop."""
     J, c, w, static, kinetic = 1.0, 100.0, 0.5, 1.2, 1.0
     model = lp.compose(
@@ -145,11 +134,9 @@ def test_a_thousand_cycles_of_stick_and_slip_are_two_thousand_events(monkeypatch
     drop = (static - kinetic) / c
     slip = 2 * np.sqrt(J / c) * (np.pi - np.arctan(drop / w * np.sqrt(c / J)))
     first, period = static / (c * w), 2 * drop / w + slip
-    monkeypatch.setenv("LUMPED_NATIVE", "1")
     run = lp.simulate(
         lp.assemble(model), until=first + 1000 * period - drop / w, rtol=1e-9, grid=[0.0]
     )
-    assert run.statistics.native
     assert len(run.events) == 2000
     times = np.array([event.time for event in run.events])
     np.testing.assert_allclose(times[::2], first + period * np.arange(1000), rtol=1e-6)
@@ -171,7 +158,7 @@ class Floor(lp.Component):
         yield lp.hold(self.f, self.v, gap=self.s, restitution=0.8)
 
 
-def test_a_bouncing_ball_and_its_losses(monkeypatch):
+def test_a_bouncing_ball_and_its_losses():
     """Flights last 2 v / g and shorten by the restitution each time, until the ball rests."""
     m, g, h, e = 2.0, 10.0, 1.0, 0.8
     model = lp.compose(
@@ -183,7 +170,7 @@ def test_a_bouncing_ball_and_its_losses(monkeypatch):
         ],
     )
     system = lp.assemble(model)
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=6.0, rtol=1e-9))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=6.0, rtol=1e-9))
     # the very last bounces are as high as rounding
     for one, other in zip(a.events[:50], b.events[:50], strict=True):
         assert (other.before, other.after) == (one.before, one.after)
@@ -198,8 +185,7 @@ def test_a_bouncing_ball_and_its_losses(monkeypatch):
     assert b["ball.s"][-1] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_two_brakes_on_one_shaft_share_what_they_carry(monkeypatch):
-    """Redundant constraints are settled in Python, between steps in machine code."""
+def test_two_brakes_on_one_shaft_share_what_they_carry():
     model = lp.compose(
         drive=Torque(tau=6 * lp.ops.sin(3 * lp.time)),
         body=Inertia(J=1.0, w=1.0),
@@ -208,7 +194,7 @@ def test_two_brakes_on_one_shaft_share_what_they_carry(monkeypatch):
         connections=lambda m: lp.chain(m.drive, m.body, m.one, m.two),
     )
     system = lp.assemble(model)
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=5.0, rtol=1e-8))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=5.0, rtol=1e-8))
     assert len(a.events) > 6
     assert_same(a, b)
 
@@ -225,15 +211,15 @@ class Counter(lp.Component):
         yield lp.when(self.y >= 1, {self.y: self.y - 1, self.count: self.count + 1})
 
 
-def test_jumps_of_states(monkeypatch):
+def test_jumps_of_states():
     system = lp.assemble(Counter())
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=3.0, rtol=1e-9))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=3.0, rtol=1e-9))
     assert_same(a, b)
     expected = 4 + np.floor(5 * (3.0 - 4 / 3))
     assert b["count"][-1] == expected
 
 
-def test_sampled_control(monkeypatch):
+def test_sampled_control():
     model = lp.compose(
         control=SampledPI(k=2.0, T_i=0.4, T_s=0.05, wanted=1.0),
         motor=Torque(),
@@ -249,22 +235,22 @@ def test_sampled_control(monkeypatch):
         ],
     )
     system = lp.assemble(model)
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=2.0, rtol=1e-8))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=2.0, rtol=1e-8))
     assert len(a.events) >= 40
     assert_same(a, b)
 
 
 @pytest.mark.parametrize("turning", [True, False])
-def test_closed_linkages_and_states_that_change_places(turning, monkeypatch):
+def test_closed_linkages_and_states_that_change_places(turning):
     part = four_bar(w=10.0) if turning else double_rocker(w=3.0)
     system = lp.assemble(part)
     until = 2.0 if turning else 6.0
-    a, b = by_both(monkeypatch, lambda: lp.simulate(system, method="steps", until=until, rtol=1e-9))
+    a, b = by_engines(lambda: lp.simulate(system, method="steps", until=until, rtol=1e-9))
     assert (len(a.events) > 0) == (not turning)
-    assert_same(a, b, 1e-7, steps=turning)
+    assert_same(a, b)
 
 
-def test_changes_without_end_are_named(monkeypatch):
+def test_changes_without_end_are_named():
     """A relay without hysteresis: J w' = -sign(w) switches itself for ever."""
     w = lp.var("rad/s", "speed", 1.0, state="always")
 
@@ -279,12 +265,12 @@ def test_changes_without_end_are_named(monkeypatch):
             lp.simulate(lp.assemble(Relay()), method="steps", until=3.0)
         return str(caught.value), caught.value.partial
 
-    (told, a), (text, b) = by_both(monkeypatch, stopped)
+    (told, a), (text, b) = by_engines(stopped)
     assert text == told
     assert b.t[-1] == pytest.approx(a.t[-1], rel=1e-9)
 
 
-def test_a_quantity_that_runs_to_infinity(monkeypatch):
+def test_a_quantity_that_runs_to_infinity():
     """Y' = y^2 from 1 has its pole at 1 s."""
 
     class Pole(lp.Component):
@@ -298,43 +284,57 @@ def test_a_quantity_that_runs_to_infinity(monkeypatch):
             lp.simulate(lp.assemble(Pole()), method="steps", until=3.0, rtol=1e-8, grid=None)
         return caught.value.partial
 
-    a, b = by_both(monkeypatch, stopped)
+    a, b = by_engines(stopped)
     assert b.t[-1] == pytest.approx(1.0, abs=1e-6)
     np.testing.assert_array_equal(a.t, b.t)
 
 
-def test_machine_code_begins_when_it_pays(monkeypatch):
-    """Not in the first short run of a system, but after some, and within a long one."""
-    monkeypatch.setenv("LUMPED_NATIVE", "1")
-    lp.simulate(
-        method="steps", system=lp.assemble(Mill()), until=0.01
-    )  # so that the time loop is compiled
-    monkeypatch.delenv("LUMPED_NATIVE", raising=False)
-    system = lp.assemble(Mill())
-    first = lp.simulate(system, method="steps", until=0.01)
-    assert not first.statistics.native
-    for _ in range(5):
-        later = lp.simulate(system, method="steps", until=0.01)
-    assert later.statistics.native
-    long = lp.simulate(lp.assemble(Mill()), method="steps", until=200.0, rtol=1e-9, grid=50)
-    assert long.statistics.native
-    monkeypatch.setenv("LUMPED_NATIVE", "0")
-    whole = lp.simulate(lp.assemble(Mill()), method="steps", until=20.0, rtol=1e-9, grid=5)
-    assert not whole.statistics.native
-    np.testing.assert_allclose(long.x[long.t <= 20.0], whole.x, atol=1e-6)
+def test_functions_are_compiled_when_that_pays_and_give_the_same_bits(monkeypatch, tmp_path):
+    """Interpreted, compiled within a run, compiled before, and taken from the cache."""
+    monkeypatch.setenv("LUMPED_CACHE", str(tmp_path))
+    options = {"method": "steps", "until": 5.0, "rtol": 1e-9, "grid": 50}
+    system = lp.assemble(rubbing(3))
+    interpreted = lp.simulate(system, **options)
+    plant = executable(system).plant
+    assert not plant.rates.address
+    monkeypatch.setattr("lumped.timeloop.executable._WORTH", 0)
+    monkeypatch.setattr(Executable, "attempts", 3)
+    changing = lp.simulate(system, **options)
+    assert plant.rates.address
+    assert plant.look.address
+    compiled = lp.simulate(system, **options)
+    again = lp.assemble(rubbing(3))
+    cached = lp.simulate(again, **options)
+    assert executable(again).plant.rates.address
+    assert_same(interpreted, changing, compiled, cached)
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_threads_make_the_same_runs_as_one(method):
+    """Eight at once, of one system, with different parameters; the first and the hundredth."""
+    system = lp.assemble(Coupled())
+    name = next(n for n in system.parameters if n.endswith(".J"))
+
+    def run(k):
+        value = {name: 1.0 + 0.01 * (k % 5)}
+        return lp.simulate(system, until=1.5, grid=50, method=method, parameters=value)
+
+    expected = [run(k) for k in range(5)]
+    with ThreadPoolExecutor(8) as pool:
+        for k, found in enumerate(pool.map(run, range(100))):
+            assert_same(expected[k % 5], found)
 
 
 @pytest.mark.parametrize("grid", [None, 50])
 def test_how_often_the_loop_comes_back_changes_nothing(grid, monkeypatch):
     """After each step, with room for one piece of output and the changes of one instant."""
-    monkeypatch.setenv("LUMPED_NATIVE", "1")
     system = lp.assemble(rubbing(3))
     whole = lp.simulate(system, method="steps", until=5.0, grid=grid)
-    system.made["machine"].attempts = 1
-    monkeypatch.setattr("lumped.timeloop.native_run._PIECES", 1)
-    monkeypatch.setattr("lumped.timeloop.native_run._CHANGES", 0)
-    monkeypatch.setattr("lumped.timeloop.native_run._ROWS", 5)
-    monkeypatch.setattr("lumped.timeloop.native_run._ROOM", 5)
+    monkeypatch.setattr(Executable, "attempts", 1)
+    monkeypatch.setattr("lumped.timeloop.run_by_steps._PIECES", 1)
+    monkeypatch.setattr("lumped.timeloop.run_by_steps._CHANGES", 0)
+    monkeypatch.setattr("lumped.timeloop.run_by_steps._ROWS", 5)
+    monkeypatch.setattr("lumped.timeloop.run_by_steps._ROOM", 5)
     parts = lp.simulate(system, method="steps", until=5.0, grid=grid)
     assert parts.events == whole.events
     assert len(parts.events) > 5
@@ -345,7 +345,7 @@ def test_how_often_the_loop_comes_back_changes_nothing(grid, monkeypatch):
         np.testing.assert_array_equal(one.settings, other.settings)
 
 
-def test_reports_of_failed_runs_keep_what_was_computed(monkeypatch):
+def test_reports_of_failed_runs_keep_what_was_computed():
     system = lp.assemble(Mill())
 
     def stopped():
@@ -353,7 +353,7 @@ def test_reports_of_failed_runs_keep_what_was_computed(monkeypatch):
             lp.simulate(system, method="steps", until=2.0, max_steps=50, grid=None)
         return caught.value.partial
 
-    a, b = by_both(monkeypatch, stopped)
+    a, b = by_engines(stopped)
     assert 50 <= b.statistics.steps + b.statistics.rejected <= 51
     assert len(b.t) == b.statistics.steps + 1
     np.testing.assert_array_equal(a.x[: len(b.t)], b.x)

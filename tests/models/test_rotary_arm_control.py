@@ -162,9 +162,7 @@ def test_momentum_is_kept_at_the_pick_up_and_speed_at_the_release():
     assert np.abs(run["arm.mandrel.w"][run.t > put]).max() < 1e-14
 
 
-def test_samples_at_exactly_the_pick_up_and_the_release_change_nothing(monkeypatch):
-    # machine code, which runs use once it pays, takes other steps where rounding decides
-    monkeypatch.setenv("LUMPED_NATIVE", "0")
+def test_samples_at_exactly_the_pick_up_and_the_release_change_nothing():
     run = controlled(until=6.0, rtol=1e-10)
     taken, put, _ = instants_until_release(run)
     sampled = controlled(until=6.0, grid=[0.0, taken, put, 6.0], rtol=1e-10)

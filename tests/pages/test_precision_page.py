@@ -37,7 +37,6 @@ def torques(t):
 
 def test_the_page_runs_and_its_errors_are_the_true_ones(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("LUMPED_NATIVE", "0")  # in machine code short runs by steps are fastest
     names: dict = {}
     for block in BLOCKS:
         exec(compile(block, "precision.md", "exec"), names)

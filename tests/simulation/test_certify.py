@@ -21,7 +21,7 @@ from lumped.components import (
 from lumped.errors import EquationError, Interrupted, SolverError
 from lumped.ops import sin, where
 from lumped.simulation.compare import compared
-from lumped.timeloop.advance import Advance
+from lumped.timeloop.run_by_steps import RunBySteps
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit", "exact"])
@@ -67,14 +67,13 @@ def test_both_sides_of_a_jump_and_events_do_not_count():
 
 
 def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
-    class Impatient(Advance):
-        def through(self, *args):
+    class Impatient(RunBySteps):
+        def go(self):
             if self.rtol < 1e-6:
                 raise SolverError("enough")
-            return super().through(*args)
+            super().go()
 
-    monkeypatch.setenv("LUMPED_NATIVE", "0")
-    monkeypatch.setattr("lumped.simulation.simulate.Advance", Impatient)
+    monkeypatch.setattr("lumped.simulation.simulate.RunBySteps", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)

@@ -20,6 +20,7 @@ from lumped.components import (
 from lumped.errors import Interrupted, OptionError
 from lumped.ops import where
 from lumped.support import progress
+from lumped.timeloop.executable import Executable
 from lumped.timeloop.recorder import Recorder
 
 
@@ -86,13 +87,11 @@ def test_time_is_spoken(seconds, text):
     assert progress._spoken(seconds) == text
 
 
-@pytest.mark.parametrize("native", ["0", "1"])
-def test_an_interrupted_run_keeps_what_it_computed(monkeypatch, native):
-    monkeypatch.setenv("LUMPED_NATIVE", native)
+def test_an_interrupted_run_keeps_what_it_computed(monkeypatch):
     system, add = slider(), Recorder.add
     lp.simulate(system, until=0.1)
-    if native == "1":
-        system.made["machine"].attempts = 20  # steps between two looks at what was computed
+    # steps between two looks at what was computed
+    monkeypatch.setattr(Executable, "attempts", 20)
 
     def interrupting(self, t, *rest):
         add(self, t, *rest)
@@ -148,11 +147,9 @@ def interrupted_at(line, system, **options):
         sys.settrace(before)
 
 
-@pytest.mark.parametrize("native", ["0", "1"])
 @pytest.mark.parametrize("certify", [False, True])
-def test_an_interrupt_is_told_wherever_it_comes(monkeypatch, native, certify):
+def test_an_interrupt_is_told_wherever_it_comes(certify):
     """Before any line of ours, from the first one on; what is left of the run can be read."""
-    monkeypatch.setenv("LUMPED_NATIVE", native)
     options = {"until": 0.5, "method": "steps", "grid": 10, "certify": certify}
     system, lines, empty, some = braked(), 0, 0, 0
     for _ in range(4):  # what is made once is made

@@ -17,7 +17,7 @@ def scenes():
 @pytest.mark.parametrize("k", range(DRIVES))
 def test_all_ways_of_a_random_drive_agree_or_refuse(scenes, k, tmp_path):
     ways = Ways(scenes[k])
-    ways.methods(("0", "1") if k == 0 else ("0",))
+    ways.methods()
     ways.derivatives(some_parameters(scenes[k].system, np.random.default_rng(k)))
     if k == 0 and shutil.which("cc"):
         ways.unit(tmp_path)

@@ -34,9 +34,7 @@ def test_a_run_goes_on_from_a_point_with_what_was_on(method):
 
 
 @pytest.mark.parametrize("begin", [-1.0, -0.5, 0.5, 3.0])
-@pytest.mark.parametrize("native", ["0", "1"])
-def test_a_run_begins_when_it_is_told_to(begin, native, monkeypatch):
-    monkeypatch.setenv("LUMPED_NATIVE", native)
+def test_a_run_begins_when_it_is_told_to(begin):
     system = pushed(w=1.0)
     for method in ("auto", "explicit"):
         run = lp.simulate(system, begin=begin, until=4.0, grid=4, method=method)
@@ -89,7 +87,6 @@ def vibrating():
     )
 
 
-@pytest.mark.parametrize("native", ["0", "1"])
 @pytest.mark.parametrize(
     ("model", "name", "method"),
     [
@@ -100,8 +97,7 @@ def vibrating():
     ],
 )
 @pytest.mark.parametrize("middle", [0.1, 0.75, 1.1, 1.8])
-def test_a_run_in_two_pieces_is_the_run_in_one(model, name, method, native, middle, monkeypatch):
-    monkeypatch.setenv("LUMPED_NATIVE", native)
+def test_a_run_in_two_pieces_is_the_run_in_one(model, name, method, middle):
     system = lp.assemble(model)
     options = {"rtol": 1e-10, "method": method}
     late = [middle, 2.0, 3.0]

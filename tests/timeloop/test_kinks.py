@@ -159,11 +159,9 @@ def braked(law):
     )
 
 
-@pytest.mark.parametrize("native", ["0", "1"])
 @pytest.mark.parametrize("method", ["explicit", "implicit"])
 @pytest.mark.parametrize("name", OF_SPEED)
-def test_a_torque_of_the_speed_follows_scipy(name, method, native, monkeypatch):
-    monkeypatch.setenv("LUMPED_NATIVE", native)
+def test_a_torque_of_the_speed_follows_scipy(name, method):
     law, function = OF_SPEED[name]
     expected = solve_ivp(
         lambda t, y: [2 * np.sin(3 * t) - function(y[0])],

@@ -1,0 +1,135 @@
+"""Conditions: what they say, how they change, and the jumps of states that follow."""
+
+from __future__ import annotations
+
+from lumped.kernel.plant import Plant
+from lumped.kernel.run import Instant, Look, Run
+from lumped.kernel.words import Numbers, kernel
+
+__all__ = ["PATIENCE", "jump", "set_by_sides", "slack", "turn", "turn_wrong"]
+
+_EQUAL, _LEAST = 1e-12, 1e-13
+"""Difference of sides that are equal, relative to them, and at least."""
+PATIENCE = 6
+"""Rounds in which all that is wrong changes at once although it has not become less."""
+
+
+@kernel
+def slack(look: Look, k: int) -> float:
+    """Difference of the sides of a condition that is still rounding."""
+    return _EQUAL * (abs(look.greater[k]) + abs(look.less[k])) + _LEAST
+
+
+@kernel
+def _enter(plant: Plant, m: Numbers, k: int, piece: int) -> None:
+    """Settings of a piece of a table."""
+    width = plant.piece_width[k]
+    row = plant.pieces[plant.first_piece[k] + piece * width :]
+    for i in range(width):
+        m[plant.condition_setting[k] + i] = row[i]
+
+
+@kernel
+def _piece_at(plant: Plant, k: int, place: float) -> int:
+    """The last piece that begins at or before a place; the first has no begin."""
+    low, high, width = 0, plant.piece_count[k], plant.piece_width[k]
+    begins = plant.pieces[plant.first_piece[k] + 1 :]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if begins[middle * width] <= place:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def set_by_sides(plant: Plant, look: Look, m: Numbers) -> None:
+    """Set all conditions by their sides; where these are equal, a condition does not hold."""
+    for k in range(plant.conditions):
+        if plant.piece_count[k] > 0:
+            _enter(plant, m, k, _piece_at(plant, k, look.greater[k]))
+        else:
+            holds = look.greater[k] - look.less[k] > slack(look, k)
+            m[plant.condition_setting[k]] = 1.0 if holds else 0.0
+
+
+@kernel
+def turn(plant: Plant, m: Numbers, k: int, difference: float) -> None:
+    """Change a condition: to its contrary, or to the next piece."""
+    own, count = m[plant.condition_setting[k] :], plant.piece_count[k]
+    if count == 0:
+        own[0] = 1.0 - own[0]
+        return
+    onward = own[3] < 0.0 or own[4] * difference < -0.5
+    piece = int(own[0]) + (1 if onward else -1)
+    _enter(plant, m, k, min(max(piece, 0), count - 1))
+
+
+@kernel
+def _is_wrong(plant: Plant, m: Numbers, k: int, difference: float, tolerated: float) -> bool:
+    """Whether a condition does not say what its sides say."""
+    own = m[plant.condition_setting[k] :]
+    if plant.piece_count[k] > 0:
+        return own[2] + difference * (own[3] + own[4] * difference) < -tolerated
+    return difference < -tolerated if own[0] > 0.5 else difference > tolerated
+
+
+@kernel
+def _is_tie(plant: Plant, instant: Instant, k: int, difference: float) -> bool:
+    """Whether sides are exactly equal and the condition says what it does not say of equal ones."""
+    if difference != 0.0 or instant.is_exempt[k] or plant.piece_count[k] > 0:
+        return False
+    holds = instant.m[plant.condition_setting[k]] > 0.5
+    return holds == (plant.is_strict[k] != 0)
+
+
+@kernel
+def turn_wrong(run: Run, seen: Look) -> bool:
+    """Turn conditions round that do not say what their sides say; whether there were any.
+
+    All change while that helps, then the first alone, until there are fewer than ever before
+    (Judice and Pires, Computers and Operations Research 21 (1994) 587; Murty's rule).
+    """
+    plant, instant = run.plant, run.instant
+    wrong, count = instant.wrong, 0
+    for k in range(plant.conditions):
+        difference = seen.greater[k] - seen.less[k]
+        is_tie = _is_tie(plant, instant, k, difference)
+        if is_tie or _is_wrong(plant, instant.m, k, difference, slack(seen, k)):
+            wrong[count] = k
+            count += 1
+        if is_tie:
+            instant.is_exempt[k] = 1
+    if count == 0:
+        return False
+    changing = count
+    if count < instant.fewest_conditions:
+        instant.fewest_conditions, instant.patience_conditions = count, PATIENCE
+    elif instant.patience_conditions > 0:
+        instant.patience_conditions -= 1
+    else:
+        changing = 1
+    for i in range(changing):
+        k = wrong[i]
+        turn(plant, instant.m, k, seen.greater[k] - seen.less[k])
+    return True
+
+
+@kernel
+def jump(run: Run, seen: Look) -> bool:
+    """Change states where conditions have become true; whether any did."""
+    plant, instant = run.plant, run.instant
+    any_jumps = False
+    for k in range(plant.jumps):
+        holds = instant.m[plant.jump_setting[k]] > 0.5
+        if holds and not instant.was_true[k]:
+            any_jumps = True
+            if plant.jump_condition[k] >= 0:
+                instant.has_jumped[plant.jump_condition[k]] = 1
+            for i in range(plant.jump_begin[k], plant.jump_begin[k + 1]):
+                if plant.jump_state[i] >= 0:
+                    instant.x[plant.jump_state[i]] = plant.jump_sign[i] * seen.jumped[i]
+                    instant.has_moved = 1
+        instant.was_true[k] = holds
+    return any_jumps

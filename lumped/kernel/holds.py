@@ -1,0 +1,78 @@
+"""Holds: their positions read and written, and what decides positions at a point."""
+
+from __future__ import annotations
+
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK, Plant
+from lumped.kernel.run import Instant, Look, Run
+from lumped.kernel.words import Numbers, kernel
+
+__all__ = ["TOUCHING", "copy_settings", "is_held", "look_at", "put", "release_demands", "standstills", "stop"]
+
+TOUCHING = 1e-13
+"""Gap of bodies that touch, m or rad."""
+_INFINITE = float("inf")
+_STANDSTILL = 1e-9
+"""Speed, relative to those that it follows from, that is rounding of them."""
+
+
+@kernel
+def put(plant: Plant, m: Numbers, hold: int, position: int) -> None:
+    """Let a hold stick, slide, or be free."""
+    own = m[plant.hold_setting[hold] :]
+    own[0] = own[1] = own[2] = 0.0
+    if position != FREE:
+        own[position] = 1.0
+
+
+@kernel
+def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
+    """Whether a hold sticks."""
+    return m[plant.hold_setting[hold] + STUCK] > 0.5
+
+
+@kernel
+def release_demands(plant: Plant, m: Numbers) -> None:
+    """No hold demands an acceleration, and none yields."""
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + COMPLIANCE] = 0.0
+        m[plant.hold_setting[h] + DEMAND] = 0.0
+
+
+@kernel
+def copy_settings(plant: Plant, begin: Numbers, to: Numbers) -> None:
+    """Copy all settings."""
+    for i in range(plant.settings):
+        to[i] = begin[i]
+
+
+@kernel
+def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
+    """Everything that decides positions; limits that are not given are infinite."""
+    plant = run.plant
+    evaluate(plant.look, run, x, run.t, m, look.greater)
+    for h in range(plant.holds):
+        if not plant.has_upper[h]:
+            look.upper[h] = _INFINITE
+        if not plant.has_lower[h]:
+            look.lower[h] = -_INFINITE
+
+
+@kernel
+def standstills(plant: Plant, instant: Instant) -> None:
+    """Speeds that count as zero: where they are states, only zero does."""
+    rest = instant.rest_speed
+    for h in range(plant.holds):
+        rest[h] = 0.0
+    for i in range(plant.speed_uses):
+        h = plant.use_hold[i]
+        rest[h] = max(rest[h], abs(instant.x[plant.use_state[i]]))
+    for h in range(plant.holds):
+        rest[h] = 0.0 if plant.speed_state[h] >= 0 else _STANDSTILL * (1.0 + rest[h])
+
+
+@kernel
+def stop(plant: Plant, instant: Instant, hold: int) -> None:
+    """Make a speed exactly zero if it is a state."""
+    if plant.speed_state[hold] >= 0:
+        instant.x[plant.speed_state[hold]] = 0.0

@@ -1,0 +1,97 @@
+"""CasADi functions of scalar operations as tables, to be interpreted or compiled."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from lumped.kernel.interpret import PARAMETER, RESULT, SETTING, STATE, TIME
+
+__all__ = ["Operations", "UnsupportedError", "operations_of"]
+
+
+class UnsupportedError(Exception):
+    """An operation that kernels do not know."""
+
+
+_INPUTS = (STATE, PARAMETER, TIME, SETTING)
+
+
+@dataclass(frozen=True, eq=False)
+class Operations:
+    """A function (x, p, t, m) -> results, one after the other.
+
+    Attributes
+    ----------
+    table : ndarray of int64, shape (k, 4)
+        Operation, place of its result, and two arguments: places in the work vector, or which
+        input, constant or result.
+    constants : ndarray
+        Constants.
+    work : int
+        Length of the work vector.
+    results : int
+        Number of results.
+    """
+
+    table: np.ndarray
+    constants: np.ndarray
+    work: int
+    results: int
+
+    @cached_property
+    def key(self) -> bytes:
+        """What tells it apart from any other function."""
+        return hashlib.sha256(self.table.tobytes() + b"|" + self.constants.tobytes()).digest()
+
+
+def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
+    """The operations of a function.
+
+    Parameters
+    ----------
+    function : Function
+        Of states, parameters, time and settings, made of scalar operations.
+    full : bool
+        Whether results of one column are written with their zeros; else only nonzeros are.
+
+    Raises
+    ------
+    UnsupportedError
+        If it is made of anything else.
+    """
+    if not function.is_a("SXFunction"):
+        raise UnsupportedError(f"{function.name()}: not a function of scalar operations")
+    rows: list[tuple[int, int, int, int]] = []
+    constants: list[float] = []
+    first, targets = 0, []
+    for i in range(function.n_out()):
+        sparsity = function.sparsity_out(i)
+        whole = full and sparsity.size2() == 1
+        places = np.array(sparsity.row() if whole else range(sparsity.nnz()), dtype=int)
+        count = sparsity.size1() if whole else sparsity.nnz()
+        targets.append(first + places)
+        for missing in np.setdiff1d(np.arange(count), places).tolist() if whole else ():
+            rows.append((ca.OP_CONST, 0, len(constants), 0))
+            rows.append((RESULT, first + missing, 0, 0))
+            constants.append(0.0)
+        first += count
+    for k in range(function.n_instructions()):
+        op, out = function.instruction_id(k), function.instruction_output(k)
+        if op == ca.OP_CONST:
+            rows.append((op, out[0], len(constants), 0))
+            constants.append(function.instruction_constant(k))
+            continue
+        given = function.instruction_input(k)
+        if op == ca.OP_INPUT:
+            rows.append((_INPUTS[given[0]], out[0], given[1], 0))
+        elif op == ca.OP_OUTPUT:
+            rows.append((RESULT, int(targets[out[0]][out[1]]), given[0], 0))
+        else:
+            rows.append((op, out[0], given[0], given[-1]))
+    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    return Operations(table, np.array(constants), max(function.sz_w(), 1), first)

@@ -1,0 +1,85 @@
+"""What a run records: points at wanted times or at steps, both ends of each smooth piece."""
+
+from __future__ import annotations
+
+from lumped.kernel.crossing import inside
+from lumped.kernel.run import Output, Run
+from lumped.kernel.words import Numbers, kernel
+
+__all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
+
+_SAME = 1e-13
+"""Distance of times, relative to the size of all, that are meant to be the same."""
+
+
+@kernel
+def has_room(output: Output) -> bool:
+    """Whether there is room for all wanted times that are left and a few rows more."""
+    return output.most_rows - output.rows >= output.grid_size - output.grid_next + 4
+
+
+@kernel
+def add_row(run: Run, t: float) -> Numbers:
+    """Take a row; gives the place of its states."""
+    output, plant = run.output, run.plant
+    row, ng = output.rows, plant.implicit
+    output.t[row] = t
+    for i in range(ng):
+        output.implicit[row * ng + i] = run.m[plant.settings - ng + i]
+    output.rows = row + 1
+    return output.x[row * plant.states :]
+
+
+@kernel
+def record_edge(run: Run) -> None:
+    """An end of a smooth piece; wanted times that coincide with it are left out."""
+    output = run.output
+    if not output.has_both_sides:
+        return
+    out = add_row(run, run.t)
+    for i in range(run.plant.states):
+        out[i] = run.x[i]
+    if output.is_on_grid:
+        latest = run.t + _SAME * run.span
+        while output.grid_next < output.grid_size and output.grid[output.grid_next] <= latest:
+            output.grid_next += 1
+
+
+@kernel
+def record(run: Run, end: float, is_crossed: bool) -> None:
+    """What is asked for of a step up to a time."""
+    output = run.output
+    if not output.is_on_grid:
+        if not is_crossed or run.t_new < end:
+            out = add_row(run, run.t_new)
+            for i in range(run.plant.states):
+                out[i] = run.new[i]
+        return
+    k = output.grid_next
+    while k < output.grid_size and output.grid[k] < end:
+        part = (output.grid[k] - run.t) / (run.t_new - run.t)
+        inside(run, part, add_row(run, output.grid[k]))
+        k += 1
+    output.grid_next = k
+
+
+@kernel
+def begin_piece(run: Run) -> None:
+    """Begin a new smooth piece."""
+    output, count = run.output, run.plant.settings - run.plant.implicit
+    k = output.pieces
+    output.piece_row[k] = output.rows
+    for i in range(count):
+        output.piece_settings[k * count + i] = run.m[i]
+    output.pieces = k + 1
+    record_edge(run)
+
+
+@kernel
+def note_change(run: Run, kind: int, number: int, was: int, now: int, loss: float) -> None:
+    """A condition (0) or hold (1) that changed its position."""
+    output = run.output
+    change, when = output.change[4 * output.changes :], output.change_time[2 * output.changes :]
+    change[0], change[1], change[2], change[3] = kind, number, was, now
+    when[0], when[1] = run.t, loss
+    output.changes += 1

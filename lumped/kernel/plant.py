@@ -1,0 +1,115 @@
+"""A plant: the functions and tables of a system that the time loop needs, without any names.
+
+A function takes states x, parameters p, the time t and settings m, and writes its results one
+after the other. Settings are the positions of conditions and holds, then implicit quantities.
+
+A hold is a constraint that sticks, or slides forward or backward, or is free; it has five settings,
+in the order of `STUCK` to `DEMAND`. A condition has one, or those of a piece of a table: its
+number, its begin, and three of its margin, ``k0 + s (k1 + k2 s)`` with s the distance from the
+begin.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from lumped.kernel.records import Record
+from lumped.kernel.words import Integers, Numbers
+
+__all__ = ["Function", "Plant"]
+
+STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND = range(5)
+"""Settings of a hold; the first three tell its position."""
+
+FREE = -1
+"""The position of a hold that is none of the first three."""
+
+CONDITION, UPPER, LOWER, SLIDE = range(4)
+"""Kinds of margins: of a condition, of the limits of a reaction, of a speed or gap."""
+
+
+class Function(Record):
+    """A function of a plant.
+
+    Attributes
+    ----------
+    address : int
+        Of its machine code; 0 as long as it is interpreted.
+    count : int
+        Number of its operations.
+    operations : Integers
+        Operation, result and two arguments of each (see `interpret`).
+    constants : Numbers
+        Those that operations name by their number.
+    """
+
+    address: int
+    count: int
+    operations: Integers
+    constants: Numbers
+
+
+class Plant(Record):
+    """What a run needs to know of a system."""
+
+    # sizes
+    states: int
+    settings: int
+    implicit: int
+    margins: int
+    conditions: int
+    holds: int
+    jumps: int
+    levers: int
+    followers: int
+    speed_uses: int
+
+    # functions
+    rates: Function
+    jacobian: Function
+    look: Function
+    margin: Function
+    margin_rate: Function
+    closure: Function
+    leverage: Function
+    following: Function
+
+    # conditions: the first setting of each, whether it is strict, and its table of pieces, if any
+    condition_setting: Integers
+    is_strict: Integers
+    piece_count: Integers
+    piece_width: Integers
+    first_piece: Integers
+    pieces: Numbers
+
+    # holds: the first setting of each, the condition under which it acts (or -1), what limits and
+    # laws there are, the state that is its speed (or -1), and whether it takes impulses
+    hold_setting: Integers
+    engaged_by: Integers
+    has_upper: Integers
+    has_lower: Integers
+    has_forward: Integers
+    has_backward: Integers
+    has_gap: Integers
+    speed_state: Integers
+    is_impulsive: Integers
+
+    # which states the speeds of holds depend on
+    use_hold: Integers
+    use_state: Integers
+
+    # jumps of states: setting of the condition, its number (or -1), and from `jump_begin[k]` on
+    # the states that change (or -1), with their signs
+    jump_setting: Integers
+    jump_condition: Integers
+    jump_begin: Integers
+    jump_state: Integers
+    jump_sign: Numbers
+
+    # margins
+    margin_kind: Integers
+    margin_number: Integers
+
+    # any accelerations of the holds, and any directions of the implicit quantities
+    any_demand: Numbers
+    any_direction: Numbers

@@ -1,0 +1,179 @@
+"""Records: what kernels share, with fields that have names, types and lengths.
+
+A record is declared like a dataclass::
+
+    class Step(Record):
+        h: float
+        x: Annotated[Numbers, "states"]
+        plant: Plant
+
+A field is an integer, a number, numbers or integers of a length, or another record. The length is
+an expression of the sizes with which the record is made; without one the field points to an array
+that is given. A second length tells how far one may write beyond the field, into those after it.
+In memory a record is a block of 64-bit words: its fields in their order, those of a
+length as the address of their place further on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from lumped.kernel.words import Integers, Numbers
+
+__all__ = ["Field", "Record"]
+
+_KINDS = {int: "int", float: "float", Integers: "ints", Numbers: "numbers"}
+
+
+class Field(NamedTuple):
+    """A field of a record.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    place : int
+        Number of its word.
+    kind : str or type
+        "int", "float", "ints", "numbers", or a class of records.
+    length : str
+        Expression of sizes; empty if there is none.
+    reach : str
+        The same with fields after it that one function writes together with it.
+    """
+
+    name: str
+    place: int
+    kind: Any
+    length: str
+    reach: str
+
+
+class _Word:
+    """A field as an attribute in Python."""
+
+    def __init__(self, field: Field) -> None:
+        self._field = field
+
+    def __get__(self, record: Record | None, _: type | None = None) -> Any:
+        if record is None:
+            return self
+        name, place, kind = self._field[:3]
+        if kind == "int":
+            return int(record._words[place])
+        if kind == "float":
+            return record._numbers[place]
+        return record._held[name]
+
+    def __set__(self, record: Record, value: Any) -> None:
+        name, place, kind = self._field[:3]
+        if kind == "int":
+            record._words[place] = value
+        elif kind == "float":
+            record._numbers[place] = value
+        else:
+            record._held[name] = value
+            record._words[place] = address(value)
+
+
+def address(held: Any) -> int:
+    """Where an array or a record stands."""
+    array = held._words if isinstance(held, Record) else held
+    found: int = array.__array_interface__["data"][0]
+    return found
+
+
+class _Layout(NamedTuple):
+    """Where the fields that have a length stand: their words, offsets, and views by name."""
+
+    words: np.ndarray
+    offsets: np.ndarray
+    views: dict[str, tuple[bool, int, int]]
+    count: int
+
+
+class Record:
+    """A record that kernels read and write.
+
+    Parameters
+    ----------
+    sizes : mapping of str to int
+        What the lengths of its fields are made of.
+    **given
+        Values of fields.
+    """
+
+    fields: ClassVar[dict[str, Field]] = {}
+
+    def __init_subclass__(cls) -> None:
+        hints = get_type_hints(cls, include_extras=True)
+        cls.fields = {}
+        for place, name in enumerate(n for n in cls.__annotations__ if n != "fields"):
+            hint, lengths = hints[name], [""]
+            if get_origin(hint) is Annotated:
+                hint, *lengths = get_args(hint)
+            field = Field(name, place, _KINDS.get(hint, hint), lengths[0], lengths[-1])
+            cls.fields[name] = field
+            setattr(cls, name, _Word(field))
+
+    def __init__(self, sizes: Mapping[str, int] | None = None, **given: Any) -> None:
+        layout = _laid_out(type(self), tuple((sizes or {}).items()))
+        self._words = np.zeros(layout.count, dtype=np.int64)
+        self._numbers = self._words.view(np.float64)
+        self._words[layout.words] = address(self._words) + 8 * layout.offsets
+        self._held: Any = _Views(self, layout)
+        for name, value in given.items():
+            setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_") and name not in self.fields:
+            raise AttributeError(f"{type(self).__name__} has no field {name}")
+        super().__setattr__(name, value)
+
+    @classmethod
+    def lengths(cls) -> set[str]:
+        """Sizes that the lengths of its fields are made of."""
+        texts = " ".join(field.length for field in cls.fields.values())
+        return set(re.findall(r"[a-z_]+", texts)) - {"max"}
+
+    @property
+    def address(self) -> int:
+        """Where it stands."""
+        return address(self)
+
+
+class _Views(dict[str, Any]):
+    """Arrays and records that a record points to; own ones are made when they are asked for."""
+
+    def __init__(self, record: Record, layout: _Layout) -> None:
+        super().__init__()
+        self._words, self._numbers = record._words, record._numbers
+        self._views = layout.views
+
+    def __missing__(self, name: str) -> Any:
+        if name not in self._views:
+            return None
+        is_number, first, count = self._views[name]
+        base = self._numbers if is_number else self._words
+        self[name] = base[first : first + count]
+        return self[name]
+
+
+@cache
+def _laid_out(kind: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout:
+    known = dict(sizes)
+    end = len(kind.fields)
+    words, offsets, views = [], [], {}
+    for field in kind.fields.values():
+        if field.length:
+            count, reach = (int(eval(e, {"max": max}, known)) for e in (field.length, field.reach))
+            words.append(field.place)
+            offsets.append(end)
+            views[field.name] = field.kind == "numbers", end, reach
+            end += count
+    return _Layout(np.array(words, dtype=int), np.array(offsets, dtype=np.int64), views, max(end, 1))

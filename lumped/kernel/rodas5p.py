@@ -1,0 +1,116 @@
+"""One attempt of Rodas5P (Steinebach, BIT Numerical Mathematics 63 (2023) 27).
+
+A stiffly accurate L-stable Rosenbrock method with the exact sparse Jacobian. The increments of its
+eight stages stand between the derivatives at both ends of the step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.run import Run
+from lumped.kernel.sparse_lu import factorise, is_solved, solve
+from lumped.kernel.words import Numbers, kernel, sqrt
+from lumped.numerics import rodas5p as tableau
+
+__all__ = ["UNSOLVED", "dense_output", "interpolate", "step"]
+
+UNSOLVED = 1e3
+"""Error of a step whose linear equations could not be solved accurately: try a shorter one."""
+
+_GAMMA = tableau.GAMMA
+_NODES = (*tableau.NODES, 1.0, 1.0, 1.0)
+_D = (*tableau.D, 0.0, 0.0, 0.0)
+
+
+def _square(rows: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
+    """Rows of different lengths as eight of eight, one after the other."""
+    filled = np.zeros((8, 8))
+    for i, row in enumerate(rows):
+        filled[i, : len(row)] = row
+    return tuple(filled.ravel().tolist())
+
+
+_A, _C = _square(tableau.A), _square(tableau.C)
+_H = tuple(np.array(tableau.H).ravel().tolist())
+
+
+@kernel
+def _factorised(run: Run, h: float) -> bool:
+    """Whether the matrix of the step, ``I - h gamma J``, has factors."""
+    matrix, n = run.matrix, run.plant.states
+    pattern = matrix.pattern
+    evaluate(run.plant.jacobian, run, run.x, run.t, run.m, matrix.slopes)
+    for e in range(pattern.entries):
+        matrix.factors[e] = 0.0
+    for i in range(n):
+        matrix.factors[pattern.diagonal[i]] = 1.0
+    for e in range(pattern.nonzeros):
+        matrix.factors[pattern.place[e]] -= h * _GAMMA * matrix.slopes[e]
+    return factorise(pattern, matrix, n)
+
+
+@kernel
+def step(run: Run, h: float) -> float:
+    """New states, their derivatives, and the error relative to what is tolerated."""
+    plant, t, m, matrix = run.plant, run.t, run.m, run.matrix
+    n, pattern, drift, right = plant.states, matrix.pattern, matrix.drift, matrix.right
+    x, k, new = run.x, run.stages, run.new
+    if not _factorised(run, h):
+        return UNSOLVED
+    for s in range(8):
+        rate = k[(1 + s) * n :]
+        for i in range(n):
+            total = x[i]
+            if s < 6:
+                for j in range(s):
+                    total += _A[8 * s + j] * k[(1 + j) * n + i]
+            else:
+                total = new[i] + k[s * n + i]
+            new[i] = total
+        if s == 0:
+            for i in range(n):
+                rate[i] = k[i]
+        else:
+            evaluate(plant.rates, run, new, t + _NODES[s] * h, m, rate)
+        for i in range(n):
+            total = 0.0
+            for j in range(s):
+                total += _C[8 * s + j] * k[(1 + j) * n + i]
+            right[i] = h * _GAMMA * (rate[i] + h * _D[s] * drift[i] + total / h)
+            rate[i] = right[i]
+        solve(pattern, matrix, n, rate)
+        if s == 0 and not is_solved(pattern, matrix, n, h * _GAMMA, right, rate):
+            return UNSOLVED
+    for i in range(n):
+        new[i] = new[i] + k[8 * n + i]
+    evaluate(plant.rates, run, new, t + h, m, k[12 * n :])
+    run.evaluations += 8
+    error = 0.0
+    for i in range(n):
+        part = k[8 * n + i] / (run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i])))
+        error += part * part
+    return sqrt(error) / sqrt(float(n))
+
+
+@kernel
+def dense_output(run: Run) -> None:
+    """Coefficients of the interpolation in a step that was accepted."""
+    n, k = run.plant.states, run.stages
+    for c in range(3):
+        for i in range(n):
+            total = 0.0
+            for j in range(8):
+                total += _H[8 * c + j] * k[(1 + j) * n + i]
+            run.dense[c * n + i] = total
+
+
+@kernel
+def interpolate(run: Run, part: float, out: Numbers) -> None:
+    """States at a part of the step."""
+    n, x, new, c = run.plant.states, run.x, run.new, run.dense
+    rest = 1.0 - part
+    for i in range(n):
+        inner = c[i] + part * (c[n + i] + part * c[2 * n + i])
+        out[i] = rest * x[i] + part * (new[i] + rest * inner)

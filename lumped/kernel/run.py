@@ -1,0 +1,254 @@
+"""What a run writes: where it stands, its present step, the instant it settles, its output.
+
+Lengths are made of the sizes of a plant: ``states``, ``settings``, ``implicit``, ``parameters``,
+``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``, ``levers``, ``followers``, and
+``work``, the numbers that its functions need while they are interpreted.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from lumped.kernel.plant import Plant
+from lumped.kernel.records import Record
+from lumped.kernel.words import Integers, Numbers
+
+__all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Run"]
+
+STORM_SIZE = 200
+"""Changes of position that may follow each other at practically the same instant."""
+
+(GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, TOO_STIFF) = range(9)
+(NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
+"""Why the loop returns. UNFIT: another state must lead. TOO_STIFF: the implicit method needs more
+room. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have to
+follow a jump. INSIDE: a body starts inside another."""
+
+(BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
+"""Where a run goes on."""
+
+
+class Look(Record):
+    """What decides positions at one point, in the order in which the function `look` gives it."""
+
+    greater: Annotated[
+        Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"
+    ]
+    less: Annotated[Numbers, "conditions"]
+    speed: Annotated[Numbers, "holds"]
+    acceleration: Annotated[Numbers, "holds"]
+    reaction: Annotated[Numbers, "holds"]
+    upper: Annotated[Numbers, "holds"]
+    lower: Annotated[Numbers, "holds"]
+    gap: Annotated[Numbers, "holds"]
+    restitution: Annotated[Numbers, "holds"]
+    jumped: Annotated[Numbers, "jump_values"]
+    rates: Annotated[Numbers, "states"]
+
+
+class Instant(Record):
+    """Positions and states while they are found at one instant."""
+
+    x: Annotated[Numbers, "states"]
+    m: Annotated[Numbers, "settings"]
+    before: Annotated[Numbers, "settings"]
+
+    # margins that are used up
+    fired: Annotated[Integers, "margins"]
+    fired_count: int
+
+    # of conditions: those that may stay where both sides are equal, those that made states jump
+    is_exempt: Annotated[Integers, "conditions"]
+    has_jumped: Annotated[Integers, "conditions"]
+    was_true: Annotated[Integers, "jumps"]
+
+    # of holds: stuck before, come to a standstill now, struck by an impact, energy lost in it
+    was_stuck: Annotated[Integers, "holds"]
+    is_halted: Annotated[Integers, "holds"]
+    is_struck: Annotated[Integers, "holds"]
+    loss: Annotated[Numbers, "holds"]
+    has_moved: int
+
+    # how many were wrong at best, and rounds left in which all of them change
+    fewest_conditions: int
+    patience_conditions: int
+    fewest_holds: int
+    patience_holds: int
+    wrong: Annotated[Integers, "max(conditions, holds)"]
+    next_position: Annotated[Integers, "holds"]
+
+    # impacts: what closes, what takes part, what is demanded
+    is_closing: Annotated[Integers, "holds"]
+    is_member: Annotated[Integers, "holds"]
+    demand: Annotated[Numbers, "holds"]
+    bounce: Annotated[Numbers, "holds"]
+    rest_speed: Annotated[Numbers, "holds"]
+    has_closed: Annotated[Integers, "holds"]
+    speed_at_begin: Annotated[Numbers, "holds"]
+
+    trial: Annotated[Numbers, "settings"]
+    sole: Annotated[Numbers, "settings"]
+    seen: Look
+    at_rest: Look
+    pushed: Look
+    after: Look
+
+
+class Pattern(Record):
+    """Where the entries of a factorised matrix are: row after row, in the order of the pivots.
+
+    Attributes
+    ----------
+    nonzeros, entries : int
+        Of the Jacobian; of both factors.
+    row, column : Integers
+        States of each nonzero of the Jacobian.
+    place : Integers
+        Its entry.
+    order : Integers
+        State of each pivot.
+    begin, diagonal : Integers
+        First entry, and that of the pivot, of each row.
+    at : Integers
+        Column of each entry.
+    """
+
+    nonzeros: int
+    entries: int
+    row: Integers
+    column: Integers
+    place: Integers
+    order: Integers
+    begin: Integers
+    diagonal: Integers
+    at: Integers
+
+
+class Matrix(Record):
+    """The matrix of an implicit step, factorised."""
+
+    pattern: Pattern
+    slopes: Annotated[Numbers, "nonzeros", "nonzeros + states"]
+    drift: Annotated[Numbers, "states"]
+    factors: Annotated[Numbers, "entries"]
+    row: Annotated[Numbers, "states"]
+    size: Annotated[Numbers, "states"]
+    right: Annotated[Numbers, "states"]
+
+
+class Output(Record):
+    """What a run gives back; there is room for so much of each."""
+
+    # points: time, states, implicit quantities
+    t: Numbers
+    x: Numbers
+    implicit: Numbers
+    rows: int
+    most_rows: int
+
+    # smooth pieces: first row and settings of each
+    piece_row: Integers
+    piece_settings: Numbers
+    pieces: int
+    most_pieces: int
+
+    # changes: 0 for a condition or 1 for a hold, its number, position before and after; time, loss
+    change: Integers
+    change_time: Numbers
+    changes: int
+    most_changes: int
+
+    # times that are wanted
+    grid: Numbers
+    grid_size: int
+    grid_next: int
+    is_on_grid: int
+    has_both_sides: int
+
+
+class Run(Record):
+    """A run."""
+
+    plant: Plant
+    instant: Instant
+    output: Output
+    matrix: Matrix
+
+    # as it was asked for
+    p: Annotated[Numbers, "parameters"]
+    atol: Annotated[Numbers, "states"]
+    rtol: float
+    chooses_method: int
+    max_steps: int
+
+    # times: the size of all, what happens at once, the shortest bounce, the longest step
+    span: float
+    soon: float
+    shortest: float
+    longest: float
+
+    # segments between instants of functions of time, with the settings that these have in each
+    segments: int
+    edges: Numbers
+    timed: int
+    timed_setting: Integers
+    timed_values: Numbers
+
+    # where it stands
+    phase: int
+    segment: int
+    t: float
+    end: float
+    h: float
+    x: Annotated[Numbers, "states"]
+    m: Annotated[Numbers, "settings"]
+    is_implicit: int
+    implicit_from: float
+    was_rejected: int
+    stiff_steps: int
+    calm_steps: int
+    may_be_redundant: int
+    yielding: float
+
+    # what it cost so far; where it pauses
+    steps: int
+    rejected: int
+    evaluations: int
+    interpreted: int
+    pause: int
+
+    # times of the last changes of position
+    changed: Annotated[Numbers, str(STORM_SIZE)]
+    changed_count: int
+
+    # the present step
+    t_new: float
+    new: Annotated[Numbers, "states"]
+    stages: Annotated[Numbers, "16 * states"]
+    argument: Annotated[Numbers, "states"]
+    dense: Annotated[Numbers, "7 * states"]
+    stiffness: float
+    error_5: float
+    error_3: float
+    steepness: float
+    way: float
+
+    # margins in it: at a point, with their tolerances; at five points; slopes at two of them
+    margin: Annotated[Numbers, "margins", "2 * margins"]
+    tolerance: Annotated[Numbers, "margins"]
+    samples: Annotated[Numbers, "5 * margins"]
+    slopes: Annotated[Numbers, "2 * margins"]
+    sampled_to: float
+    suspect: Annotated[Integers, "margins"]
+    halves: Annotated[Numbers, "64"]
+    inner: Annotated[Numbers, "states"]
+    t_cross: float
+
+    # results of functions
+    found: Annotated[Numbers, "implicit", "2 * implicit"]
+    correction: Annotated[Numbers, "implicit"]
+    first_guess: Annotated[Numbers, "implicit"]
+    ratio: Annotated[Numbers, "levers"]
+    followed_before: Annotated[Numbers, "followers"]
+    followed_after: Annotated[Numbers, "followers"]
+    work: Annotated[Numbers, "work"]

@@ -1,0 +1,105 @@
+"""Redundant constraints share what they carry: they yield a little, the stronger one less."""
+
+from __future__ import annotations
+
+from lumped.kernel.holds import copy_settings, is_held, look_at, put
+from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK
+from lumped.kernel.run import Run
+from lumped.kernel.words import Numbers, kernel
+
+__all__ = ["share", "watch_redundancy"]
+
+_COMPLIANCE = 1e-9
+"""Of redundant constraints, relative to the compliance of what they hold."""
+_ASKED = 64
+"""Holds, evenly chosen, that are asked for the compliance of what they hold."""
+_WEAKEST = 1e3
+"""Most times that one constraint yields more than the strongest."""
+_AGREE = 1e-6
+_INFINITE = float("inf")
+
+
+@kernel
+def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
+    """Whether what sticks cannot be given any accelerations that one likes."""
+    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
+    wanted = plant.any_demand
+    look_at(run, x, trial, rest)
+    for h in range(plant.holds):
+        trial[plant.hold_setting[h] + DEMAND] = wanted[h]
+    look_at(run, x, trial, pushed)
+    found = False
+    for h in range(plant.holds):
+        trial[plant.hold_setting[h] + DEMAND] = 0.0
+        error = abs(pushed.acceleration[h] - rest.acceleration[h] - wanted[h])
+        force = abs(pushed.reaction[h] - rest.reaction[h])
+        if is_held(plant, trial, h) and (not error < _AGREE or not force < _INFINITE):
+            found = True
+    return found
+
+
+@kernel
+def watch_redundancy(run: Run) -> None:
+    """Note whether constraints are redundant if all stick; with fewer they are less so."""
+    plant, trial = run.plant, run.instant.trial
+    copy_settings(plant, run.m, trial)
+    for h in range(plant.holds):
+        put(plant, trial, h, STUCK)
+        trial[plant.hold_setting[h] + COMPLIANCE] = 0.0
+    run.may_be_redundant = plant.holds > 0 and _is_redundant(run, run.x, trial)
+    run.yielding = -1.0
+
+
+@kernel
+def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
+    """How much acceleration a unit of force gives at most where a constraint acts."""
+    plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
+    found = 0.0
+    for h in range(plant.holds):
+        put(plant, alone, h, FREE)
+        alone[plant.hold_setting[h] + COMPLIANCE] = 0.0
+    asked = min(plant.holds, _ASKED)
+    for k in range(asked):
+        h = k * (plant.holds - 1) // max(asked - 1, 1)
+        demand = plant.hold_setting[h] + DEMAND
+        put(plant, alone, h, STUCK)
+        look_at(run, x, alone, rest)
+        alone[demand] = 1.0
+        look_at(run, x, alone, pushed)
+        alone[demand] = 0.0
+        put(plant, alone, h, FREE)
+        # it is infinite where a motion is prescribed
+        force = abs(pushed.reaction[h] - rest.reaction[h])
+        if force > 0.0 and force < _INFINITE:
+            found = max(found, 1.0 / force)
+    return found if found > 0.0 else 1.0
+
+
+@kernel
+def share(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let what sticks yield a little if it is redundant; the stronger one carries more."""
+    plant, instant = run.plant, run.instant
+    any_stuck = False
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + COMPLIANCE] = 0.0
+        any_stuck = any_stuck or is_held(plant, m, h)
+    if not (run.may_be_redundant and any_stuck):
+        return
+    copy_settings(plant, m, instant.sole)
+    if not _is_redundant(run, x, instant.sole):
+        return
+    if run.yielding < 0.0:
+        run.yielding = _COMPLIANCE * _softest(run, x, instant.sole)
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
+    look = instant.at_rest
+    look_at(run, x, m, look)
+    strongest = 0.0
+    for h in range(plant.holds):
+        reach = min(abs(look.upper[h]), abs(look.lower[h]))
+        if reach < _INFINITE:
+            strongest = max(strongest, reach)
+    for h in range(plant.holds):
+        reach = min(abs(look.upper[h]), abs(look.lower[h]))
+        if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
+            m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)

@@ -1,0 +1,211 @@
+"""One step after the other: error control, watched margins, output."""
+
+from __future__ import annotations
+
+import math
+
+from lumped.kernel import dop853, rodas5p
+from lumped.kernel.crossing import find_crossing, inside, is_suspected
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.linkages import follow
+from lumped.kernel.output import add_row, has_room, record
+from lumped.kernel.run import (
+    CROSS,
+    FULL,
+    GIVEN_UP,
+    GOES_ON,
+    LEAVE_SEGMENT,
+    NOT_FINITE,
+    RESTART,
+    STEPPING,
+    TOO_MANY,
+    TOO_STIFF,
+    UNFIT,
+    Run,
+)
+from lumped.kernel.words import Numbers, kernel, sqrt
+
+__all__ = ["advance", "is_unfit"]
+
+_MOST_LEVERAGE = 1e3
+"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
+to what this ratio is like elsewhere."""
+
+_STABLE = 6.1
+"""Step times eigenvalue at which DOP853 ceases to be stable (Hairer's code)."""
+_STIFF_AFTER = 15
+"""Steps at the limit of stability after which a problem counts as stiff."""
+_CALM_AFTER = 6
+
+_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
+_SHORTEST = 1e-14
+"""Step, relative to the time, below which a run is given up."""
+
+
+@kernel
+def is_unfit(run: Run) -> bool:
+    """Whether a state hardly leads what depends on it, as near a dead centre."""
+    count = run.plant.levers
+    if count == 0:
+        return False
+    evaluate(run.plant.leverage, run, run.x, run.t, run.m, run.ratio)
+    for i in range(count):
+        if not abs(run.ratio[i]) <= _MOST_LEVERAGE:
+            return True
+    return False
+
+
+@kernel
+def _norm(run: Run, v: Numbers, less: Numbers) -> float:
+    """Root mean square of a difference, relative to what is tolerated."""
+    total, n = 0.0, run.plant.states
+    for i in range(n):
+        part = (v[i] - less[i]) / (run.atol[i] + run.rtol * abs(run.x[i]))
+        total += part * part
+    return sqrt(total / n)
+
+
+@kernel
+def _begin(run: Run) -> bool:
+    """Derivatives and first step of a smooth part; false if they are not finite.
+
+    The step is that of Hairer, Norsett and Wanner, vol. I, II.4.
+    """
+    n, t, length = run.plant.states, run.t, run.end - run.t
+    x, f, a, later = run.x, run.stages, run.argument, run.new
+    run.sampled_to = math.inf
+    run.was_rejected = run.stiff_steps = run.calm_steps = 0
+    evaluate(run.plant.rates, run, x, t, run.m, f)
+    run.evaluations += 1
+    if n == 0:
+        run.h = length
+        return True
+    for i in range(n):
+        if not abs(f[i]) < math.inf:
+            return False
+        later[i] = 0.0
+    d0, d1 = _norm(run, x, later), _norm(run, f, later)
+    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+    h0 = min(h0, length)
+    for i in range(n):
+        a[i] = x[i] + h0 * f[i]
+    evaluate(run.plant.rates, run, a, t + h0, run.m, later)
+    run.evaluations += 1
+    steepest = max(d1, _norm(run, later, f) / h0)
+    h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** 0.125
+    first = min(min(100.0 * h0, h1), length)
+    run.h = first if first > 0.0 and first < math.inf else 1e-6 * length
+    return True
+
+
+@kernel
+def _is_finite(run: Run) -> bool:
+    n, new = run.plant.states, run.new
+    f = run.stages[12 * n :]
+    for i in range(n):
+        if not (abs(new[i]) < 1e300 and abs(f[i]) < 1e300):
+            return False
+    return True
+
+
+@kernel
+def _tried(run: Run, h: float) -> float:
+    """Error of a step, relative to what is tolerated."""
+    if run.plant.states == 0:
+        error = 0.0
+    elif run.is_implicit:
+        error = rodas5p.step(run, h)
+    else:
+        error = dop853.step(run, h)
+    if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
+        return 100.0
+    return error
+
+
+@kernel
+def _note_stiffness(run: Run) -> None:
+    """Count the steps at the limit of stability; after some calm ones from anew."""
+    if run.stiffness > _STABLE:
+        run.calm_steps = 0
+        run.stiff_steps += 1
+    else:
+        run.calm_steps += 1
+        if run.calm_steps >= _CALM_AFTER:
+            run.stiff_steps = 0
+
+
+@kernel
+def _move_on(run: Run) -> None:
+    """The end of the step becomes the begin of the next."""
+    n, k = run.plant.states, run.stages
+    for i in range(n):
+        run.x[i] = run.new[i]
+        k[i] = k[12 * n + i]
+    run.t = run.t_new
+
+
+@kernel
+def _attempt(run: Run) -> int:
+    """One attempt of a step; why the loop must return, or whether it goes on."""
+    plant, t, end = run.plant, run.t, run.end
+    h = min(min(run.h, run.longest), end - t)
+    run.t_new = end if h >= end - t else t + h
+    error = _tried(run, h)
+    order = 0.2 if run.is_implicit else 0.125
+    growth = _SAFETY * max(error, 1e-12) ** -order
+    growth = min(max(growth, _LEAST_GROWTH), 1.0 if run.was_rejected else _MOST_GROWTH)
+    if not (error <= 1.0 and _is_finite(run)):
+        run.rejected += 1
+        run.was_rejected = 1
+        run.h = h * min(growth, _SAFETY)
+        return GIVEN_UP if run.h < _SHORTEST * max(abs(t), 1e-6) else GOES_ON
+    run.h = h * growth
+    run.was_rejected = 0
+    run.steps += 1
+    for i in range(plant.implicit):
+        run.m[plant.settings - plant.implicit + i] = run.found[i]
+    if not run.is_implicit:
+        _note_stiffness(run)
+    wanted = run.output.grid_next < run.output.grid_size
+    wanted = wanted and run.output.grid[run.output.grid_next] < run.t_new
+    if plant.states > 0 and (plant.margins > 0 or wanted):
+        if run.is_implicit:
+            rodas5p.dense_output(run)
+        else:
+            dop853.dense_output(run, h)
+    if plant.margins > 0 and is_suspected(run) and find_crossing(run):
+        record(run, run.t_cross, True)
+        run.phase = CROSS
+        return GOES_ON
+    record(run, run.t_new, False)
+    _move_on(run)
+    if is_unfit(run):
+        return UNFIT
+    if run.chooses_method and not run.is_implicit and run.stiff_steps >= _STIFF_AFTER:
+        run.implicit_from = run.t
+        return TOO_STIFF
+    return GOES_ON
+
+
+@kernel
+def advance(run: Run) -> int:
+    """Steps up to the end of the segment or a change of positions; why the loop returns."""
+    if run.phase == RESTART:
+        if run.t >= run.end:
+            run.phase = LEAVE_SEGMENT
+            return GOES_ON
+        if not _begin(run):
+            return NOT_FINITE
+        run.phase = STEPPING
+    while run.t < run.end:
+        if not has_room(run.output) or run.steps + run.rejected >= run.pause:
+            return FULL
+        status = _attempt(run)
+        if status != GOES_ON:
+            return status
+        if run.phase == CROSS:
+            return GOES_ON
+        if run.steps + run.rejected > run.max_steps:
+            return TOO_MANY
+    run.phase = LEAVE_SEGMENT
+    return GOES_ON

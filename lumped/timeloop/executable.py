@@ -1,0 +1,316 @@
+"""A system as a plant that the time loop runs: its functions, tables, and room for a run."""
+
+from __future__ import annotations
+
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.switching import Switching
+from lumped.compiler.system import System
+from lumped.kernel import engine
+from lumped.kernel.functions import compiled_functions, known_functions
+from lumped.kernel.linkages import DIRECTIONS
+from lumped.kernel.operations import Operations, operations_of
+from lumped.kernel.pivots import pattern_of
+from lumped.kernel.plant import Function, Plant
+from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
+from lumped.timeloop.guards import followers, levers
+
+__all__ = ["Executable", "evaluated", "executable", "smooth_executable", "span"]
+
+_WORTH = 30_000
+"""Evaluations of all functions that take as long as compiling them."""
+_HALF_SECOND = 100_000_000
+"""Operations in about half a second, interpreted."""
+
+
+class Executable:
+    """What runs of a system share; nothing in it depends on parameters or on a run.
+
+    Its functions are interpreted until they were evaluated so often that compiling them would have
+    taken as long; both give the same bits. What was compiled before is taken from the cache.
+
+    Parameters
+    ----------
+    functions : dict of str to Function
+        Functions of the plant by the names of its fields.
+    jacobian : callable
+        Gives the Jacobian of the rates and their derivative by time when it is needed.
+    sizes : dict of str to int
+        States, settings, parameters, and so on (see `lumped.kernel.run`).
+    plant : Plant
+        With its tables.
+    """
+
+    def __init__(
+        self,
+        functions: dict[str, ca.Function],
+        jacobian: Callable[[], ca.Function],
+        sizes: dict[str, int],
+        plant: Plant,
+    ) -> None:
+        self.sizes, self.plant, self._jacobian = sizes, plant, jacobian
+        self._operations: dict[str, Operations] = {}
+        self._codes: list[object] = []
+        self._interpreted, self._is_compiled = 0, False
+        self._pattern: Pattern | None = None
+        self._lock, self._own = threading.Lock(), threading.local()
+        none = Function()
+        for name, field in Plant.fields.items():
+            if field.kind is Function:
+                setattr(plant, name, none)
+        self._add(functions)
+
+    def _add(self, functions: dict[str, ca.Function]) -> None:
+        """Take functions, in machine code if that was made before."""
+        found = {name: operations_of(f, full=name != "jacobian") for name, f in functions.items()}
+        code = known_functions(found)
+        for name, operations in found.items():
+            made = Function(
+                count=len(operations.table),
+                operations=operations.table.ravel(),
+                constants=operations.constants,
+            )
+            if code is not None:
+                made.address = code.addresses[name]
+            setattr(self.plant, name, made)
+        self._operations |= found
+        self._codes.append(code)
+        self._is_compiled = code is not None
+
+    def compile(self) -> None:
+        """Make machine code of all functions now."""
+        with self._lock:
+            waiting = {
+                name: operations
+                for name, operations in self._operations.items()
+                if not getattr(self.plant, name).address
+            }
+            if waiting:
+                code = compiled_functions(waiting)
+                self._codes.append(code)
+                for name, address in code.addresses.items():
+                    getattr(self.plant, name).address = address
+            self._is_compiled = True
+
+    def account(self, run: Run) -> None:
+        """Note what a run interpreted since it was asked last; compile when that is worth it."""
+        if not run.interpreted:
+            return
+        with self._lock:
+            self._interpreted += run.interpreted
+            total = sum(len(operations.table) for operations in self._operations.values())
+            is_worth = self._interpreted > _WORTH * total
+        run.interpreted = 0
+        if is_worth and not self._is_compiled:
+            self.compile()
+
+    @property
+    def attempts(self) -> int:
+        """Steps between two visits to Python, about half a second."""
+        work = 20 * (self.plant.rates.count + self.plant.states)
+        return int(_HALF_SECOND // work) + 1
+
+    def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
+        """A run that stands somewhere, without output.
+
+        Times count as about one second (see `span`).
+        """
+        work = max(operations.work for operations in self._operations.values())
+        sizes = {**self.sizes, "work": work}
+        run = Run(sizes, plant=self.plant, t=t, instant=_instant(sizes))
+        run.p[:], run.x[:], run.m[:] = theta, x, settings
+        run.yielding = -1.0
+        span(run, 1.0)
+        return run
+
+    def add_matrix(self, run: Run) -> None:
+        """Let a run make implicit steps."""
+        with self._lock:
+            if self._pattern is None:
+                function = self._jacobian()
+                self._add({"jacobian": function})
+                rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
+                pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
+                self._pattern = pattern
+        work = self._operations["jacobian"].work
+        if len(run.work) < work:
+            run.work = np.zeros(work)
+        sizes = {"states": self.plant.states, "nonzeros": self._pattern.nonzeros}
+        sizes["entries"] = self._pattern.entries
+        run.matrix = Matrix(sizes, pattern=self._pattern)
+
+    def evaluate(
+        self, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
+    ) -> np.ndarray:
+        """Results of a function at a point, one after the other."""
+        run = self.at(theta, t, x, settings)
+        found = np.zeros(self._operations[name].results)
+        engine.call("value", run, getattr(self.plant, name), found)
+        return found
+
+    def at(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
+        """The same run each time, of this thread, standing somewhere else."""
+        run: Run | None = getattr(self._own, "run", None)
+        if run is None:
+            run = self._own.run = self.new_run(theta, t, x, settings)
+        run.p[:], run.x[:], run.m[:] = theta, x, settings
+        run.t, run.yielding = t, -1.0
+        return run
+
+
+def span(run: Run, size: float) -> None:
+    """Tell the size of the times of a run, s.
+
+    What happens within 1e-12 of it happens at once; a bounce that would last less than 1e-10 of it
+    is left out.
+    """
+    run.span, run.soon, run.shortest = size, 1e-12 * size, 1e-10 * size
+    run.longest = np.inf
+
+
+def _instant(sizes: dict[str, int]) -> Instant:
+    seen, at_rest, pushed, after = (Look(sizes) for _ in range(4))
+    return Instant(sizes, seen=seen, at_rest=at_rest, pushed=pushed, after=after)
+
+
+def executable(system: System) -> Executable:
+    """The system, ready to be run; made once."""
+    if "executable" not in system.made:
+        system.made["executable"] = _made(system)
+    found: Executable = system.made["executable"]
+    return found
+
+
+def smooth_executable(
+    inputs: list[ca.SX],
+    functions: dict[str, ca.Function],
+    jacobian: Callable[[], ca.Function],
+    implicit: int,
+) -> Executable:
+    """Any differential equations without conditions and holds, ready to be run.
+
+    Parameters
+    ----------
+    inputs : list of SX
+        States, parameters, time, settings.
+    functions : dict of str to Function
+        Rates of the states, and the closure if there are implicit quantities.
+    jacobian : callable
+        Gives their Jacobian and derivative by time when it is needed.
+    implicit : int
+        Number of implicit quantities.
+    """
+    x, p, _, m = inputs
+    sizes = dict.fromkeys(
+        ("margins", "conditions", "holds", "jumps", "jump_values", "levers", "followers"), 0
+    )
+    sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
+    sizes["implicit"] = implicit
+    plant = Plant(
+        **{name: size for name, size in sizes.items() if name in Plant.fields},
+        any_direction=_any_direction(implicit),
+    )
+    return Executable(functions, jacobian, sizes, plant)
+
+
+def evaluated(
+    system: System, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
+) -> np.ndarray:
+    """Results of a function of a system ("rates", "look", "margin") at a point."""
+    return executable(system).evaluate(name, x, theta, t, settings)
+
+
+def _made(system: System) -> Executable:
+    s, implicit = system.switching, len(system._values.implicit)
+    functions = {"rates": system.rhs}
+    if s:
+        functions["look"] = system.look
+        if system.margins.size1_out(0):
+            functions |= {"margin": system.margins, "margin_rate": system.margin_rates}
+    if implicit:
+        functions["closure"] = system.closure
+    pairs, ratios = levers(system)
+    if pairs:
+        functions["leverage"] = ratios
+    names, following = followers(system) if s.timed else ([], None)
+    if names:
+        functions["following"] = following
+    sizes = {
+        "states": len(system.states),
+        "settings": system._inputs[3].numel(),
+        "implicit": implicit,
+        "parameters": system._inputs[1].numel(),
+        "margins": len(s.rows) if "margin" in functions else 0,
+        "conditions": len(s.relation_modes),
+        "holds": len(s.names),
+        "jumps": len(s.jumps),
+        "jump_values": s.values.numel(),
+        "levers": len(pairs),
+        "followers": len(names),
+    }
+    uses = system.speed_uses
+    plant = Plant(
+        **{name: size for name, size in sizes.items() if name in Plant.fields},
+        speed_uses=len(uses[0]),
+        use_hold=_integers(uses[0]),
+        use_state=_integers(uses[1]),
+        any_demand=np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
+        any_direction=_any_direction(implicit),
+        **_tables(s, system.states),
+    )
+    return Executable(functions, lambda: system.jacobian, sizes, plant)
+
+
+def _any_direction(implicit: int) -> np.ndarray:
+    return np.random.default_rng(3).uniform(-1, 1, DIRECTIONS * implicit)
+
+
+def _integers(values: Any) -> np.ndarray:
+    return np.ascontiguousarray(values, dtype=np.int64)
+
+
+def _tables(s: Switching, states: list[int]) -> dict[str, Any]:
+    """Conditions, holds, jumps and margins as tables."""
+    place = {node: i for i, node in enumerate(states)}
+    pieces = [condition.pieces for condition in s.conditions]
+    counts = [0 if p is None else p.count * p.width for p in pieces]
+    relations = s.relation_modes.tolist()
+    begins = np.cumsum([0, *(len(jump.nodes) for jump in s.jumps)])
+    signs = [sign for jump in s.jumps for sign in jump.signs]
+    kinds = ("relation", "upper", "lower", "slide")
+    integers = {
+        "condition_setting": s.relation_modes,
+        "is_strict": s.strict,
+        "piece_count": [0 if p is None else p.count for p in pieces],
+        "piece_width": [1 if p is None else p.width for p in pieces],
+        "first_piece": np.cumsum([0, *counts])[:-1],
+        "hold_setting": s.first_modes,
+        "engaged_by": s.engaged,
+        "has_upper": s.has_upper,
+        "has_lower": s.has_lower,
+        "has_forward": s.has_forward,
+        "has_backward": s.has_backward,
+        "has_gap": s.has_gap,
+        "speed_state": [place.get(node, -1) for node in s.speeds],
+        "is_impulsive": ~(s.has_upper & s.has_lower),
+        "jump_setting": [jump.mode for jump in s.jumps],
+        "jump_condition": [
+            relations.index(jump.mode) if jump.mode in relations else -1 for jump in s.jumps
+        ],
+        "jump_begin": begins,
+        "jump_state": [place.get(node, -1) for jump in s.jumps for node in jump.nodes],
+        "margin_kind": [kinds.index(kind) for kind, _ in s.rows],
+        "margin_number": [number for _, number in s.rows],
+    }
+    rows = [p.table.ravel() for _, p in s.tables]
+    return {
+        **{name: _integers(values) for name, values in integers.items()},
+        "jump_sign": np.array(signs, dtype=float),
+        "pieces": np.concatenate([np.zeros(0), *rows]),
+    }

@@ -1,0 +1,96 @@
+"""Runs of linear drives without steps: each part between two jumps in closed form."""
+
+from __future__ import annotations
+
+import time as clock
+
+import numpy as np
+import scipy
+
+from lumped.compiler.system import System
+from lumped.numerics.closed_form import ClosedForm
+from lumped.timeloop.guards import finite_fault
+from lumped.timeloop.linear_form import linear_form
+from lumped.timeloop.recorder import Recorder
+from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.run import Run
+
+__all__ = ["RunInClosedForm", "closed"]
+
+_KEPT = 16
+
+
+class RunInClosedForm(Run):
+    """One simulation in closed form; `rtol` limits its rounding, relative to the largest state."""
+
+    def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
+        super().__init__(point, until, rtol, output)
+        self._form = linear_form(self.system)
+        self.methods.append("exact")
+
+    def go(self) -> None:
+        """Run to the end.
+
+        Raises
+        ------
+        SolverError
+            With what was computed so far.
+        """
+        edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.modes.copy()
+        for k, (begin, end) in enumerate(zip(edges, edges[1:], strict=False)):
+            before = modes.copy()
+            modes[self.instants.places] = self.instants.modes[k]
+            if k:
+                self.refuse_jump(begin, x, before, modes)
+            self.output.open(self.system)
+            self.output.edge(begin, x, modes)
+            if end > begin:
+                begun = clock.perf_counter()
+                x = self._through(begin, end, x, modes)
+                self.seconds += clock.perf_counter() - begun
+                if self.output.on_grid:
+                    self.output.edge(end, x, modes)
+        self.output.finish(x, modes)
+
+    def _through(self, begin: float, end: float, x: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """States at the end of a part."""
+        matrix, terms = self._form.at(self.point.theta, begin, modes)
+        self.refuse(finite_fault(self.system, begin, x, matrix @ x + terms[0]))
+        if not (np.isfinite(matrix.data).all() and np.isfinite(terms).all()):
+            self.refuse(f"a coefficient is not finite at t = {begin:g} s")
+        solution = closed(self.system, matrix)
+        rounding = solution.rounding(end - begin)
+        if rounding > self.rtol:
+            self.refuse(
+                f"rounding may reach {rounding:.1g} of the largest state by t = {end:g} s, more "
+                f"than rtol = {self.rtol:g}, because the drive is so stiff, the run so long, or "
+                "the model unstable. Loosen rtol, or use method='auto'."
+            )
+        wanted = self.output.due(end) if self.output.on_grid else np.zeros(0)
+        times = np.append(wanted, end)
+        found = solution.solve(x, terms, times - begin)
+        if not np.isfinite(found).all():
+            where = times[np.flatnonzero(~np.isfinite(found).all(axis=1))[0]]
+            self.refuse(
+                f"states grow beyond all numbers before t = {where:g} s; an instability of the "
+                "model."
+            )
+        kept = slice(None, -1) if self.output.on_grid else slice(None)
+        settings = np.repeat(modes[None, :], len(times), axis=0)
+        self.output.add(times[kept], found[kept], settings[kept])
+        self.steps += 1
+        self.evaluations += 1
+        last: np.ndarray = found[-1]
+        return last
+
+
+def closed(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
+    """Closed form for a matrix, made once."""
+    made = system.made.setdefault("closed forms", {})
+    key = (matrix.indices.tobytes(), matrix.data.tobytes())
+    if key not in made:
+        if len(made) >= _KEPT:
+            made.clear()
+        made[key] = ClosedForm(matrix)
+    found: ClosedForm = made[key]
+    return found
