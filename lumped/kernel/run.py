@@ -217,6 +217,9 @@ class Run(Record):
     interpreted: int
     pause: int
 
+    # whether it returns as soon as all times that are wanted are recorded
+    waits: int
+
     # times of the last changes of position
     changed: Annotated[Numbers, str(STORM_SIZE)]
     changed_count: int

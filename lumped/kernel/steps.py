@@ -197,8 +197,11 @@ def advance(run: Run) -> int:
         if not _begin(run):
             return NOT_FINITE
         run.phase = STEPPING
+    output = run.output
     while run.t < run.end:
-        if not has_room(run.output) or run.steps + run.rejected >= run.pause:
+        if not has_room(output) or run.steps + run.rejected >= run.pause:
+            return FULL
+        if run.waits and output.grid_next >= output.grid_size:
             return FULL
         status = _attempt(run)
         if status != GOES_ON:

@@ -113,7 +113,7 @@ class Executable:
     @property
     def attempts(self) -> int:
         """Steps between two visits to Python, about half a second."""
-        work = 20 * (self.plant.rates.count + self.plant.states)
+        work = 20 * (self.plant.rates.count + self.plant.states + 1)
         return int(_HALF_SECOND // work) + 1
 
     def new_run(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
