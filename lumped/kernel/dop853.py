@@ -15,7 +15,7 @@ from lumped.kernel.run import Run
 from lumped.kernel.words import Numbers, kernel, sqrt, written
 from lumped.numerics import dop853 as tableau
 
-__all__ = ["dense_output", "interpolate", "step"]
+__all__ = ["dense_error", "dense_output", "interpolate", "step"]
 
 
 def _sum(weights: np.ndarray) -> str:
@@ -43,6 +43,11 @@ def _stage(number: int, weights: np.ndarray) -> Any:
 _NEW = _stage(12, tableau.B)
 _13, _14, _15 = (_stage(13 + i, row) for i, row in enumerate(tableau.A_EXTRA))
 _C = tuple(float(c) for c in tableau.C)
+_AT_07 = (0.7, 0.21, 0.147, 0.0441, 0.03087, 0.009261, 0.0064827)
+_SLOPE_07 = (1.0, -0.4, -0.07, -0.168, -0.0735, -0.05292, -0.027783)
+"""The interpolation and its slope at 0.7 of the step, by its coefficients."""
+_DOUBT = 2.0
+"""Weight of the linear estimate of the error."""
 _C_EXTRA = tuple(float(c) for c in tableau.C_EXTRA)
 _columns = _loop(
     "columns",
@@ -59,19 +64,21 @@ _columns = _loop(
 _errors = _loop(
     "errors",
     "run: Run, x: Numbers, new: Numbers, last: Numbers",
-    "e5 = e3 = steep = moved = 0.0",
+    "e6 = e5 = e3 = steep = moved = 0.0",
     [
         "scale = run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i]))",
+        f"s = ({_sum(tableau.E6)}) / scale",
         f"a = ({_sum(tableau.E5)}) / scale",
         f"b = ({_sum(tableau.E3)}) / scale",
         "c = (k[12 * n + i] - k[11 * n + i]) / scale",
         "d = (new[i] - last[i]) / scale",
+        "e6 += s * s",
         "e5 += a * a",
         "e3 += b * b",
         "steep += c * c",
         "moved += d * d",
     ],
-    "run.error_5, run.error_3, run.steepness, run.way = e5, e3, steep, moved",
+    "run.error_6, run.error_5, run.error_3 = e6, e5, e3\n    run.steepness, run.way = steep, moved",
 )
 
 
@@ -110,7 +117,7 @@ def step(run: Run, h: float) -> float:
     run.stiffness = h * sqrt(run.steepness) / max(sqrt(run.way), 1e-300)
     # the ratio is 0/0 only where both estimates vanish
     size = max((run.error_5 + 0.01 * run.error_3) * n, 1e-300)
-    return h * run.error_5 / sqrt(size)
+    return max(h * run.error_5 / sqrt(size), _DOUBT * h * sqrt(run.error_6 / n))
 
 
 @kernel
@@ -127,6 +134,32 @@ def dense_output(run: Run, h: float) -> None:
     evaluate(f, run, a, t + _C_EXTRA[2] * h, m, k[15 * n :])
     run.evaluations += 3
     _columns(x, new, run.dense, k, n, h)
+
+
+@kernel
+def dense_error(run: Run, h: float) -> float:
+    """Error of the interpolation, relative to what is tolerated, by its defect at one point.
+
+    The interpolation meets the equations at 0, 0.1, 0.2, 7/9 and 1. Its defect at 0.7 is 8 to 12
+    times its largest error; three times that is allowed.
+    """
+    n, x, c, u = run.plant.states, run.x, run.dense, run.argument
+    f = run.stages[13 * n :]
+    for i in range(n):
+        u[i] = x[i]
+        for j in range(7):
+            u[i] += _AT_07[j] * c[j * n + i]
+    evaluate(run.plant.rates, run, u, run.t + 0.7 * h, run.m, f)
+    run.evaluations += 1
+    total = 0.0
+    for i in range(n):
+        slope = 0.0
+        for j in range(7):
+            slope += _SLOPE_07[j] * c[j * n + i]
+        scale = run.atol[i] + run.rtol * max(abs(x[i]), abs(run.new[i]))
+        part = (slope - h * f[i]) / scale
+        total += part * part
+    return sqrt(total / n) / 27.0
 
 
 @kernel

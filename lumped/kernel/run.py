@@ -18,10 +18,10 @@ __all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Run"]
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
 
-(GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, TOO_STIFF) = range(9)
+(GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
 (NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
-"""Why the loop returns. UNFIT: another state must lead. TOO_STIFF: the implicit method needs more
-room. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have to
+"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps
+shall be tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have to
 follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
@@ -203,10 +203,12 @@ class Run(Record):
     x: Annotated[Numbers, "states"]
     m: Annotated[Numbers, "settings"]
     is_implicit: int
+    has_matrix: int
     implicit_from: float
     was_rejected: int
     stiff_steps: int
-    calm_steps: int
+    patience: int
+    next_patience: int
     may_be_redundant: int
     yielding: float
 
@@ -231,6 +233,7 @@ class Run(Record):
     argument: Annotated[Numbers, "states"]
     dense: Annotated[Numbers, "7 * states"]
     stiffness: float
+    error_6: float
     error_5: float
     error_3: float
     steepness: float

@@ -5,21 +5,21 @@ from __future__ import annotations
 import math
 
 from lumped.kernel import dop853, rodas5p
-from lumped.kernel.crossing import find_crossing, inside, is_suspected
+from lumped.kernel.crossing import find_crossing, is_suspected
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
-from lumped.kernel.output import add_row, has_room, record
+from lumped.kernel.output import has_room, record
 from lumped.kernel.run import (
     CROSS,
     FULL,
     GIVEN_UP,
     GOES_ON,
     LEAVE_SEGMENT,
+    NEEDS_MATRIX,
     NOT_FINITE,
     RESTART,
     STEPPING,
     TOO_MANY,
-    TOO_STIFF,
     UNFIT,
     Run,
 )
@@ -31,13 +31,16 @@ _MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
 to what this ratio is like elsewhere."""
 
-_STABLE = 6.1
-"""Step times eigenvalue at which DOP853 ceases to be stable (Hairer's code)."""
-_STIFF_AFTER = 15
-"""Steps at the limit of stability after which a problem counts as stiff."""
-_CALM_AFTER = 6
+_NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
+"""Step times eigenvalue: from the first on stability may hold steps up; DOP853 ceases to be stable
+at 6.1 (Hairer's code), and its interpolation a little before."""
+_STIFF_AFTER, _LONGER = 4, 3.0
+"""Steps near the limit before it is tried if an implicit one may be so many times longer."""
+_FIRST_PATIENCE, _MOST_PATIENCE = 8, 256
+"""Steps after a trial in vain before the next one."""
 
 _SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
+_EXPLICIT_POWER, _IMPLICIT_POWER = 0.125, 0.2
 _SHORTEST = 1e-14
 """Step, relative to the time, below which a run is given up."""
 
@@ -74,7 +77,9 @@ def _begin(run: Run) -> bool:
     n, t, length = run.plant.states, run.t, run.end - run.t
     x, f, a, later = run.x, run.stages, run.argument, run.new
     run.sampled_to = math.inf
-    run.was_rejected = run.stiff_steps = run.calm_steps = 0
+    run.was_rejected = run.stiff_steps = 0
+    if run.next_patience == 0:
+        run.next_patience = _FIRST_PATIENCE
     evaluate(run.plant.rates, run, x, t, run.m, f)
     run.evaluations += 1
     if n == 0:
@@ -123,15 +128,57 @@ def _tried(run: Run, h: float) -> float:
 
 
 @kernel
+def _is_dense_wanted(run: Run) -> bool:
+    """Whether anything is asked for inside the step."""
+    output = run.output
+    if run.plant.states == 0:
+        return False
+    if run.plant.margins > 0:
+        return True
+    return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
+
+
+@kernel
+def _dense_error(run: Run, h: float) -> float:
+    """Make the interpolation in the step; its error relative to what is tolerated."""
+    if run.is_implicit:
+        rodas5p.dense_output(run)
+        return rodas5p.dense_error(run, h)
+    dop853.dense_output(run, h)
+    return dop853.dense_error(run, h)
+
+
+@kernel
 def _note_stiffness(run: Run) -> None:
-    """Count the steps at the limit of stability; after some calm ones from anew."""
-    if run.stiffness > _STABLE:
-        run.calm_steps = 0
-        run.stiff_steps += 1
-    else:
-        run.calm_steps += 1
-        if run.calm_steps >= _CALM_AFTER:
-            run.stiff_steps = 0
+    """Count the steps in a row that are near the limit of stability."""
+    run.stiff_steps = run.stiff_steps + 1 if run.stiffness > _NEAR_LIMIT else 0
+    run.patience = max(0, run.patience - 1)
+
+
+@kernel
+def _is_trial_due(run: Run, h: float) -> bool:
+    """Whether it should be tried if implicit steps are longer."""
+    if run.is_implicit or not run.chooses_method or run.stiff_steps < _STIFF_AFTER:
+        return False
+    return run.patience == 0 and run.end - run.t > _LONGER * h
+
+
+@kernel
+def _is_implicit_longer(run: Run, h: float) -> bool:
+    """Whether an implicit step of three times the length is accurate, and the next is no shorter.
+
+    If not, the next trial waits twice as long.
+    """
+    run.is_implicit = 1
+    run.t_new = run.t + _LONGER * h
+    error = _tried(run, _LONGER * h)
+    pays = error <= _SAFETY ** (1.0 / _IMPLICIT_POWER) and _is_finite(run)
+    run.is_implicit = pays
+    run.stiff_steps = 0
+    if not pays:
+        run.patience = run.next_patience
+        run.next_patience = min(2 * run.next_patience, _MOST_PATIENCE)
+    return pays
 
 
 @kernel
@@ -145,15 +192,34 @@ def _move_on(run: Run) -> None:
 
 
 @kernel
+def _growth(run: Run, error: float, is_dense: bool) -> float:
+    """Length of the next step over that of this one."""
+    power = _IMPLICIT_POWER if run.is_implicit else _EXPLICIT_POWER
+    growth = _SAFETY * max(error, 1e-12) ** -power
+    growth = min(max(growth, _LEAST_GROWTH), 1.0 if run.was_rejected else _MOST_GROWTH)
+    if is_dense and not run.is_implicit:
+        # beyond the limit of stability interpolation fails first, and the step would be made twice
+        growth = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
+    return growth
+
+
+@kernel
 def _attempt(run: Run) -> int:
     """One attempt of a step; why the loop must return, or whether it goes on."""
     plant, t, end = run.plant, run.t, run.end
     h = min(min(run.h, run.longest), end - t)
+    if _is_trial_due(run, h):
+        if not run.has_matrix:
+            return NEEDS_MATRIX
+        if _is_implicit_longer(run, h):
+            run.implicit_from = t
+            h *= _LONGER
     run.t_new = end if h >= end - t else t + h
     error = _tried(run, h)
-    order = 0.2 if run.is_implicit else 0.125
-    growth = _SAFETY * max(error, 1e-12) ** -order
-    growth = min(max(growth, _LEAST_GROWTH), 1.0 if run.was_rejected else _MOST_GROWTH)
+    is_dense = error <= 1.0 and _is_finite(run) and _is_dense_wanted(run)
+    if is_dense:
+        error = max(error, _dense_error(run, h))
+    growth = _growth(run, error, is_dense)
     if not (error <= 1.0 and _is_finite(run)):
         run.rejected += 1
         run.was_rejected = 1
@@ -166,25 +232,13 @@ def _attempt(run: Run) -> int:
         run.m[plant.settings - plant.implicit + i] = run.found[i]
     if not run.is_implicit:
         _note_stiffness(run)
-    wanted = run.output.grid_next < run.output.grid_size
-    wanted = wanted and run.output.grid[run.output.grid_next] < run.t_new
-    if plant.states > 0 and (plant.margins > 0 or wanted):
-        if run.is_implicit:
-            rodas5p.dense_output(run)
-        else:
-            dop853.dense_output(run, h)
     if plant.margins > 0 and is_suspected(run) and find_crossing(run):
         record(run, run.t_cross, True)
         run.phase = CROSS
         return GOES_ON
     record(run, run.t_new, False)
     _move_on(run)
-    if is_unfit(run):
-        return UNFIT
-    if run.chooses_method and not run.is_implicit and run.stiff_steps >= _STIFF_AFTER:
-        run.implicit_from = run.t
-        return TOO_STIFF
-    return GOES_ON
+    return UNFIT if is_unfit(run) else GOES_ON
 
 
 @kernel

@@ -143,7 +143,7 @@ class Executable:
             run.work = np.zeros(work)
         sizes = {"states": self.plant.states, "nonzeros": self._pattern.nonzeros}
         sizes["entries"] = self._pattern.entries
-        run.matrix = Matrix(sizes, pattern=self._pattern)
+        run.matrix, run.has_matrix = Matrix(sizes, pattern=self._pattern), 1
 
     def evaluate(
         self, name: str, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray

@@ -19,6 +19,7 @@ from lumped.kernel.run import (
     GIVEN_UP,
     GOES_ON,
     JUMPS,
+    NEEDS_MATRIX,
     NO_FIT,
     NOT_CLOSED,
     NOT_FINITE,
@@ -26,7 +27,6 @@ from lumped.kernel.run import (
     STORM,
     STORM_SIZE,
     TOO_MANY,
-    TOO_STIFF,
     UNFIT,
     Output,
 )
@@ -110,12 +110,13 @@ class RunBySteps(Run):
             self.seconds += clock.perf_counter() - begun
             self._drain()
             self._executable.account(run)
-            if why == DONE:
-                break
-            if why == TOO_STIFF:
+            if run.is_implicit and not self._is_implicit:
                 self._is_implicit = True
                 self._note_method(run.implicit_from)
-                self._take_method()
+            if why == DONE:
+                break
+            if why == NEEDS_MATRIX:
+                self._executable.add_matrix(run)
             elif why == UNFIT:
                 self._change_states()
             elif why != FULL:
