@@ -77,13 +77,18 @@ class Instant(Record):
     wrong: Annotated[Integers, "max(conditions, holds)"]
     next_position: Annotated[Integers, "holds"]
 
-    # impacts: what closes, what takes part, what is demanded
+    # impacts: what closes, may take part, does so, and changes that; restitution, speed with which
+    # it leaves, change that is demanded, work of the impulse
     is_closing: Annotated[Integers, "holds"]
+    may_join: Annotated[Integers, "holds"]
     is_member: Annotated[Integers, "holds"]
-    demand: Annotated[Numbers, "holds"]
+    joins: Annotated[Integers, "holds"]
     bounce: Annotated[Numbers, "holds"]
+    leaving: Annotated[Numbers, "holds"]
+    demand: Annotated[Numbers, "holds"]
+    work: Annotated[Numbers, "holds"]
     rest_speed: Annotated[Numbers, "holds"]
-    has_closed: Annotated[Integers, "holds"]
+    x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
 
     trial: Annotated[Numbers, "settings"]

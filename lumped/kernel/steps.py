@@ -260,9 +260,9 @@ def advance(run: Run) -> int:
         status = _attempt(run)
         if status != GOES_ON:
             return status
-        if run.phase == CROSS:
-            return GOES_ON
         if run.steps + run.rejected > run.max_steps:
             return TOO_MANY
+        if run.phase == CROSS:
+            return GOES_ON
     run.phase = LEAVE_SEGMENT
     return GOES_ON
