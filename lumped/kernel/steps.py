@@ -39,6 +39,8 @@ _STIFF_AFTER, _LONGER = 4, 3.0
 _FIRST_PATIENCE, _MOST_PATIENCE = 8, 256
 """Steps after a trial in vain before the next one."""
 
+_HOPELESS = 1e3
+"""Error of a step that is so far off that any shorter one is welcome."""
 _SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
 _EXPLICIT_POWER, _IMPLICIT_POWER = 0.125, 0.2
 _SHORTEST = 1e-14
@@ -124,7 +126,7 @@ def _tried(run: Run, h: float) -> float:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
         return 100.0
-    return error
+    return error if error < _HOPELESS else _HOPELESS  # what is no number too
 
 
 @kernel
