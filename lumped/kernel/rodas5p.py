@@ -81,7 +81,7 @@ def step(run: Run, h: float) -> float:
             right[i] = h * _GAMMA * (rate[i] + h * _D[s] * drift[i] + total / h)
             rate[i] = right[i]
         solve(pattern, matrix, n, rate)
-        if s == 0 and not is_solved(pattern, matrix, n, h * _GAMMA, right, rate):
+        if s == 0 and not is_solved(run, h * _GAMMA, right, rate):
             return _UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
