@@ -12,9 +12,9 @@ from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_functions import CFunction, c_text
 from lumped.exchange.interface import Interface, Shown, limits_of
-from lumped.timeloop.run import nominals
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks
+from lumped.timeloop.run import nominals
 
 __all__ = ["coefficients", "model_files"]
 

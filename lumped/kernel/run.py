@@ -20,9 +20,9 @@ STORM_SIZE = 200
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
 (NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
-"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps
-shall be tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have to
-follow a jump. INSIDE: a body starts inside another."""
+"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps shall be
+tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have
+to follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
 """Where a run goes on."""
@@ -31,9 +31,7 @@ follow a jump. INSIDE: a body starts inside another."""
 class Look(Record):
     """What decides positions at one point, in the order in which the function `look` gives it."""
 
-    greater: Annotated[
-        Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"
-    ]
+    greater: Annotated[Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"]
     less: Annotated[Numbers, "conditions"]
     speed: Annotated[Numbers, "holds"]
     acceleration: Annotated[Numbers, "holds"]

@@ -41,7 +41,7 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     """C of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
-    found = reached(kernels, lambda k: _Function(k, names))
+    found: list[_Function] = reached(kernels, lambda k: _Function(k, names))
     records = declared_records(kind for f in found for kind in f.variables.values())
     heads = [f"{f.head};" for f in found]
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
@@ -49,7 +49,7 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
 
 def declared_records(kinds: Iterable[Any]) -> str:
     """Types of records, with those that they point to."""
-    waiting = [kind for kind in kinds if isinstance(kind, type)]
+    waiting: list[type[Record]] = [kind for kind in kinds if isinstance(kind, type)]
     found: dict[str, str] = {}
     while waiting:
         kind = waiting.pop()
@@ -103,7 +103,9 @@ class _Function(Writer):
         given = dict(self.arguments)
         own = [(n, k) for n, k in self.variables.items() if n not in given]
         declared = [f"    {_type(kind)}{name};" for name, kind in own]
-        return "\n".join([*self._tables.values(), f"{self.head}", "{", *declared, *self._lines, "}\n"])
+        return "\n".join(
+            [*self._tables.values(), f"{self.head}", "{", *declared, *self._lines, "}\n"]
+        )
 
     def _line(self, text: str) -> None:
         self._lines.append("    " * self._depth + text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +17,7 @@ from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.operations import Operations, operations_of
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
+from lumped.kernel.run import Instant, Look, Matrix, Pattern, Run
 from lumped.timeloop.guards import followers, levers
 
 __all__ = ["Executable", "evaluated", "executable", "smooth_executable", "span"]
@@ -212,10 +211,7 @@ def smooth_executable(
     )
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
     sizes["implicit"] = implicit
-    plant = Plant(
-        **{name: size for name, size in sizes.items() if name in Plant.fields},
-        any_direction=_any_direction(implicit),
-    )
+    plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
     return Executable(functions, jacobian, sizes, plant)
 
 
@@ -238,9 +234,10 @@ def _made(system: System) -> Executable:
     pairs, ratios = levers(system)
     if pairs:
         functions["leverage"] = ratios
-    names, following = followers(system) if s.timed else ([], None)
-    if names:
-        functions["following"] = following
+    names: list[str] = []
+    if s.timed:
+        names, following = followers(system)
+        functions |= {"following": following} if names else {}
     sizes = {
         "states": len(system.states),
         "settings": system._inputs[3].numel(),
@@ -256,7 +253,7 @@ def _made(system: System) -> Executable:
     }
     uses = system.speed_uses
     plant = Plant(
-        **{name: size for name, size in sizes.items() if name in Plant.fields},
+        **_given(sizes),
         speed_uses=len(uses[0]),
         use_hold=_integers(uses[0]),
         use_state=_integers(uses[1]),
@@ -265,6 +262,11 @@ def _made(system: System) -> Executable:
         **_tables(s, system.states),
     )
     return Executable(functions, lambda: system.jacobian, sizes, plant)
+
+
+def _given(sizes: dict[str, int]) -> dict[str, Any]:
+    """Sizes that a plant knows."""
+    return {name: size for name, size in sizes.items() if name in Plant.fields}
 
 
 def _any_direction(implicit: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 
 import numpy as np
@@ -37,7 +38,7 @@ class RunInClosedForm(Run):
             With what was computed so far.
         """
         edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.modes
-        for k, (begin, end) in enumerate(zip(edges, edges[1:], strict=False)):
+        for k, (begin, end) in enumerate(itertools.pairwise(edges)):
             before, modes = modes, modes.copy()
             modes[self.instants.places] = self.instants.modes[k]
             if k:
