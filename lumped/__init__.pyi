@@ -15,6 +15,7 @@ from lumped.compiler.system import System as System
 from lumped.drawing.schematic import schematic as schematic
 from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.exchange.modelica import export_modelica as export_modelica
+from lumped.gradients import functionals as functionals
 from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.sensitivity import sensitivity as sensitivity
 from lumped.language.check_units import check_units as check_units

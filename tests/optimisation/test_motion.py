@@ -20,7 +20,7 @@ def rig(d=0.0, keep=("load.phi",)):
 
 def least(point, functional=lp.functionals.rms, **options):
     given = {"stations": {"load.phi": (0, H)}, "duration": T, "drive": "motor.tau"} | options
-    return lp.motion(point, minimise=functional("motor.tau"), **given)
+    return lp.optimisation.motion(point, minimise=functional("motor.tau"), **given)
 
 
 class TestClosedForm:

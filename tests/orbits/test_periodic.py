@@ -322,7 +322,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
 def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, settle=5.0)
-    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
+    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
     exact = rotor_over_angle(found.after)
     w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
     assert np.ptp(w) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
@@ -331,9 +331,9 @@ def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     assert found.after == pytest.approx(4 / (wanted * orbit.mean("w") ** 2), rel=0.1)
     assert found.before + found.classical == pytest.approx(found.after, rel=0.15)
     with pytest.raises(OptionError, match="already"):
-        lp.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
+        lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
     with pytest.raises(OptionError, match="rigidly joined"):
-        lp.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
+        lp.orbits.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
 
 
 def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone():
@@ -342,7 +342,7 @@ def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone
     orbit = lp.periodic(
         ROTOR, turn={"phi": 2 * np.pi}, settle=5.0, parameters=weak, start={"w": 8.0}
     )
-    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
+    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
     assert found.classical == pytest.approx(found.added, rel=2e-3)
     # w^2 is a mean plus W / J, the mean speed that of idling
     assert found.after == pytest.approx(4 / (0.005 * 8.0**2), rel=2e-3)

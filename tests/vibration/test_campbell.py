@@ -21,7 +21,7 @@ def held(shaft):
 def test_constant_frequencies_meet_orders_where_the_closed_form_says(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     w0 = np.sqrt(300.0 * 1.5)
-    received = lp.critical_speeds(modes, [1, 2.5, 12])
+    received = lp.vibration.critical_speeds(modes, [1, 2.5, 12])
     assert [c.order for c in received] == [12.0, 2.5, 1.0]
     assert [c.speed for c in received] == pytest.approx([w0 / 12, w0 / 2.5, w0], rel=1e-13)
     assert received[2].rpm == pytest.approx(w0 * 60 / (2 * np.pi), rel=1e-13)
@@ -85,7 +85,7 @@ def test_speeds_must_ascend(two_mass, speeds):
 @pytest.mark.parametrize("orders", [[0.0], [-1.0], [np.nan], []])
 def test_orders_must_be_positive(two_mass, orders):
     with pytest.raises(OptionError, match="order"):
-        lp.critical_speeds(lp.modes(lp.assemble(two_mass)), orders)
+        lp.vibration.critical_speeds(lp.modes(lp.assemble(two_mass)), orders)
 
 
 def test_the_picture_shows_frequencies_rays_and_points(two_mass):
