@@ -15,7 +15,9 @@ __all__ = ["read_parameters", "write_parameters"]
 
 
 @checked
-def write_parameters(system: System, path: str | Path, parameters: Changes | None = None) -> Path:
+def write_parameters(
+    system: System, path: str | Path, *, parameters: Changes | None = None
+) -> Path:
     """Write all parameters of a system with their units, as TOML or JSON.
 
     Each line reads ``"shaft.c" = "30000.0 N.m/rad"``; numbers are written in full.

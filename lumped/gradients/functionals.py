@@ -70,19 +70,19 @@ def final(name: Name) -> Final:
 
 
 @checked
-def peak(name: Name, between: Between | None = None) -> Peak:
+def peak(name: Name, *, between: Between | None = None) -> Peak:
     """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
     return Peak(_plain(name), "peak", _window(between))
 
 
 @checked
-def highest(name: Name, between: Between | None = None) -> Peak:
+def highest(name: Name, *, between: Between | None = None) -> Peak:
     """Largest value of a quantity, in the whole run or between two instants."""
     return Peak(_plain(name), "highest", _window(between))
 
 
 @checked
-def lowest(name: Name, between: Between | None = None) -> Peak:
+def lowest(name: Name, *, between: Between | None = None) -> Peak:
     """Least value of a quantity, in the whole run or between two instants."""
     return Peak(_plain(name), "lowest", _window(between))
 
@@ -121,7 +121,7 @@ def rms(*names: Name, between: Between | None = None) -> Integral:
 
 
 @checked
-def instant(component: str, after: str = "", number: int = 0) -> Instant:
+def instant(component: str, after: str = "", *, number: int = 0) -> Instant:
     """Instant at which something happens in a component (see `Trajectory.events`).
 
     Parameters
@@ -157,6 +157,7 @@ def at_event(
     name: Name | tuple[Name, ...],
     component: str,
     after: str = "",
+    *,
     number: int | None = 0,
     side: Literal["before", "after"] = "before",
 ) -> AtEvent:
@@ -179,12 +180,12 @@ def at_event(
     return AtEvent(_some(names, "at_event"), component, after, number, side)
 
 
-def loss(component: str, number: int | None = None) -> Impact:
+def loss(component: str, *, number: int | None = None) -> Impact:
     """Mechanical energy that a component loses in impacts, J: in all of them, or in one."""
     return Impact(component, number, "loss")
 
 
-def impulse(component: str, number: int | None = 0) -> Impact:
+def impulse(component: str, *, number: int | None = 0) -> Impact:
     """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
 
     Of one impact of the component, or of all (``number=None``).

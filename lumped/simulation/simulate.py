@@ -154,7 +154,7 @@ def simulate(
             )
         point = start if start.time == begin else replace(start, time=begin)
     else:
-        point = start_point(system, parameters, start, free, time=begin)
+        point = start_point(system, parameters=parameters, start=start, free=free, time=begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
     with Progress(system.name, until - begin) as progress:

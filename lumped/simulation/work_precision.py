@@ -198,7 +198,11 @@ def work_precision(
         raise OptionError(
             "work_precision: at least one method is needed, and tolerances between 1e-14 and 1."
         )
-    point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
+    point = (
+        start
+        if isinstance(start, OperatingPoint)
+        else start_point(system, parameters=parameters, start=start)
+    )
     if not ladder:
         raise OptionError("work_precision: give at least one tolerance.")
     grid = np.linspace(point.time, until, _INTERVALS + 1)

@@ -19,6 +19,8 @@ __all__ = ["lazy_names", "sources"]
 
 _ALIKE = 0.6
 """Likeness of two names, of 1, from which one may be meant for the other."""
+_LIBRARIES = ("components", "models")
+"""Packages that build on the core, which therefore does not have them as names."""
 
 
 def lazy_names(package: str) -> tuple[str, ...]:
@@ -92,6 +94,8 @@ def _missing(package: str, name: str) -> str:
     if name.startswith("_"):
         return text
     core = package.partition(".")[0]
+    if package == core and name in _LIBRARIES:
+        return f"{text} Write 'from {core}.{name} import ...'."
     themes = [theme for theme, source in sources(core).items() if _is_theme(core, theme, source)]
     places: dict[str, str] = {}
     for place in dict.fromkeys((package, core, *(f"{core}.{theme}" for theme in themes))):
@@ -101,7 +105,7 @@ def _missing(package: str, name: str) -> str:
         return f"{text} It is {places[name]}."
     if near := get_close_matches(name, places, 1, _ALIKE):
         return f"{text} Did you mean {places[near[0]]}?"
-    return f"{text} dir({package}) lists what there is."
+    return f"{text} dir({package}) lists its names; components stand in {core}.components."
 
 
 def _is_theme(core: str, name: str, source: str) -> bool:

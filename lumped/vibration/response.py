@@ -251,7 +251,7 @@ def frequency_response(
     good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
     if not len(at_hertz) or not good:
         raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
-    point = finite(at or start_point(system, parameters))
+    point = finite(at or start_point(system, parameters=parameters))
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
         raise OptionError("frequency_response: name at least one input and one output.")

@@ -72,7 +72,7 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.
     lever = PRINTED["arm.g"] * MU * K_JOURNAL * D_SHAFT / 2
     weight = M_TRAYS + M_ARMS + M_SHAFT + M_WEIGHTS
     empty, full = (
-        lp.start_point(system, {"m_x": m, "friction": lever * (weight + m)})
+        lp.start_point(system, parameters={"m_x": m, "friction": lever * (weight + m)})
         for m in (NOTHING, M_MANDREL)
     )
     at, braking = cycle.points, (FAST**2 - SLOW**2) / (2 * cycle.ramp)

@@ -161,7 +161,7 @@ def test_responses_and_campbell_diagrams_tell_residuals_and_evaluations():
         system,
         speeds=[1.0, 30.0],
         orders=[1],
-        at=lambda w: lp.start_point(system, {"shaft.c": 200.0 + w}),
+        at=lambda w: lp.start_point(system, parameters={"shaft.c": 200.0 + w}),
     )
     # (200 + w) / 2 == w^2
     assert moving.critical[0].speed == pytest.approx((0.5 + np.sqrt(0.25 + 400)) / 2, rel=1e-9)

@@ -76,7 +76,7 @@ class TestClosedForm:
     def test_two_phases_share_the_time(self):
         """Double inertia in the second half: each phase is a cubic, times are found by search."""
         point = rig()
-        heavy = lp.start_point(point.system, {"load.J": 2 * J})
+        heavy = lp.start_point(point.system, parameters={"load.J": 2 * J})
         found = least([point, heavy], stations={"load.phi": (0, H / 2, H)}, intervals=20)
 
         def cost(t, v):

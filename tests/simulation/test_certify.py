@@ -1,6 +1,7 @@
 """The certificate of a run against its true error."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -74,7 +75,7 @@ def test_a_second_run_that_fails_leaves_the_first(two_mass, monkeypatch):
             return super().through(*args)
 
     monkeypatch.setenv("LUMPED_NATIVE", "0")
-    monkeypatch.setattr("lumped.simulation.simulate.Advance", Impatient)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "Advance", Impatient)
     system = lp.assemble(two_mass)
     with pytest.raises(SolverError, match=r"certify: the second run.*enough") as e:
         lp.simulate(system, until=1.0, rtol=1e-5, method="explicit", certify=True)
@@ -266,7 +267,7 @@ def test_an_interrupt_while_certifying_leaves_the_run(two_mass, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("lumped.simulation.simulate.audited", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "audited", interrupted)
     with pytest.raises(Interrupted, match="interrupted while it was certified") as caught:
         lp.simulate(lp.assemble(two_mass), until=1.0, certify=True)
     assert caught.value.partial.t[-1] == 1.0

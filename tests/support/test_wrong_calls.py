@@ -116,7 +116,7 @@ def test_a_point_of_another_system_is_refused(system):
     ):
         assert "belongs to another system" in message(action)
     assert "an operating point of this system" in message(
-        lambda: lp.vibration.root_locus(system, "shaft.d", [1.0, 2.0], at=lambda d: other)
+        lambda: lp.vibration.root_locus(system, "shaft.d", values=[1.0, 2.0], at=lambda d: other)
     )
 
 
@@ -292,7 +292,7 @@ def test_numbers_over_which_an_analysis_goes_are_no_text(system):
         for action in (
             lambda w: lp.frequency_response(system, inputs=["t.tau"], outputs=["t.tau"], hertz=w),
             lambda w: lp.campbell(system, speeds=w, orders=[1]),
-            lambda w: lp.vibration.root_locus(system, "shaft.c", w),
+            lambda w: lp.vibration.root_locus(system, "shaft.c", values=w),
         ):
             text = message(lambda action=action, wrong=wrong: action(wrong))
             assert f" = {wrong!r}: a list of finite numbers is needed" in text

@@ -131,7 +131,7 @@ def made():
         response.peaks("b.w", "motor.tau")[0],
         lp.vibration.response_sensitivity(response, to=["shaft.c"]),
         lp.points.equilibrium_sensitivity(point, of=["shaft.tau"], to=["motor.tau"]),
-        lp.vibration.root_locus(system, "shaft.c", [100.0, 200.0]),
+        lp.vibration.root_locus(system, "shaft.c", values=[100.0, 200.0]),
         diagram,
         diagram.critical[0],
         orbit,

@@ -309,7 +309,9 @@ def test_files_that_cannot_be_are_refused(run, tmp_path):
 @pytest.mark.parametrize("ending", ["toml", "json"])
 def test_parameters_go_out_and_in(run, tmp_path, ending):
     system = run.system
-    path = lp.exchange.write_parameters(system, tmp_path / f"p.{ending}", {"shaft.c": 1 / 3})
+    path = lp.exchange.write_parameters(
+        system, tmp_path / f"p.{ending}", parameters={"shaft.c": 1 / 3}
+    )
     found = lp.exchange.read_parameters(system, path)
     assert found == system.parameters | {"shaft.c": 1 / 3}
     again = lp.simulate(system, until=1.0, grid=40, parameters=found)

@@ -44,7 +44,7 @@ def test_a_stiffness_that_grows_with_the_speed_moves_the_intersection():
         system,
         speeds=np.linspace(0.0, 40.0, 11),
         orders=[0.5, 1.0, 3.0],
-        at=lambda w: lp.start_point(system, {"shaft.c": 800.0 + 0.9 * w**2}),
+        at=lambda w: lp.start_point(system, parameters={"shaft.c": 800.0 + 0.9 * w**2}),
     )
     # order 1/2 never meets: the frequency runs away from it
     expected = [np.sqrt(800.0 / (n**2 * 2.0 - 0.9)) for n in (3.0, 1.0)]
@@ -60,7 +60,9 @@ def test_a_mode_that_ceases_to_oscillate_leaves_the_diagram():
         system,
         speeds=[0.0, 9.0, 30.0],
         orders=[1.0],
-        at=lambda w: lp.start_point(system, {"shaft.d": 8.0 * w}),  # aperiodic from 80 on
+        at=lambda w: lp.start_point(
+            system, parameters={"shaft.d": 8.0 * w}
+        ),  # aperiodic from 80 on
     )
     assert np.isnan(received.hertz[2, 0])
     assert received.hertz[:2, 0] == pytest.approx([20.0 / (2 * np.pi)] * 2, rel=1e-12)
