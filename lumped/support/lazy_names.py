@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Callable
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
@@ -86,6 +87,10 @@ class _LazyPackage(ModuleType):
         # not hide the function `modes`, whichever is loaded first.
         if not (name in self._sources and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
+
+    def __reduce__(self) -> tuple[Callable[[str], ModuleType], tuple[str]]:
+        # Functions that are pickled with what they use know it by name, as other packages.
+        return import_module, (self.__name__,)
 
 
 def _missing(package: str, name: str) -> str:
