@@ -31,6 +31,11 @@ def write_parameters(
     parameters : mapping of name to value, optional
         Those that are changed from the model.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     OptionError
@@ -63,6 +68,11 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
         From `assemble`; names and units are those of its parameters.
     path : str or Path
         Its ending, .toml or .json, says the format; it may hold some of the parameters.
+
+    Returns
+    -------
+    dict of str to float
+        In SI units.
 
     Raises
     ------

@@ -54,6 +54,10 @@ def schematic(
     depth : int, optional
         Composites below this depth are drawn as one symbol; 1 shows the parts of the model only.
 
+    Returns
+    -------
+    matplotlib.figure.Figure
+
     Raises
     ------
     OptionError

@@ -151,7 +151,7 @@ def gradient(
     until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
-    rtol: float = 1e-8,
+    rtol: float = 1e-6,
     method: Literal["auto", "explicit", "implicit"] = "auto",
 ) -> Gradient:
     """Simulate, and differentiate functionals of the run by parameters and start values.

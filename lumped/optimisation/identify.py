@@ -175,7 +175,8 @@ def identify(
     level : float
         Probability of the confidence intervals.
     rtol : float
-        Relative tolerance of the runs.
+        Relative tolerance of the runs. Tighter than elsewhere: near the best fit a search compares
+        runs that hardly differ.
 
     Returns
     -------

@@ -80,6 +80,7 @@ def periodic(
         Output intervals of the run over one period.
     rtol : float
         Tolerance of runs, and of what may be missing after a period, over the size of each state.
+        Tighter than elsewhere: what is missing adds up over all the periods that follow.
     iterations : int
         Newton steps after which to give up.
 

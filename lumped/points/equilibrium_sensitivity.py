@@ -116,6 +116,10 @@ def equilibrium_sensitivity(
     to : iterable of names, optional
         Parameters; default is all that can be changed.
 
+    Returns
+    -------
+    EquilibriumSensitivity
+
     Raises
     ------
     OptionError

@@ -93,6 +93,10 @@ def linearise(
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
 
+    Returns
+    -------
+    Linearisation
+
     Raises
     ------
     UnknownNameError

@@ -139,6 +139,10 @@ def sizing(
         magnitude of the speed, with straight lines between them, the first torque below them, and
         none above the last speed.
 
+    Returns
+    -------
+    Sizing
+
     Raises
     ------
     OptionError

@@ -184,6 +184,10 @@ def work_precision(
     parameters, start
         As for `simulate`.
 
+    Returns
+    -------
+    WorkPrecision
+
     Raises
     ------
     OptionError

@@ -144,6 +144,11 @@ def turns(modes: Modes, of: Name, *, over: Name) -> float:
     of, over : name
         Angles of the shaft, and of that from which orders count, rad.
 
+    Returns
+    -------
+    float
+        Negative where they turn in opposite directions.
+
     Raises
     ------
     OptionError

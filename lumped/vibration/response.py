@@ -232,6 +232,10 @@ def frequency_response(
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
 
+    Returns
+    -------
+    FrequencyResponse
+
     Raises
     ------
     OptionError
