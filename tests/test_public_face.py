@@ -133,6 +133,14 @@ def test_components_load_no_analysis():
     assert not {"matplotlib", "networkx", "scipy.optimize", "scipy.linalg"} & found
 
 
+def test_only_drawing_needs_matplotlib():
+    """SciPy loads each of its packages at its first use."""
+    late = {"matplotlib", "networkx", "pandas", "scipy.integrate", "scipy.optimize", "scipy.sparse"}
+    code = "import lumped as lp\nfor theme in {!r}: exec(f'from lumped.{{theme}} import *')"
+    for themes, expected in ((set(THEMES) - {"drawing"}, set()), ({"drawing"}, {"matplotlib"})):
+        assert late & loaded(code.format(sorted(themes))) == expected
+
+
 def test_an_analysis_loads_no_other():
     found = loaded("import lumped as lp; lp.modes")
     assert "lumped.vibration.modes" in found
