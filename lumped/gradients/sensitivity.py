@@ -138,7 +138,7 @@ class Sensitivity:
 
     @checked
     def plot(self, of: Name | None = None, *, at: float | None = None) -> Figure:
-        """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
+        """Tornado of what matters most to a quantity (see `lumped.drawing.plots.tornado`)."""
         from lumped.drawing.plots import tornado
 
         name = self.of[0] if of is None else self.run.system.key(of)

@@ -87,7 +87,7 @@ class Sizing:
     maximum: Limit | None = None
 
     def plot(self) -> Figure:
-        """Torque over speed with the limits (see `lumped.plot.torque_speed`)."""
+        """Torque over speed with the limits (see `lumped.drawing.plots.torque_speed`)."""
         from lumped.drawing.plots import torque_speed
 
         return torque_speed(self)

@@ -280,7 +280,7 @@ class Modes:
     def plot(
         self, names: Iterable[Name] | None = None, *, modes: Iterable[int] | None = None
     ) -> Figure:
-        """Mode shapes along the drive (see `lumped.plot.mode_shapes`)."""
+        """Mode shapes along the drive (see `lumped.drawing.plots.mode_shapes`)."""
         from lumped.drawing.plots import mode_shapes
 
         return mode_shapes(self, names, modes)

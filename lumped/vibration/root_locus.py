@@ -82,7 +82,7 @@ class RootLocus:
         return found
 
     def plot(self) -> Figure:
-        """Root locus in the complex plane (see `lumped.plot.root_locus`)."""
+        """Root locus in the complex plane (see `lumped.drawing.plots.root_locus`)."""
         from lumped.drawing.plots import root_locus
 
         return root_locus(self)
