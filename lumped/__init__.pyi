@@ -58,5 +58,6 @@ from lumped.vibration.campbell import campbell as campbell
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
 from lumped.vibration.response import frequency_response as frequency_response
+from lumped.vibration.symbolic import expression as expression
 
 __version__: str

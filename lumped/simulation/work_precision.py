@@ -122,7 +122,7 @@ class WorkPrecision:
         return min(good, key=lambda row: row.seconds)
 
     def plot(self) -> Figure:
-        """Run time over error, one line for each method (see `lumped.drawing.plots.work_precision`)."""
+        """Run time over error, one line for each method (`lumped.drawing.plots.work_precision`)."""
         from lumped.drawing.plots import work_precision as drawn
 
         return drawn(self)

@@ -165,7 +165,7 @@ class FrequencyResponse:
 
     @checked
     def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
-        """Magnitude and phase over the frequency (see `lumped.drawing.plots.frequency_response`)."""
+        """Magnitude and phase over the frequency (`lumped.drawing.plots.frequency_response`)."""
         from lumped.drawing.plots import frequency_response
 
         return frequency_response(self, outputs)

@@ -67,8 +67,8 @@ def test_quantities_are_formulas_of_named_symbols():
     )
     system = lp.assemble(model)
     torque, rate = (
-        lp.vibration.expression(system, "shaft.tau"),
-        lp.vibration.expression(system, "der(a.w)"),
+        lp.expression(system, "shaft.tau"),
+        lp.expression(system, "der(a.w)"),
     )
     symbols = {s.name(): s for s in ca.symvar(torque)}
     numbers = {"shaft.c": 7.0, "shaft.d": 0.3, "shaft.phi_rel": 0.2, "shaft.phi_rel0": 0.05}
@@ -112,6 +112,6 @@ def test_what_has_no_formula_is_refused():
     )
     system = lp.assemble(clutch)
     with pytest.raises(OptionError, match="modes"):
-        lp.vibration.expression(system, "der(a.w)")
+        lp.expression(system, "der(a.w)")
     with pytest.raises(OptionError, match="is no state"):
-        lp.vibration.expression(system, "der(nothing)")
+        lp.expression(system, "der(nothing)")
