@@ -8,8 +8,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from matplotlib.figure import Figure
-
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
@@ -19,6 +17,8 @@ from lumped.support.text_table import number
 from lumped.support.whole_files import write_text
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from lumped.simulation.sizing import Sizing
     from lumped.simulation.work_precision import WorkPrecision
     from lumped.timeloop.result import Trajectory
