@@ -72,6 +72,10 @@ def equilibrium(
     tolerance : float
         Largest remaining derivative, relative to the derivatives' own scale.
 
+    Returns
+    -------
+    OperatingPoint
+
     Raises
     ------
     OptionError

@@ -151,7 +151,7 @@ def simulate(
             )
         point = start if start.time == begin else replace(start, time=begin)
     else:
-        point = start_point(system, parameters, start, free, time=begin)
+        point = start_point(system, parameters=parameters, start=start, free=free, time=begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = "steps" if method == "auto" else method
     if method == "auto" and times is not None and closed_form_pays(point, until, rtol):

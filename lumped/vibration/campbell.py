@@ -88,7 +88,7 @@ class Campbell:
     situations: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """Campbell diagram (see `lumped.plot.campbell`)."""
+        """Campbell diagram (see `lumped.drawing.plots.campbell`)."""
         from lumped.drawing.plots import campbell
 
         return campbell(self)
