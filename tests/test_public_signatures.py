@@ -27,7 +27,6 @@ WITHOUT_NAME = {
     "schematic": {"path"},  # what is drawn, and where to
     "functionals.instant": {"after"},  # an event: its component, and what comes after it
     "functionals.at_event": {"after"},
-    "start_point": {"parameters", "start", "free"},  # in the order of `simulate`
 }
 """Options that may be given without their names, and why."""
 
@@ -39,7 +38,7 @@ TIGHTER = {
 }
 """Defaults of `rtol` that differ, each with a reason, which also stands in the docstring."""
 
-BRIEF = {"start_point": {"Returns"}, "load": {"Parameters", "Returns"}}
+BRIEF: dict[str, set[str]] = {}
 """Sections that are still missing."""
 
 
