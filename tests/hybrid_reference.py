@@ -17,21 +17,21 @@ The law, with its sources:
   brakes on one shaft this is the sum of their limits. The loads that can be borne are a zonotope
   (a cone where contacts push): each of its facets is a row, and names the contacts that let go.
 * What let go slides, what did not stays if it can; of several ways the one that lets least go.
-  Ways that differ in their accelerations leave the law undetermined (`OpenLawError`).
-* An impact is Newton's law for all contacts of the instant: the projection of the speeds on
-  ``{W v >= e |W v before|, D v == 0}`` in the kinetic metric (Moreau; Glocker, Set-Valued Force
-  Laws, 2001). W holds the gaps that are closed and all freewheels, D the dogs. Friction gives no
-  impulse. Where a freewheel catches in the impact, this may be impossible or add energy: then a
-  user expects a loss that is not negative and nothing that approaches, not certain numbers.
+  Ways that differ in their accelerations leave it open (`OpenLawError`).
+* An impact is Newton's law for all contacts of the instant (`contact_reference`): gaps that are
+  closed, all freewheels and dogs. Friction gives no impulse. Where the law has no answer, or one
+  that adds energy, a user expects that nothing approaches afterwards and that the loss is not
+  negative, not certain numbers (`OpenLawError`).
 """
 
 import itertools
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from contact_reference import OpenLawError, facets, impact, lost
 from numpy.polynomial.polynomial import polyval
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -43,10 +43,6 @@ LEAST = 1e-8
 """Speed after an impact below which a contact stays closed."""
 ORDER, TERMS, BLOCK = 6, 15, 32
 """Derivatives that decide a sign; of a Taylor series in a step; steps at a time."""
-
-
-class OpenLawError(Exception):
-    """The law leaves open what happens."""
 
 
 class LostError(Exception):
@@ -103,15 +99,6 @@ class Load:
     phase: float = 0.0
 
 
-def signs(jets: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Sign just after an instant of values with these derivatives, shape (order, m)."""
-    found = np.zeros(jets.shape[1])
-    for jet, size in zip(jets, sizes, strict=True):
-        clear = (found == 0) & (np.abs(jet) > 1e-11 * size + 1e-12)
-        found[clear] = np.sign(jet[clear])
-    return found
-
-
 @dataclass
 class Motion:
     """A linear motion and the rows that end it.
@@ -123,6 +110,7 @@ class Motion:
     rows: np.ndarray
     blamed: np.ndarray
     slides: np.ndarray
+    steps: dict[float, list[np.ndarray]] = field(default_factory=dict)
 
     @cached_property
     def terms(self) -> np.ndarray:
@@ -137,20 +125,22 @@ class Motion:
         return np.abs(self.terms[:ORDER])
 
     def signs(self, z: np.ndarray) -> np.ndarray:
-        return signs(self.terms[:ORDER] @ z, self.sizes @ np.abs(z))
-
-    def steps(self, h: float) -> list[np.ndarray]:
-        """Matrices of 1, 2, 4, ... steps."""
-        if getattr(self, "_h", None) != h:
-            self._h, self._steps = h, [expm(self.A * h)]
-            while 2 ** len(self._steps) < BLOCK:
-                self._steps.append(self._steps[-1] @ self._steps[-1])
-        return self._steps
+        """Signs of the rows just after an instant, from their derivatives."""
+        found = np.zeros(len(self.rows))
+        floors = 1e-11 * (self.sizes @ np.abs(z)) + 1e-12
+        for value, floor in zip(self.terms[:ORDER] @ z, floors, strict=True):
+            clear = (found == 0) & (np.abs(value) > floor)
+            found[clear] = np.sign(value[clear])
+        return found
 
     def block(self, z: np.ndarray, h: float) -> np.ndarray:
-        """States after 0 to BLOCK - 1 steps."""
+        """States after 0 to BLOCK - 1 steps; the matrices of 1, 2, 4, ... of them are kept."""
+        if h not in self.steps:
+            self.steps[h] = [expm(self.A * h)]
+            while 2 ** len(self.steps[h]) < BLOCK:
+                self.steps[h].append(self.steps[h][-1] @ self.steps[h][-1])
         found = z[None]
-        for step in self.steps(h):
+        for step in self.steps[h]:
             found = np.concatenate([found, found @ step.T])
         return found
 
@@ -167,10 +157,10 @@ class Motion:
                 continue
             if not begins and c[0] <= 0:
                 return 0.0
-            while (
-                begins and len(c) > 1 and abs(c[0]) <= zero[min(TERMS + 1 - len(c), ORDER - 1), j]
-            ):
-                c = c[1:]  # it leaves zero: look for the next zero
+            gone = 0
+            while begins and gone < ORDER and abs(values[gone, j]) <= zero[gone, j]:
+                gone += 1  # it leaves zero: look for the next zero
+            c = c[gone:]
             height = polyval(at, c)
             below = np.flatnonzero(height < 0)
             if not len(below):
@@ -181,64 +171,6 @@ class Motion:
             root = brentq(polyval, low, at[below[0]], (c,), xtol=1e-17, rtol=1e-15)
             first = root if first is None else min(first, root)
         return first
-
-
-def facets(rows: np.ndarray, ranges: list, carried: np.ndarray) -> tuple[list, list]:
-    """Margins of ``carried == rows' r`` with each r in its range, and the contacts in each.
-
-    `ranges` holds rows for the least and the greatest reaction, None for infinite ones; `carried`
-    is the sum of all reactions as rows. The borders of what can be carried are spanned by the
-    rows of contacts, one less than their rank.
-    """
-    _, size, V = np.linalg.svd(rows)
-    rank = int((size > 1e-9 * size[0]).sum())
-    basis = V[:rank].T
-    inner, load = rows @ basis, basis.T @ carried
-    found, blamed, known = [], [], set()
-    for chosen in itertools.combinations(range(len(rows)), rank - 1):
-        _, size, V = np.linalg.svd(inner[list(chosen)].reshape(rank - 1, rank))
-        if rank > 1 and size[-1] < 1e-9:
-            continue
-        for normal in (V[-1], -V[-1]):
-            along = inner @ normal
-            along[np.abs(along) < 1e-9] = 0.0
-            key = tuple(np.round(along, 7) + 0.0)
-            ends = [ranges[i][int(x > 0)] for i, x in enumerate(along) if x]
-            if key in known or any(end is None for end in ends):
-                continue
-            known.add(key)
-            most = sum(x * end for x, end in zip(along[along != 0], ends, strict=True))
-            found.append(most - normal @ load)
-            blamed.append(along != 0)
-    return found, blamed
-
-
-def impact(
-    J: np.ndarray, v: np.ndarray, W: np.ndarray, least: np.ndarray, D: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Speeds after an impact and impulses: ``W v >= least``, ``D v == 0``, complementary.
-
-    Enumeration of the contacts that take impulses, each set linearly independent beside D.
-    """
-    for count in range(len(W) + 1):
-        for active in itertools.combinations(range(len(W)), count):
-            rows = np.concatenate([W[list(active)].reshape(count, len(J)), D])
-            after, p = v, np.zeros(0)
-            if len(rows):
-                missing = np.concatenate([least[list(active)], np.zeros(len(D))]) - rows @ v
-                p = np.linalg.pinv(rows / J @ rows.T, 1e-12) @ missing
-                after = v + rows.T @ p / J
-                if np.abs(rows @ (after - v) - missing).max() > 1e-9:
-                    continue
-            if (p[:count] >= -1e-10).all() and (W @ after >= least - 1e-10).all():
-                impulses = np.zeros(len(W))
-                impulses[list(active)] = p[:count]
-                return after, impulses
-    raise OpenLawError("Newton's law asks for speeds that contacts forbid")
-
-
-def lost(J: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
-    return float(J @ (before**2 - after**2)) / 2
 
 
 @dataclass
@@ -261,18 +193,6 @@ class Drive:
         kinks = {t for line in lines for t in line.ts if 0 < t < self.end}
         self.pieces = list(itertools.pairwise([0.0, *sorted(kinks), self.end]))
         self.rows = np.array([c.row for c in self.contacts]).reshape(-1, self.n)
-
-    def changed(self, by: float) -> "Drive":
-        """The same with inertias and limits that differ a little."""
-        sign = (-1.0) ** np.arange(max(self.n, len(self.contacts)))
-        contacts = [
-            replace(c, level=Line(c.level.ts, np.multiply(c.level.ys, 1 + by * s)))
-            if c.kind != "dog"
-            else c
-            for c, s in zip(self.contacts, sign, strict=False)
-        ]
-        J = self.J * (1 + by * sign[: self.n])
-        return Drive(J, self.q, self.v, self.springs, self.loads, contacts, self.end)
 
     # -- a motion in given modes -----------------------------------------------------------------
 
@@ -429,8 +349,8 @@ class Drive:
         left = itertools.count(5000, -1)
         waves = [f(p.phase) for p in self.waves for f in (np.sin, np.cos)]
         z, modes = np.array([*self.q, *self.v, 1.0, 0.0, *waves]), None
-        for self.piece in self.pieces:
-            self.t, end = self.piece[0], self.piece[1]
+        for piece in self.pieces:
+            self.piece, (self.t, end) = piece, piece
             z[self.one + 1], arrived = 0.0, False
             while not arrived:
                 if not next(left):
@@ -439,15 +359,11 @@ class Drive:
                 z = self.settle(z)
                 before, modes = modes, self.choose(z, modes)
                 if len(self.losses) > collisions or before not in (None, modes):
-                    self.note(before or modes, modes)
+                    pairs = zip(self.contacts, before or modes, modes, strict=True)
+                    self.events.append((self.t, {c.name for c, a, b in pairs if a != b}))
                 z, arrived = self.advance(self.motion(modes), z, end, h, grid)
         self.out.append(self.settle(z)[: self.one])
         return np.array(self.out)
-
-    def note(self, before: tuple[int, ...], after: tuple[int, ...]) -> None:
-        """Keep an event: its time, and what changed its mode."""
-        pairs = zip(self.contacts, before, after, strict=True)
-        self.events.append((self.t, {c.name for c, a, b in pairs if a != b}))
 
     def advance(
         self, motion: Motion, z: np.ndarray, end: float, h: float, grid: np.ndarray
@@ -476,8 +392,8 @@ class Drive:
             z, self.t = states[-1], until
 
     def take(self, motion: Motion, z: np.ndarray, grid: np.ndarray, end: float) -> None:
-        for at in grid[(grid >= self.t) & (grid < end)]:
-            self.out.append((expm(motion.A * (at - self.t)) @ z)[: self.one])
+        times = grid[(grid >= self.t) & (grid < end)]
+        self.out += [(expm(motion.A * (at - self.t)) @ z)[: self.one] for at in times]
 
 
 if __name__ == "__main__":

@@ -1,0 +1,76 @@
+"""What contacts bear, and how they collide, by enumeration; knows no `lumped`.
+
+Newton's impact law for several contacts at once: the speeds after an impact are the projection of
+those before on ``{W v >= least, D v == 0}`` in the kinetic metric, with ``least = e |W v before|``
+for contacts that approach and zero for those that touch or go away (Moreau; Glocker, Set-Valued
+Force Laws, 2001): impulses push, and a contact that leaves faster takes none. If all contacts
+approach or touch, the loss ``sum p (1 - e) |u| / 2`` is never negative. A contact that goes away
+and is caught, as a freewheel may be, can make it negative, or leave no such speeds at all; there
+the law says nothing.
+"""
+
+import itertools
+
+import numpy as np
+
+
+class OpenLawError(Exception):
+    """The law leaves open what happens."""
+
+
+def impact(
+    J: np.ndarray, v: np.ndarray, W: np.ndarray, least: np.ndarray, D: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds after an impact and impulses: ``W v >= least``, ``D v == 0``, complementary.
+
+    Enumeration of the contacts that take impulses, each set linearly independent beside D.
+    """
+    for count in range(len(W) + 1):
+        for active in itertools.combinations(range(len(W)), count):
+            rows = np.concatenate([W[list(active)].reshape(count, len(J)), D])
+            after, p = v, np.zeros(0)
+            if len(rows):
+                missing = np.concatenate([least[list(active)], np.zeros(len(D))]) - rows @ v
+                p = np.linalg.pinv(rows / J @ rows.T, 1e-12) @ missing
+                after = v + rows.T @ p / J
+                if np.abs(rows @ (after - v) - missing).max() > 1e-9:
+                    continue
+            if (p[:count] >= -1e-10).all() and (W @ after >= least - 1e-10).all():
+                impulses = np.zeros(len(W))
+                impulses[list(active)] = p[:count]
+                return after, impulses
+    raise OpenLawError("Newton's law asks for speeds that contacts forbid")
+
+
+def lost(J: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
+    return float(J @ (before**2 - after**2)) / 2
+
+
+def facets(rows: np.ndarray, ranges: list, carried: np.ndarray) -> tuple[list, list]:
+    """Margins of ``carried == rows' r`` with each r in its range, and the contacts in each.
+
+    `ranges` holds rows for the least and the greatest reaction, None for infinite ones; `carried`
+    is the sum of all reactions as rows. The borders of what can be carried are spanned by the
+    rows of contacts, one less than their rank.
+    """
+    _, size, V = np.linalg.svd(rows)
+    rank = int((size > 1e-9 * size[0]).sum())
+    basis = V[:rank].T
+    inner, load = rows @ basis, basis.T @ carried
+    found, blamed, known = [], [], set()
+    for chosen in itertools.combinations(range(len(rows)), rank - 1):
+        _, size, V = np.linalg.svd(inner[list(chosen)].reshape(rank - 1, rank))
+        if rank > 1 and size[-1] < 1e-9:
+            continue
+        for normal in (V[-1], -V[-1]):
+            along = inner @ normal
+            along[np.abs(along) < 1e-9] = 0.0
+            key = tuple(np.round(along, 7) + 0.0)
+            ends = [ranges[i][int(x > 0)] for i, x in enumerate(along) if x]
+            if key in known or any(end is None for end in ends):
+                continue
+            known.add(key)
+            most = sum(x * end for x, end in zip(along[along != 0], ends, strict=True))
+            found.append(most - normal @ load)
+            blamed.append(along != 0)
+    return found, blamed
