@@ -429,6 +429,8 @@ class RandomImpact:
                 if kind != "dog":
                     bounces.append(e if kind != "freewheel" else 0.0)
                 self.links.append((kind, e, front, back))
+        if not self.links:
+            self.links, W, bounces = [("stop", 0.5, 1, 0)], [np.eye(n)[1] - np.eye(n)[0]], [0.5]
         self.W, self.D, self.e = np.reshape(W, (-1, n)), np.reshape(D, (-1, n)), np.array(bounces)
         rng = np.random.default_rng((8, seed))
         self.v = rng.normal(size=n) * 4 * (rng.random(n) < 0.8)
@@ -496,19 +498,19 @@ def compare_impact(seed):
     size = 1 + np.abs(case.v).max()
     taken = lost(case.J, case.v, after)
     wrong = []
-    allowed = 1e-9 * size
+    allowed = 1e-7 * size  # redundant contacts yield a little
     if (case.W @ after).min(initial=0.0) < -allowed:
         wrong.append(f"approaches at {(case.W @ after).min():.2g}")
     if np.abs(case.D @ after).max(initial=0.0) > allowed:
         wrong.append("a dog slips")
     rows = np.concatenate([case.W, case.D, -case.D])
-    if nnls(rows.T, case.J * (after - case.v))[1] > 1e-8 * size:
+    if nnls(rows.T, case.J * (after - case.v))[1] > 10 * allowed:
         wrong.append("impulses pull, or momentum is lost")
-    if taken < -1e-9 * size**2:
+    if taken < -allowed * size:
         wrong.append(f"adds {-taken:.2g} J")
-    if abs(sum(losses) - taken) > 1e-8 * size**2:
+    if abs(sum(losses) - taken) > 10 * allowed * size:
         wrong.append(f"events say {sum(losses):.4g} J of {taken:.4g} J lost")
-    if not open_ and np.abs(after - expected).max() > 1e-7 * size:
+    if not open_ and np.abs(after - expected).max() > allowed:
         wrong.append(f"speeds differ by {np.abs(after - expected).max():.2g}")
     if wrong:
         return Verdict("DEVIATES", "; ".join(wrong) + (f" ({open_})" if open_ else ""))
@@ -532,6 +534,76 @@ def impacts(first, last):
         print(f"{times:5d} {text}")
 
 
+# -- storms ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Storm:
+    """Bodies with plays between them that rattle, or stacked with tiny gaps and pressed down."""
+
+    kind: str
+    e: float
+    count: int
+    gap: float = 1e-6
+
+    def model(self):
+        load = [5.0] + [0.0] * (self.count - 1) if self.kind == "plays" else [-10.0] * self.count
+        bodies = [rotating.Inertia(J=1.0 + 0.5 * i, phi=0.0) for i in range(self.count)]
+        if self.kind == "plays":
+            parts = [rotating.Backlash(b=self.gap, restitution=self.e) for _ in bodies[1:]]
+        else:
+            parts = [rotating.Stop(phi_min=-self.gap, restitution=self.e) for _ in bodies]
+
+        def connections(m):
+            for body, drive in zip(m.bodies, m.drives, strict=True):
+                yield lp.connect(drive.flange, body.flange_a)
+            above = m.bodies[1:] if self.kind == "plays" else m.bodies
+            for i, (part, body) in enumerate(zip(m.parts, above, strict=True)):
+                yield lp.connect(part.flange_b, body.flange_a)
+                below = i if self.kind == "plays" else i - 1
+                if below >= 0:
+                    yield lp.connect(part.flange_a, m.bodies[below].flange_b)
+
+        drives = [rotating.Torque(tau=tau) for tau in load]
+        return load, lp.compose(bodies=bodies, drives=drives, parts=parts, connections=connections)
+
+    def run(self, until=1.0, **options):
+        """The run; what its instants lost, and the energy that disappeared; greatest speed left."""
+        load, model = self.model()
+        names = [f"bodies[{i}].{x}" for x in ("w", "phi") for i in range(self.count)]
+        system = lp.assemble(model, keep=names[self.count :])
+        start = {"bodies[0].w": 10.0} if self.kind == "plays" else {}
+        start |= {name: 0.0 for name in names[: self.count] if name not in start}
+        run = lp.simulate(system, until=until, grid=10, rtol=1e-9, start=start, **options)
+        first, last = run.table(names)[[0, -1]]
+        J, n = 1.0 + 0.5 * np.arange(self.count), self.count
+        gone = lost(J, np.array(list(start.values())), last[:n]) + load @ (last[n:] - first[n:])
+        left = np.ptp(last[:n]) if self.kind == "plays" else np.abs(last[:n]).max()
+        _, each = np.unique([e.time for e in run.events], return_inverse=True)
+        losses = np.bincount(each, weights=[e.loss for e in run.events])
+        return run, losses.tolist(), float(gone), float(left)
+
+
+def storms():
+    """Storms of growing length, each with the time that it takes."""
+    signal.signal(signal.SIGALRM, alarm)
+    for e in (0.9, 0.99, 0.999):
+        for kind in ("plays", "stops"):
+            for count, given in ((2, {}), (3, {}), (2, {"max_steps": 1000})):
+                begun, storm = time.perf_counter(), Storm(kind, e, count)
+                signal.alarm(PATIENCE)
+                try:
+                    _, losses, gone, left = storm.run(**given)
+                    text = f"{len(losses)} instants, {sum(losses):.9g} of {gone:.9g} J, left {left:.1e}"
+                    text += f", least loss {min(losses):.1e} J"
+                except SlowError:
+                    text = "SLOW"
+                except LumpedError as failure:
+                    text = str(failure)[:150]
+                signal.alarm(0)
+                print(f"{storm} {given}: {text}, {time.perf_counter() - begun:.1f} s", flush=True)
+
+
 def drives(first, last, step=1, through=None):
     """Compare drives and count verdicts."""
     count, worst = Counter(), 0.0
@@ -551,7 +623,7 @@ def drives(first, last, step=1, through=None):
 
 
 def main(arguments):
-    """Random drives; with a word before it, impacts, or drives as units."""
+    """Random drives; with a word before the numbers: impacts, units, or storms."""
     words = [a for a in arguments if not a.isdigit()]
     numbers = [int(a) for a in arguments if a.isdigit()]
     first, last = [0, *numbers][-2:] if numbers else (0, 100)
@@ -559,5 +631,7 @@ def main(arguments):
         drives(first, last, 20, unit)
     elif words == ["impacts"]:
         impacts(first, last)
+    elif words == ["storms"]:
+        storms()
     else:
         drives(first, last)
