@@ -42,6 +42,21 @@ def impact(
     raise OpenLawError("Newton's law asks for speeds that contacts forbid")
 
 
+def poisson(
+    J: np.ndarray, v: np.ndarray, W: np.ndarray, e: np.ndarray, D: np.ndarray
+) -> np.ndarray:
+    """Speeds after an impact by Poisson's law, for where Newton's law says nothing.
+
+    Compression ends where nothing approaches; expansion gives back e times the impulses of
+    compression, and more where contacts would approach (Glocker and Pfeiffer, Nonlinear Dynamics 7
+    (1995) 471). That is the least kinetic energy of all impulses of at least that size, those of
+    compression among them, so there is always an answer and never a gain.
+    """
+    none = np.zeros(len(W))
+    compressed, p = impact(J, v, W, none, D)
+    return impact(J, compressed + W.T @ (e * p) / J, W, none, D)[0]
+
+
 def lost(J: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
     return float(J @ (before**2 - after**2)) / 2
 

@@ -343,7 +343,7 @@ class Drive:
 
     # -- the run ---------------------------------------------------------------------------------
 
-    def run(self, grid: np.ndarray, h: float = 1e-3) -> np.ndarray:
+    def run(self, grid: np.ndarray, h: float = 2e-3) -> np.ndarray:
         """Positions and speeds on a grid, shape (len(grid), 2 n); events and losses beside."""
         self.made, self.events, self.losses, self.out = {}, [], [], []
         left = itertools.count(5000, -1)

@@ -8,7 +8,16 @@ import signal
 
 import numpy as np
 import pytest
-from hybrid_drives import END, RandomDrive, Storm, alarm, compare, compare_impact
+from contact_reference import lost, poisson
+from hybrid_drives import (
+    END,
+    RandomDrive,
+    RandomImpact,
+    Storm,
+    alarm,
+    compare,
+    compare_impact,
+)
 from hybrid_reference import Contact, Drive, Line, Load, steady
 
 from lumped.errors import SolverError
@@ -16,17 +25,65 @@ from lumped.errors import SolverError
 DRIVES = range(60)
 IMPACTS = range(300)
 
-SLOW = "placeholder"
-FAILING_DRIVES: dict[int, str] = {}
-FAILING_IMPACTS: dict[int, str] = {}
-FAILING_STORMS: dict[tuple, str] = {}
+# Where lumped breaks the law: what the reference says, what lumped does, and where in the code.
+
+_SHARED = "Sharing.share weighs by the limits of one instant (timeloop/sharing.py)"
+_NET = "Fitting._rebalance frees who exceeds its share alone (timeloop/fitting.py)"
+
+FAILING_DRIVES = {
+    2: f"4 brakes let go at 0.509317 s, 3 of them slide alone before it; {_SHARED}",
+    4: f"2 pairs let go at 0.694908 s, one slides alone at 0.693909 s; {_SHARED}",
+    10: f"ring of 5 holds until 0.534305 s, lets go at 0.531111 s; peak lost, {_NET}",
+    16: f"ring of 3 rests, its weakest slides at 0.774795 s without motion; {_NET}",
+    21: f"peak 1.8 beside a ramp: 0.940237 s, lets go at 0.939121 s; {_SHARED}",
+    24: f"brakes on both sides of a gear: 0.202770 s, let go at 0.196488 s; {_NET}",
+    29: f"2 brakes let go at 1.140534 s, one slides alone at 1.139389 s; {_SHARED}",
+    31: f"stop and 4 frictions stay at rest; 200 changes of mode at 0.638 s; {_NET}",
+    37: f"2 clutches let go at 0.308800 s, one slides alone at 0.307640 s; {_SHARED}",
+    44: f"ring of 3 rests, its weakest slides at 1.014379 s without motion; {_NET}",
+    47: f"ring of 3 holds until 0.930942 s, lets go at 0.926989 s; peak lost, {_NET}",
+    55: f"peak 1.1 beside a ramp: 0.304550 s, lets go at 0.304357 s; {_SHARED}",
+    57: f"ring of 4 rests to the end, moves at 1.245234 s; peak lost, {_NET}",
+    59: f"3 brakes let go at 0.145731 s, one slides alone at 0.145391 s; {_SHARED}",
+}
+
+_CAUGHT = (
+    "a contact that goes away is caught by the impact: it belongs to the same impact, lumped lets "
+    "it collide after it, with the bounces of the others lost; Impacts.collide strikes only what "
+    "approaches, `touching` in Impacts._strike leaves out freewheels (timeloop/impact.py)"
+)
+_BLOCKED = (
+    "a freewheel forbids the bounce: no speeds obey Newton's law; lumped must rest without a "
+    "gain, but contradicting constraints yield by Sharing, and impulses and losses are of any size"
+)
+_GAIN = (
+    "a contact that goes away is caught beside one that bounces: Newton's law adds energy, and so "
+    "does lumped; nothing in Impacts._strike looks at the loss (timeloop/impact.py)"
+)
+FAILING_IMPACTS = {
+    **dict.fromkeys((10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 114, 119, 269), _BLOCKED),
+    **dict.fromkeys((82, 83, 88, 92, 107, 109, 124, 140, 143, 182, 196, 266), _CAUGHT),
+    **dict.fromkeys((160, 162, 164, 181, 184, 202), _GAIN),
+}
+
+FAILING_STORMS = {
+    ("stops", 0.9, 2): f"an instant at 6.7 ms gains 2e-11 J of 3e-5: {_GAIN}",
+    ("stops", 0.9, 3): f"an instant at 6.0 ms gains 1e-11 J of 6e-5: {_GAIN}",
+}
+
+UNBOUNDED = (
+    "max_steps counts steps that advance (Advance, timeloop/advance.py), not the events between: "
+    "a rattling play of 10 000 impacts takes a minute whatever the limit"
+)
 
 
 def marked(cases, failing):
     """Cases, those that are known to fail marked so."""
-    for case in cases:
-        marks = [pytest.mark.xfail(strict=True, reason=failing[case])] if case in failing else []
-        yield pytest.param(case, marks=marks, id=str(case))
+    fails = {case: pytest.mark.xfail(strict=True, reason=why) for case, why in failing.items()}
+    return [
+        pytest.param(case, marks=[fails[case]] if case in fails else [], id=str(case))
+        for case in cases
+    ]
 
 
 # -- the reference itself --------------------------------------------------------------------------
@@ -121,14 +178,30 @@ def test_random_impacts_obey_newtons_law_and_lose_energy(seed):
     assert verdict.word in ("agrees", "law open, sound"), verdict.text
 
 
+def test_poissons_law_answers_every_impact_without_a_gain():
+    for seed in sorted({*range(100), *FAILING_IMPACTS}):
+        case = RandomImpact(seed)
+        after = poisson(case.J, case.v, case.W, case.e, case.D)
+        size = 1 + float(case.J @ case.v**2)
+        assert lost(case.J, case.v, after) >= -1e-10 * size
+        assert (case.W @ after).min(initial=0.0) >= -1e-9 * size
+
+
+def test_poissons_law_is_newtons_for_one_contact():
+    J, v, W = np.array([1.0, 2.0]), np.array([3.0, -1.0]), np.array([[-1.0, 1.0]])
+    received = poisson(J, v, W, np.array([0.6]), np.zeros((0, 2)))
+    assert W @ received == pytest.approx(0.6 * 4.0)
+    assert J @ received == pytest.approx(J @ v)
+
+
 # -- storms ----------------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def patience():
-    """Ten seconds."""
+def patience(request):
+    """Ten seconds, or as many as are given."""
     signal.signal(signal.SIGALRM, alarm)
-    signal.alarm(10)
+    signal.alarm(getattr(request, "param", 10))
     yield
     signal.alarm(0)
 
@@ -152,7 +225,8 @@ def test_storms_of_impacts_end_at_rest_with_their_energy_lost(case, patience):
     assert min(losses) >= -1e-12 * sum(losses)
 
 
-@pytest.mark.xfail(strict=True, reason=SLOW)
+@pytest.mark.parametrize("patience", [5], indirect=True)
+@pytest.mark.xfail(strict=True, reason=UNBOUNDED)
 def test_a_limit_of_steps_ends_a_storm(patience):
     with pytest.raises(SolverError, match="max_steps"):
         Storm("plays", 0.999, 2).run(max_steps=300)
