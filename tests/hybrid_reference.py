@@ -1,7 +1,7 @@
 """Drives with dry friction, freewheels, dogs, plays and stops in closed form; knows no `lumped`.
 
-``python tests/hybrid_reference.py 1000`` compares random drives (`hybrid_drives`), ``... impacts
-10000`` impacts, ``... units 1000`` every twentieth drive as an exported unit, ``... storms`` storms.
+``python tests/hybrid_reference.py 1000`` compares random drives (`hybrid_drives`), with `impacts`
+or `units` before the number impacts, or every twentieth drive as a unit; `storms` plays that rattle.
 
 Bodies with constant inertias, linear springs, torques and friction limits that are straight lines
 of time (torques may have a sine besides) move linearly as long as no contact changes its mode: the
@@ -11,11 +11,11 @@ step of the watch on the rows only decides what could be overlooked between two 
 
 The law, with its sources:
 
-* Sliding friction is its limit against the motion; at rest it bears up to `peak` times that.
-* What is at rest stays so as long as *any* distribution of reactions within the static limits
-  carries the load (static theorem of limit analysis; Gauss's principle where `peak` is 1). For
-  brakes on one shaft this is the sum of their limits. The loads that can be borne are a zonotope
-  (a cone where contacts push): each of its facets is a row, and names the contacts that let go.
+* Sliding friction is its limit against the motion; at rest it bears up to `peak` times that. What
+  is at rest stays so as long as *any* distribution of reactions within the static limits carries
+  the load (static theorem of limit analysis; Gauss's principle where `peak` is 1): for brakes on
+  one shaft the sum of their limits. The loads that can be borne are a zonotope (a cone where
+  contacts push): each of its facets is a row, and names the contacts that let go.
 * What let go slides, what did not stays if it can; of several ways the one that lets least go.
   Ways that differ in their accelerations leave it open (`OpenLawError`).
 * An impact is Newton's law for all contacts of the instant (`contact_reference`): gaps that are
@@ -391,8 +391,8 @@ class Drive:
             z, self.t = states[-1], until
 
     def take(self, motion: Motion, z: np.ndarray, grid: np.ndarray, end: float) -> None:
-        times = grid[(grid >= self.t) & (grid < end)]
-        self.out += [(expm(motion.A * (at - self.t)) @ z)[: self.one] for at in times]
+        for at in grid[(grid >= self.t) & (grid < end)]:
+            self.out.append((expm(motion.A * (at - self.t)) @ z)[: self.one])
 
 
 if __name__ == "__main__":
