@@ -1,7 +1,7 @@
 """Drives with dry friction, freewheels, dogs, plays and stops in closed form; knows no `lumped`.
 
 ``python tests/hybrid_reference.py 1000`` compares random drives (`hybrid_drives`), with `impacts`
-or `units` before the number impacts, or every twentieth drive as a unit; `storms` plays that rattle.
+or `units` before the number impacts, or every twentieth drive as a unit; `storms` rattling plays.
 
 Bodies with constant inertias, linear springs, torques and friction limits that are straight lines
 of time (torques may have a sine besides) move linearly as long as no contact changes its mode: the
@@ -16,12 +16,11 @@ The law, with its sources:
   the load (static theorem of limit analysis; Gauss's principle where `peak` is 1): for brakes on
   one shaft the sum of their limits. The loads that can be borne are a zonotope (a cone where
   contacts push): each of its facets is a row, and names the contacts that let go.
-* What let go slides, what did not stays if it can; of several ways the one that lets least go.
-  Ways that differ in their accelerations leave it open (`OpenLawError`).
+* What let go slides, what did not stays if it can; of several ways the one that lets least go
+  (two such ways leave the law open, `OpenLawError`).
 * An impact is Newton's law for all contacts of the instant (`contact_reference`): gaps that are
-  closed, all freewheels and dogs. Friction gives no impulse. Where the law has no answer, or one
-  that adds energy, a user expects that nothing approaches afterwards and that the loss is not
-  negative, not certain numbers (`OpenLawError`).
+  closed, all freewheels and dogs. Friction gives no impulse. Where the law has no answer, or adds
+  energy, a user expects that nothing approaches afterwards and no negative loss, not one motion.
 """
 
 import itertools
