@@ -10,6 +10,7 @@ the law says nothing.
 """
 
 import itertools
+from functools import lru_cache
 
 import numpy as np
 
@@ -65,14 +66,30 @@ def facets(rows: np.ndarray, ranges: list, carried: np.ndarray) -> tuple[list, l
     """Margins of ``carried == rows' r`` with each r in its range, and the contacts in each.
 
     `ranges` holds rows for the least and the greatest reaction, None for infinite ones; `carried`
-    is the sum of all reactions as rows. The borders of what can be carried are spanned by the
-    rows of contacts, one less than their rank.
+    is the sum of all reactions as rows.
     """
+    found, owners = [], []
+    for normal, along in borders(rows.shape, rows.tobytes()):
+        here = np.flatnonzero(along)
+        ends = [ranges[i][int(along[i] > 0)] for i in here]
+        if all(end is not None for end in ends):
+            most = sum(along[i] * end for i, end in zip(here, ends, strict=True))
+            found.append(most - normal @ carried)
+            owners.append(here)
+    return found, owners
+
+
+@lru_cache(maxsize=4096)
+def borders(shape: tuple[int, int], content: bytes) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Normals of all borders of what contacts can carry, and the rows of contacts along them.
+
+    Each border is spanned by rows of contacts, one less than their rank.
+    """
+    rows = np.frombuffer(content).reshape(shape)
     _, size, V = np.linalg.svd(rows)
     rank = int((size > 1e-9 * size[0]).sum())
-    basis = V[:rank].T
-    inner, load = rows @ basis, basis.T @ carried
-    found, blamed, known = [], [], set()
+    basis, found = V[:rank].T, {}
+    inner = rows @ basis
     for chosen in itertools.combinations(range(len(rows)), rank - 1):
         _, size, V = np.linalg.svd(inner[list(chosen)].reshape(rank - 1, rank))
         if rank > 1 and size[-1] < 1e-9:
@@ -80,12 +97,5 @@ def facets(rows: np.ndarray, ranges: list, carried: np.ndarray) -> tuple[list, l
         for normal in (V[-1], -V[-1]):
             along = inner @ normal
             along[np.abs(along) < 1e-9] = 0.0
-            key = tuple(np.round(along, 7) + 0.0)
-            ends = [ranges[i][int(x > 0)] for i, x in enumerate(along) if x]
-            if key in known or any(end is None for end in ends):
-                continue
-            known.add(key)
-            most = sum(x * end for x, end in zip(along[along != 0], ends, strict=True))
-            found.append(most - normal @ load)
-            blamed.append(along != 0)
-    return found, blamed
+            found[tuple(np.round(along, 7) + 0.0)] = basis @ normal, along
+    return list(found.values())

@@ -251,9 +251,9 @@ class Drive:
             load = load + carried
             load[np.abs(load) < rounding] = 0.0
             carried[np.abs(carried) < rounding] = 0.0
-            margins, which = facets(W, ranges, carried)
+            margins, letting_go = facets(W, ranges, carried)
             rows += margins
-            owners += [np.array(held)[part] for part in which]
+            owners += [np.array(held)[part] for part in letting_go]
             slides += [False] * len(margins)
         A[: self.n, self.n : self.one] = np.eye(self.n)
         A[self.n : self.one] = load / self.J[:, None]
@@ -280,16 +280,16 @@ class Drive:
     def choose(self, z: np.ndarray, before: tuple[int, ...] | None) -> tuple[int, ...]:
         """Modes that fit, with least of what was at rest let go."""
         options = [self.options(k, z) for k in range(len(self.contacts))]
-        rest = np.zeros(len(options), dtype=bool)
+        rest = [False] * len(options)
         if before is not None:
             known = [a if a in o else o[0] for a, o in zip(before, options, strict=True)]
             motion = self.motion(tuple(known))
             fired = motion.blamed[motion.signs(z) < 0].any(axis=0)
-            rest = (np.array(before) == STICK) & ~fired
+            rest = ((np.array(before) == STICK) & ~fired).tolist()
 
         def key(modes: tuple[int, ...]) -> tuple[int, int]:
-            stuck = np.array(modes) == STICK
-            return int((rest & ~stuck).sum()), -int(stuck.sum())
+            freed = [r and m != STICK for r, m in zip(rest, modes, strict=True)]
+            return sum(freed), -modes.count(STICK)
 
         ways = sorted(itertools.product(*options), key=key)
         for _, group in itertools.groupby(ways, key):
