@@ -46,6 +46,11 @@ FAILING_DRIVES = {
     59: f"3 brakes let go at 0.145731 s, one slides alone at 0.145391 s; {_SHARED}",
 }
 
+FAILING_IN_MACHINE_CODE = {seed: why for seed, why in FAILING_DRIVES.items() if seed % 3 == 0} | {
+    51: "ring of 3 holds until 0.907408 s, in Python too; machine code lets it go where a torque has "
+    f"a kink, at 0.828481 s, as shares are renewed there; {_SHARED}",
+}
+
 _CAUGHT = (
     "a contact that goes away is caught by the impact: it belongs to the same impact, lumped lets "
     "it collide after it, with the bounces of the others lost; Impacts.collide strikes only what "
@@ -162,13 +167,25 @@ def test_the_reference_is_what_time_stepping_converges_to(seed):
 # -- random drives and impacts ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", marked(DRIVES, FAILING_DRIVES))
-def test_random_drives_move_as_their_closed_form_does(seed):
+def follow(seed):
+    """Compare a drive with its closed form."""
     verdict = compare(seed)
     print(verdict)
     if verdict.word in ("law open", "reference lost", "knife's edge", "refused"):
         pytest.skip(verdict.word)
     assert verdict.word == "agrees"
+
+
+@pytest.mark.parametrize("seed", marked(DRIVES, FAILING_DRIVES))
+def test_random_drives_move_as_their_closed_form_does(seed, monkeypatch):
+    monkeypatch.setenv("LUMPED_NATIVE", "0")
+    follow(seed)
+
+
+@pytest.mark.parametrize("seed", marked(DRIVES[::3], FAILING_IN_MACHINE_CODE))
+def test_random_drives_move_so_in_machine_code(seed, monkeypatch):
+    monkeypatch.setenv("LUMPED_NATIVE", "1")
+    follow(seed)
 
 
 @pytest.mark.parametrize("seed", marked(IMPACTS, FAILING_IMPACTS))
