@@ -47,8 +47,8 @@ FAILING_DRIVES = {
 }
 
 FAILING_IN_MACHINE_CODE = {seed: why for seed, why in FAILING_DRIVES.items() if seed % 3 == 0} | {
-    51: "ring of 3 holds until 0.907408 s, in Python too; machine code lets it go at a kink of a torque"
-    f", at 0.828481 s, as shares are renewed there; {_SHARED}",
+    51: "ring of 3 holds until 0.907408 s, in Python too; lets go at a kink of a torque in machine"
+    f" code, at 0.828481 s, as shares are renewed there; {_SHARED}",
 }
 
 _CAUGHT = (
