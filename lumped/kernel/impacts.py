@@ -21,6 +21,8 @@ __all__ = ["collide", "halt"]
 
 _ROUNDING = 1e-12
 """Impulse and speed, relative to the largest, that are rounding."""
+_MISS = 1e-6
+"""Speed by which redundant constraints miss theirs, relative to the largest."""
 _GAIN = -1e-9
 """Loss, relative to the energy that the impulses exchange, that is rounding."""
 
@@ -89,11 +91,11 @@ def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> b
 
 
 @kernel
-def _find_members(run: Run, seen: Look) -> None:
-    """Find what takes part: all that is wrong changes while that helps, then the first alone.
+def _find_members(run: Run, seen: Look) -> bool:
+    """Find what takes part; whether there is an answer.
 
-    That ends for any inertias (Judice and Pires, Computers and Operations Research 21 (1994) 587;
-    Murty's rule).
+    All that is wrong changes while that helps, then the first alone. That ends for any inertias
+    (Judice and Pires, Computers and Operations Research 21 (1994) 587; Murty's rule).
     """
     plant, instant = run.plant, run.instant
     fewest, patience = plant.holds + 1, PATIENCE
@@ -107,7 +109,7 @@ def _find_members(run: Run, seen: Look) -> None:
             instant.joins[h] = _is_wrong(run, seen, h, largest, fastest)
             count += instant.joins[h]
         if count == 0:
-            return
+            return _is_obeyed(run, seen, fastest)
         changing = count
         if count < fewest:
             fewest, patience = count, PATIENCE
@@ -119,6 +121,17 @@ def _find_members(run: Run, seen: Look) -> None:
             if instant.joins[h] and changing > 0:
                 instant.is_member[h] = 1 - instant.is_member[h]
                 changing -= 1
+    return False
+
+
+@kernel
+def _is_obeyed(run: Run, seen: Look, fastest: float) -> bool:
+    """Whether what takes part leaves as it should: redundant constraints may contradict others."""
+    for h in range(run.plant.holds):
+        miss = _speed_after(run, seen, h) - run.instant.leaving[h]
+        if run.instant.is_member[h] and not abs(miss) <= _MISS * (1.0 + fastest):
+            return False
+    return True
 
 
 @kernel
@@ -136,9 +149,9 @@ def _gains_energy(run: Run, seen: Look) -> bool:
     loss, size = 0.0, 0.0
     for h in range(run.plant.holds):
         if run.instant.is_member[h]:
-            work = 0.5 * _impulse(run, h) * (seen.speed[h] + _speed_after(run, seen, h))
-            loss += work
-            size += abs(work)
+            before, after = seen.speed[h], _speed_after(run, seen, h)
+            loss += 0.5 * _impulse(run, h) * (before + after)
+            size += 0.5 * abs(_impulse(run, h)) * (abs(before) + abs(after))
     return loss < _GAIN * size
 
 
@@ -227,7 +240,8 @@ def _bounces(run: Run) -> bool:
 def _impact(run: Run, seen: Look) -> None:
     """Speeds after an impact that loses energy, without bounces that are over at once.
 
-    With different restitutions Newton's law may gain energy; then all that closes takes the least.
+    With different restitutions Newton's law may gain energy or have no answer; then all that closes
+    takes the least of them, and at last none, which always has one.
     """
     plant, instant = run.plant, run.instant
     for i in range(plant.states):
@@ -236,8 +250,8 @@ def _impact(run: Run, seen: Look) -> None:
         for i in range(plant.states):
             instant.x[i] = instant.x_before[i]
         _gather(run, seen)
-        _find_members(run, seen)
-        if _bounces(run) and _gains_energy(run, seen):
+        is_found = _find_members(run, seen)
+        if _bounces(run) and (not is_found or _gains_energy(run, seen)):
             _even_out(run)
             continue
         for h in range(plant.holds):

@@ -88,6 +88,7 @@ class Instant(Record):
     rest_speed: Annotated[Numbers, "holds"]
     x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
+    weight: Annotated[Numbers, "holds"]
 
     trial: Annotated[Numbers, "settings"]
     sole: Annotated[Numbers, "settings"]

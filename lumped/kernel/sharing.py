@@ -1,10 +1,16 @@
-"""Redundant constraints share what they carry: they yield a little, the stronger one less."""
+"""Redundant constraints share what they carry: they yield a little, the stronger one less.
+
+What would carry more than it can yields more, until the others carry the rest, as a ductile
+structure does; so a set lets go when no distribution is left that it could bear (the elastic
+compensation of Mackenzie and Boyle, International Journal of Pressure Vessels and Piping 53 (1993)
+77).
+"""
 
 from __future__ import annotations
 
 from lumped.kernel.holds import copy_settings, is_held, look_at, put
 from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK
-from lumped.kernel.run import Run
+from lumped.kernel.run import Look, Run
 from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["share", "watch_redundancy"]
@@ -15,6 +21,12 @@ _ASKED = 64
 """Holds, evenly chosen, that are asked for the compliance of what they hold."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
+_ROUNDS = 100
+"""Most rounds in which what is overloaded yields more."""
+_OVER = 1.00001
+"""What makes an overload end below its limit, not at it."""
+_MOST = 1e3
+"""Times that what is overloaded may yield more than at first."""
 _AGREE = 1e-6
 _INFINITE = float("inf")
 
@@ -103,3 +115,38 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
+    for h in range(plant.holds):
+        instant.weight[h] = m[plant.hold_setting[h] + COMPLIANCE]
+    for _ in range(_ROUNDS):
+        look_at(run, x, m, look)
+        if not _yields_more(run, m, look):
+            return
+        if not _still_holds(run, m):
+            break
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + COMPLIANCE] = instant.weight[h]
+
+
+@kernel
+def _still_holds(run: Run, m: Numbers) -> bool:
+    """Whether nothing yields so much that it would move."""
+    plant, weight = run.plant, run.instant.weight
+    for h in range(plant.holds):
+        if m[plant.hold_setting[h] + COMPLIANCE] > _MOST * weight[h]:
+            return False
+    return True
+
+
+@kernel
+def _yields_more(run: Run, m: Numbers, look: Look) -> bool:
+    """Let what is overloaded yield more; whether there was any."""
+    plant, is_over = run.plant, False
+    for h in range(plant.holds):
+        reaction = look.reaction[h]
+        limit = look.upper[h] if reaction > 0.0 else look.lower[h]
+        over = is_held(plant, m, h) and limit != 0.0 and abs(reaction) > abs(limit)
+        if over:
+            is_over = True
+            share_of_limit = abs(reaction) / abs(limit)
+            m[plant.hold_setting[h] + COMPLIANCE] *= _OVER * share_of_limit * share_of_limit
+    return is_over

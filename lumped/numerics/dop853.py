@@ -1,11 +1,16 @@
-"""Coefficients of DOP853 (Hairer, Norsett, Wanner), as SciPy publishes them."""
+"""Coefficients of DOP853 (Hairer, Norsett, Wanner), as SciPy publishes them.
 
-from scipy.integrate import DOP853
+``A``, ``B``, ``C``, ``D``, ``E3``, ``E5``, ``A_EXTRA`` and ``C_EXTRA`` are those of SciPy, which is
+loaded when one of them is first asked for.
+"""
 
-__all__ = ["A_EXTRA", "C_EXTRA", "E3", "E5", "E6", "A", "B", "C", "D"]
+from __future__ import annotations
 
-A, B, C, D, E3, E5 = DOP853.A, DOP853.B, DOP853.C, DOP853.D, DOP853.E3, DOP853.E5
-A_EXTRA, C_EXTRA = DOP853.A_EXTRA, DOP853.C_EXTRA
+from typing import Any
+
+import scipy
+
+__all__ = ["E6"]
 
 E6 = (
     *(-0.0022358123565670153, 0.0, 0.0, 0.0, 0.0, 0.6070328897520046, 0.18735227557219802),
@@ -16,3 +21,9 @@ E6 = (
 that it vanishes with the sixth power of the step; its size is that of the others. The estimate of
 Hairer is quadratic in the one of fifth order, and both vanish together at some steps; this one is
 linear, and vanishes at others."""
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("_"):
+        raise AttributeError(name)
+    return getattr(scipy.integrate.DOP853, name)

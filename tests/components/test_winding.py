@@ -170,7 +170,7 @@ class TestStrip:
 
         assert released == pytest.approx(brentq(force, 0.02, 0.0248, xtol=1e-15), rel=1e-8)
         assert lost - released == pytest.approx(500.0 / 4e5, rel=1e-8)
-        assert run["strip.T"].min() == 0
+        assert run["strip.T"].min() > -1e-12  # of 4 kN
         assert run["strip.T"][run.t > released].max() < 1e-9
 
     def test_a_line_at_even_speed_is_stretched_by_what_the_growing_coil_winds_beyond_it(self):
