@@ -16,10 +16,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Literal
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError, OptionError
-from lumped.exchange.c_tables import coefficients, model_files
+from lumped.exchange.c_tables import model_files
 from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface
 from lumped.support.arguments import checked
@@ -29,12 +30,13 @@ from lumped.timeloop.instants import Clock, clocks
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
-_SOURCES = ("access.c", "events.c", "holds.c", "integrate.c", "pieces.c", "settle.c", "start.c")
-_HEADERS = ("holds.h", "lumped.h")
-_OWN = {
-    "2.0": (("fmi2.c",), ("fmi2_types.h",)),
-    "3.0": (("fmi3.c", "fmi3_absent.c"), ("fmi3.h", "fmi3_types.h")),
+_SOURCES = ("access.c", "clocks.c", "events.c", "faults.c", "start.c", "steps.c")
+_OWN = {"2.0": ("fmi2.c",), "3.0": ("fmi3.c", "fmi3_absent.c")}
+_HEADERS = {
+    "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    "3.0": ("fmi3.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
+"""Those of the Modelica Association, with their licence, and one of ours."""
 _KINDS = ("model_exchange", "co_simulation")
 _LARGE = 40_000
 """Operations from which on a compiler takes too long to optimise."""
@@ -88,6 +90,7 @@ def export_fmu(
     outputs: Iterable[Name] = (),
     start: Changes | None = None,
     rtol: float = 1e-6,
+    method: Literal["auto", "explicit", "implicit"] = "auto",
 ) -> ExportedFMU:
     """Write a model as an FMU for other tools.
 
@@ -147,15 +150,14 @@ def export_fmu(
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
     identifier = re.sub(r"\W", "_", system.name)
-    files, operations = model_files(interface, "{token}", rtol)
+    files, operations = model_files(interface, "{token}", rtol, method)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
     files["model.c"] = files["model.c"].replace("{token}", token, 1)
-    files["dop853.h"] = coefficients()
-    own, headers = _OWN[version]
     folder = resources.files("lumped.exchange") / "c"
-    for name in (*_SOURCES, *_HEADERS, *own, *headers):
+    own = (*_SOURCES, *_OWN[version])
+    for name in (*own, "lumped.h", *_HEADERS[version]):
         files[name] = (folder / name).read_text()
-    sources = ("model.c", *_SOURCES, *own)
+    sources = ("loop.c", "model.c", *own)
     described = model_description(
         interface,
         version=version,
@@ -168,7 +170,7 @@ def export_fmu(
     if version == "3.0":
         files["buildDescription.xml"] = build_description(identifier, sources)
     place, suffix = _platform(version)
-    library = _compiled(files, sources, "-O0" if operations > _LARGE else "-O1", suffix)
+    library = _compiled(files, sources, "-O1" if operations > _LARGE else "-O2", suffix)
     path = Path(path)
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)
@@ -237,7 +239,7 @@ def _compiled(
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
             (Path(folder) / name).write_text(text)
-        options = ["-std=c99", level, "-fPIC", "-fvisibility=hidden", "-shared"]
+        options = ["-std=c99", level, "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared"]
         command = [*compiler.split(), *options, "-o", f"model{suffix}", *sources, "-lm"]
         try:
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

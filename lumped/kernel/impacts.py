@@ -155,8 +155,8 @@ def _rests(run: Run, h: int, seen: Look) -> bool:
     copy_settings(plant, instant.m, instant.trial)
     put(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
-    a = instant.at_rest.acceleration[h]
-    return a < 0.0 and 2.0 * seen.speed[h] <= -a * run.shortest
+    v, a = seen.speed[h], instant.at_rest.acceleration[h]
+    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * run.lowest)
 
 
 @kernel

@@ -25,7 +25,8 @@ shall be tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed
 follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
-"""Where a run goes on."""
+WAITING = 7
+"""Where a run goes on. WAITING: in a step that was accepted and of which more may be wanted."""
 
 
 class Look(Record):
@@ -181,11 +182,13 @@ class Run(Record):
     chooses_method: int
     max_steps: int
 
-    # times: the size of all, what happens at once, the shortest bounce, the longest step
+    # times: the size of all, what happens at once, the shortest bounce, the longest step; the lowest
+    # bounce, m or rad
     span: float
     soon: float
     shortest: float
     longest: float
+    lowest: float
 
     # segments between instants of functions of time, with the settings that these have in each
     segments: int
@@ -219,8 +222,10 @@ class Run(Record):
     interpreted: int
     pause: int
 
-    # whether it returns as soon as all times that are wanted are recorded
+    # whether it returns as soon as all times that are wanted are recorded, and stays in that step;
+    # whether positions change in the step
     waits: int
+    is_crossed: int
 
     # times of the last changes of position
     changed: Annotated[Numbers, str(STORM_SIZE)]
