@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import re
@@ -23,6 +24,7 @@ from lumped.errors import ExportError, OptionError
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface
+from lumped.kernel import code_cache
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.guards import may_be_unfit
@@ -239,14 +241,34 @@ def _compiled(
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
             (Path(folder) / name).write_text(text)
-        options = ["-std=c99", level, "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared"]
-        command = [*compiler.split(), *options, "-o", f"model{suffix}", *sources, "-lm"]
-        try:
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        except OSError as error:
-            raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
-        if done.returncode:
-            raise ExportError(
-                f"export_fmu: {compiler} refuses the sources:\n{done.stderr.strip()[:2000]}"
-            )
+        own = compiler.split()
+        command = [*own, "-std=c99", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden"]
+        _compile_loop([*command, "-O2"], _call([*own, "--version"], folder), files["loop.c"], folder)
+        others = ["loop.o", *(name for name in sources if name != "loop.c")]
+        _call([*command, level, "-shared", "-o", f"model{suffix}", *others, "-lm"], folder)
         return (Path(folder) / f"model{suffix}").read_bytes()
+
+
+def _compile_loop(command: list[str], version: str, text: str, folder: str) -> None:
+    """Object code of the time loop, which is the same in all units: compiled once and kept."""
+    made = Path(folder) / "loop.o"
+    key = hashlib.sha256("|".join([version, *command, text]).encode()).hexdigest()
+    code = code_cache.load(code_cache.loop_name() + key)
+    if code is None:
+        _call([*command, "-c", "loop.c", "-o", "loop.o"], folder)
+        code_cache.save(code_cache.loop_name() + key, made.read_bytes())
+    else:
+        made.write_bytes(code)
+
+
+def _call(command: list[str], folder: str) -> str:
+    """What a compiler says."""
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
+    if done.returncode:
+        raise ExportError(
+            f"export_fmu: {command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}"
+        )
+    return done.stdout
