@@ -143,8 +143,7 @@ def _own_functions(interface: Interface) -> dict[str, Operations]:
     x, p, time, m = system._inputs
     all_states, v, all_clocks = system._values.states, system._values, clocks(system)
     jacobian = ca.jacobian(form.miss, all_states)
-    if form.rows:
-        jacobian = jacobian[form.rows, form.columns]
+    jacobian = jacobian[form.rows, form.columns] if form.rows else ca.SX(0, 1)
     places = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in all_clocks))
     speeds = ca.densify(ca.jacobian(places, v.time))
     targets = ca.Function(

@@ -4,6 +4,9 @@
 #include <string.h>
 #include "lumped.h"
 
+static const double MOST_LEVERAGE = 1e3;
+/* ratio of a dependent motion to the state that leads it from which on the state is unfit */
+
 /* Add to a message what still fits. */
 static void add(Unit *unit, const char *format, va_list arguments)
 {
@@ -179,11 +182,10 @@ static bool shrinking(Unit *unit)
 static bool unfit(Unit *unit)
 {
     const Run *run = &unit->memory.run;
-    int worst = 0;
-    for (int i = 1; i < N_LEVERS; i++)
-        if (!(fabs(run->ratio[i]) <= fabs(run->ratio[worst]))) worst = i;
+    int i = 0;
+    while (i < N_LEVERS - 1 && fabs(run->ratio[i]) <= MOST_LEVERAGE) i++;
     return unit_fail(unit, "at t = %.9g s %s; this exchange format cannot change states, so the run "
-                     "ends here", run->t, lever_names[worst]);
+                     "ends here", run->t, lever_names[i]);
 }
 
 /* Why the loop could not go on. */
