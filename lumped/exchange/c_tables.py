@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -119,6 +120,7 @@ def model_files(
     return files, sum(len(operations.table) for operations in functions.values())
 
 
+@cache
 def _loop_files() -> dict[str, str]:
     """The time loop; the same for all models."""
     told = "/* The time loop of lumped, translated from lumped/kernel; it is the same in all units. */"

@@ -15,8 +15,8 @@ int64_t unit_loop(Unit *unit)
         int32_t which = (int32_t)(change[0] ? N_CONDITIONS + change[1] : change[1]);
         unit->changed[unit->changed_count++ % STORM_SIZE] = which;
     }
-    for (int64_t k = 0; k < output->pieces; k++) /* pieces that began before the row */
-        if (output->piece_row[k] == 0)
+    for (int64_t k = 0; k < output->pieces; k++) /* pieces that began before the last row */
+        if (output->piece_row[k] < output->grid_size)
             memcpy(unit->m, output->piece_settings + k * N_MODES, N_MODES * sizeof(double));
     output->changes = output->pieces = 0;
     return why;
@@ -76,16 +76,20 @@ static bool reach(Unit *unit, double end)
 {
     Run *run = &unit->memory.run;
     Output *output = run->output;
-    output->grid[0] = end;
-    output->grid_size = 1;
+    /* where it sets out is wanted too, as it is in a run that begins there */
+    output->grid[0] = unit->t;
     output->grid_next = output->rows = 0;
+    output->grid_size = run->phase == RESTART && run->t == unit->t ? 2 : 1;
+    output->grid[output->grid_size - 1] = end;
     run->max_steps = run->steps + run->rejected + MOST_STEPS;
     memcpy(unit->m, run->m, N_MODES * sizeof(double));
     for (;;) {
         int64_t why = unit_loop(unit);
-        if (output->rows) {
-            memcpy(unit->x, output->x, N_STATES * sizeof(double));
-            memcpy(unit->m + N_MODES, output->implicit, N_IMPLICIT * sizeof(double));
+        if (output->rows == output->grid_size) {
+            int64_t last = output->rows - 1;
+            const double *implicit = output->implicit + last * N_IMPLICIT;
+            memcpy(unit->x, output->x + last * N_STATES, N_STATES * sizeof(double));
+            memcpy(unit->m + N_MODES, implicit, N_IMPLICIT * sizeof(double));
             return true;
         }
         if (why == FULL) continue;
