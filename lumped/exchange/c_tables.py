@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,9 +13,8 @@ from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.kernel import plant, run
 from lumped.kernel.emit_c import c_text, declaration
-from lumped.kernel import plant as _PLANT
-from lumped.kernel import run as _RUN
 from lumped.kernel.linkages import close
 from lumped.kernel.loop import loop, must_jump
 from lumped.kernel.operations import Operations, operations_of
@@ -31,7 +31,7 @@ from lumped.timeloop.run import nominals
 
 __all__ = ["model_files"]
 
-_ENTRIES = {
+_ENTRIES: dict[str, Any] = {
     "kernel_loop": loop,
     "kernel_begin": begin,
     "kernel_calm_positions": calm_positions,
@@ -94,9 +94,9 @@ def model_files(
     }
     tables = _tables(interface, token)
     head = [
-        "/* A model made by lumped: sizes, tables, and functions of states x, parameters p, time t,",
+        "/* A model made by lumped: sizes, tables, functions of states x, parameters p, time t,",
         "   settings m (positions of conditions and holds, then implicit quantities). */",
-        "#ifndef MODEL_H\n#define MODEL_H\n\n#include <stdbool.h>\n#include \"loop.h\"\n",
+        '#ifndef MODEL_H\n#define MODEL_H\n\n#include <stdbool.h>\n#include "loop.h"\n',
         "enum {\n" + ",\n".join(f"    {name} = {value}" for name, value in sizes.items()) + "\n};",
         f"#define DEFAULT_TOLERANCE {rtol!r}\n",
         memory.declaration,
@@ -123,9 +123,11 @@ def model_files(
 @cache
 def _loop_files() -> dict[str, str]:
     """The time loop; the same for all models."""
-    told = "/* The time loop of lumped, translated from lumped/kernel; it is the same in all units. */"
+    told = (
+        "/* The time loop of lumped, translated from lumped/kernel; it is the same in all units. */"
+    )
     names = [*_STATUS, *_POSITIONS]
-    found = {name: getattr(module, name) for module in (_RUN, _PLANT) for name in names if hasattr(module, name)}
+    found = {**vars(run), **vars(plant)}
     listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
     declared = f"{told}\n#ifndef LOOP_H\n#define LOOP_H\n\n{header(_ENTRIES)}\n"
     return {
@@ -142,7 +144,7 @@ def _operations(name: str, system: System, results: Sequence[ca.SX]) -> Operatio
 def _own_functions(interface: Interface) -> dict[str, Operations]:
     """What the interface needs beside the functions of the plant, one result after the other."""
     system, form = interface.system, interface.form
-    x, p, time, m = system._inputs
+    _, p, time, m = system._inputs
     all_states, v, all_clocks = system._values.states, system._values, clocks(system)
     jacobian = ca.jacobian(form.miss, all_states)
     jacobian = jacobian[form.rows, form.columns] if form.rows else ca.SX(0, 1)
@@ -194,7 +196,7 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
     ]
     implicit = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
     sides = [c.relation.sides for c in s.conditions]
-    texts = []
+    texts: list[str] = []
     for k, c in enumerate(s.conditions):
         both = ("", "") if c.pieces else (s.relation_text(k, mode)[1] for mode in (0.0, 1.0))
         texts += both

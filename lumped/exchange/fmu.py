@@ -33,12 +33,14 @@ from lumped.timeloop.instants import Clock, clocks
 __all__ = ["ExportedFMU", "export_fmu"]
 
 _SOURCES = ("access.c", "clocks.c", "events.c", "faults.c", "start.c", "steps.c")
+_LICENCE = "fmi-licence.txt"
+"""Of the headers of the Modelica Association."""
 _OWN = {"2.0": ("fmi2.c",), "3.0": ("fmi3.c", "fmi3_absent.c")}
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     "3.0": ("fmi3.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
-"""Those of the Modelica Association, with their licence, and one of ours."""
+"""Those of the Modelica Association, and one of ours."""
 _KINDS = ("model_exchange", "co_simulation")
 _LARGE = 40_000
 """Operations from which on a compiler takes too long to optimise."""
@@ -96,10 +98,11 @@ def export_fmu(
 ) -> ExportedFMU:
     """Write a model as an FMU for other tools.
 
-    The functions of the system become C by CasADi's code generator; a small runtime in C adds the
-    interface, events, the search for modes that fit (sticking and sliding, impacts, jumps), and for
-    co-simulation the method DOP853 with events located inside steps. All sources are in the file;
-    they are compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
+    The file holds C sources: the time loop that `simulate` uses, the functions of the system, and
+    the interface. Co-simulation makes the steps of `simulate` and finds the same events; from the
+    same start and at the same tolerance its states are the same to the last bit. Steps do not end
+    at communication points; where an input is set, integration starts anew. The sources are
+    compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
 
     Parameters of the model can be set before the run, and during it if no equation that holds them
     was differentiated. States can be set before the run where they follow from nothing else.
@@ -116,13 +119,16 @@ def export_fmu(
         With the integrator of the importing tool, or with an own one.
     inputs : iterable of names
         Parameters, or inputs given as numbers, that vary from outside. Co-simulation holds them
-        within a step.
+        from one communication point to the next.
     outputs : iterable of names
         Quantities to give out. States are always visible.
     start : mapping of name to float, optional
         Start values to set or change, as for `simulate`.
     rtol : float
         Relative tolerance of co-simulation where the importing tool gives none.
+    method : {"auto", "explicit", "implicit"}
+        Of co-simulation: "explicit" is DOP853, "implicit" Rodas5P, "auto" the first until the
+        second pays, as "steps" of `simulate`.
 
     Returns
     -------
@@ -157,7 +163,7 @@ def export_fmu(
     files["model.c"] = files["model.c"].replace("{token}", token, 1)
     folder = resources.files("lumped.exchange") / "c"
     own = (*_SOURCES, *_OWN[version])
-    for name in (*own, "lumped.h", *_HEADERS[version]):
+    for name in (*own, "lumped.h", *_HEADERS[version], _LICENCE):
         files[name] = (folder / name).read_text()
     sources = ("loop.c", "model.c", *own)
     described = model_description(
@@ -243,7 +249,9 @@ def _compiled(
             (Path(folder) / name).write_text(text)
         own = compiler.split()
         command = [*own, "-std=c99", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden"]
-        _compile_loop([*command, "-O2"], _call([*own, "--version"], folder), files["loop.c"], folder)
+        _compile_loop(
+            [*command, "-O2"], _call([*own, "--version"], folder), files["loop.c"], folder
+        )
         others = ["loop.o", *(name for name in sources if name != "loop.c")]
         _call([*command, level, "-shared", "-o", f"model{suffix}", *others, "-lm"], folder)
         return (Path(folder) / f"model{suffix}").read_bytes()

@@ -124,7 +124,8 @@ class _Function(Writer):
         declared = [f"    {_type(kind)}{name};" for name, kind in own]
         used = set(re.findall(r"\w+", "\n".join(self._lines)))
         declared += [f"    (void){name};" for name in given if name not in used]
-        return "\n".join([*self._tables.values(), f"{self.head}", "{", *declared, *self._lines, "}\n"])
+        body = [*declared, *self._lines]
+        return "\n".join([*self._tables.values(), self.head, "{", *body, "}\n"])
 
     def _line(self, text: str) -> None:
         self._lines.append("    " * self._depth + text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.operations import Operations, operations_of
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
+from lumped.kernel.run import Instant, Look, Matrix, Pattern, Run
 from lumped.timeloop.guards import followers, levers
 
 __all__ = [

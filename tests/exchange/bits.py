@@ -71,11 +71,6 @@ class Unit:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def shown_states(system):
-    """Names of the states and how the unit calls them."""
-    return [name for name in system.state_names]
-
-
 def reachable(times):
     """Times at which a step from the one before can end; a few move by one rounding."""
     found = [times[0]]
@@ -87,7 +82,7 @@ def reachable(times):
 def states_of_unit(path, system, times, *, rtol=None, start_values=None):
     """States at communication points, shape (k, n)."""
     unit = Unit(path, stop=float(times[-1]), rtol=rtol, start_values=start_values)
-    names = shown_states(system)
+    names = system.state_names
     try:
         rows = [unit.get(names)]
         for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
@@ -106,7 +101,3 @@ def states_of_run(system, times, *, method="auto", **options):
     rows = np.vstack([piece.x for piece in run.pieces])
     assert np.array_equal(np.concatenate([piece.t for piece in run.pieces]), times)
     return rows, run
-
-
-def same_bits(a, b):
-    return np.array_equal(a, b)

@@ -210,8 +210,8 @@ bool unit_fault(Unit *unit, int64_t why)
         break;
     case TOO_MANY:
         return unit_fail(unit, "more than %d steps before t = %g s; stopped at t = %.9g s with steps "
-                         "of %.2g s. Loosen the tolerance%s.", (int)run->max_steps, run->end, run->t,
-                         run->h, run->is_implicit ? "" : ", or export with method='implicit'");
+                         "of %.2g s. Loosen the tolerance%s.", MOST_STEPS, run->end, run->t, run->h,
+                         run->is_implicit ? "" : ", or export with method='implicit'");
     default: break;
     }
     return unit_fail(unit, "the run cannot go on from t = %.9g s", run->t);

@@ -15,6 +15,8 @@
 #define CONTACT 1e-13 /* gap of bodies that touch */
 #define SAME 1e-13    /* distance of instants that are one, relative to the size of all times */
 
+enum { MOST_STEPS = 10000000 }; /* of the loop from one communication point to the next */
+
 /* Value references: time, parameters and inputs, states, their derivatives, outputs, indicators. */
 enum {
     FIRST_PARAMETER = 1,

@@ -2,7 +2,7 @@
 #include <string.h>
 #include "lumped.h"
 
-enum { MOST_STEPS = 10000000, STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
+enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
 
 /* Let the loop go on until it returns; notes what changed, and the positions of the point. */
 int64_t unit_loop(Unit *unit)
@@ -60,6 +60,7 @@ static void set_out(Unit *unit, double end)
         if (N_IMPLICIT) run->longest = (end - unit->t) / FOLLOWED;
         if (N_MARGINS) run->longest = fmin(run->longest, (unit->stop - unit->start) / LOOKS);
     }
+    run->lowest = 0.0;
     unit_enter(unit);
     open(unit, RESTART);
     unit->is_ahead = true;
