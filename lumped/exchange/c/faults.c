@@ -69,10 +69,10 @@ static bool no_fit(Unit *unit)
               "without end. Last tried:", run->t, (int)most);
     model_look(at->x, run->p, run->t, at->m, at->seen->greater);
     for (int h = 0; h < N_HOLDS && listed < 12; h++, listed++)
-        say(unit, "\n  %s: %s, speed %.4g, reaction %.6g", hold_names[h], word(plant, at->m, h),
-            at->seen->speed[h], at->seen->reaction[h]);
+        say(unit, "\n  %s: %s, speed %.4g, reaction %.6g", change_names[N_CONDITIONS + h],
+            word(plant, at->m, h), at->seen->speed[h], at->seen->reaction[h]);
     for (int k = 0; k < N_CONDITIONS && listed < 12; k++, listed++) {
-        say(unit, "\n  %s: ", condition_names[k]);
+        say(unit, "\n  %s: ", change_names[k]);
         say_condition(unit, at->m, k);
     }
     say(unit, "\nCheck conditions that switch each other, limits of reactions that depend on the "
@@ -87,9 +87,10 @@ static bool inside(Unit *unit)
     int deepest = -1;
     for (int h = 0; h < N_HOLDS; h++)
         if (run->plant->has_gap[h] && (deepest < 0 || gap[h] < gap[deepest])) deepest = h;
+    if (deepest < 0) return false;
     return unit_fail(unit, "%s starts %.6g %s inside the body that it must not enter. Give start "
-                     "values that leave a gap, or none.", hold_names[deepest], -gap[deepest],
-                     gap_units[deepest]);
+                     "values that leave a gap, or none.", change_names[N_CONDITIONS + deepest],
+                     -gap[deepest], gap_units[deepest]);
 }
 
 static bool jumps(Unit *unit)
@@ -116,8 +117,7 @@ static bool storm(Unit *unit)
     for (int listed = 0; listed < 6; listed++) { /* names in their order, each once */
         const char *next = NULL;
         for (int64_t i = 0; i < STORM_SIZE && i < unit->changed_count; i++) {
-            int k = unit->changed[i];
-            const char *name = k < N_CONDITIONS ? condition_names[k] : hold_names[k - N_CONDITIONS];
+            const char *name = change_names[unit->changed[i]];
             if (strcmp(name, last) > 0 && (!next || strcmp(name, next) < 0)) next = name;
         }
         if (!next) break;
