@@ -41,7 +41,7 @@ def main() -> None:
     for axis, (name, scene) in zip(axes, SCENES.items(), strict=True):
         run = scene(grid=1)
         until = float(run.t[-1])
-        found = lp.work_precision(
+        found = lp.simulation.work_precision(
             run.system, until=until, tolerances=TOLERANCES, start=run.point(0.0)
         )
         for method in dict.fromkeys(row.method for row in found.rows):

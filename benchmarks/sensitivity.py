@@ -131,10 +131,10 @@ def main() -> None:
     text = []
     for (label, count), (first, spent, found) in zip(rows, measured, strict=True):
         error = ""
-        if isinstance(found, lp.Gradient) and found.of[0].startswith("final"):
+        if isinstance(found, lp.gradients.Gradient) and found.of[0].startswith("final"):
             received = np.array([found[found.of[0], name] for name in CHECKED])
             error = f"{np.abs(received / right - 1).max():.1e}"
-        elif isinstance(found, lp.Sensitivity):
+        elif isinstance(found, lp.gradients.Sensitivity):
             error = f"{abs(found.values[-1, 0, 0] / right[0] - 1):.1e}"
         ratio = spent / measured[0][1]
         numbers = (f"{spent * 1e3:.1f}", f"{first * 1e3:.0f}", f"{ratio:.2f}")

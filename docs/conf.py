@@ -49,8 +49,11 @@ def add_declarations(_: Any, what: str, __: str, thing: Any, ___: Any, lines: li
             lines += ["", f"**{title}:** {joined}."]
 
 
-def skip_declarations(_: Any, __: str, name: str, thing: Any, *___: Any) -> bool | None:
-    """Leave out what `add_declarations` lists, and modules."""
+def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool | None:
+    """Leave out what `add_declarations` lists, modules, and in themes what the core repeats."""
+    place = app.env.temp_data.get("autodoc:module")
+    if place != "lumped" and name in lp.__all__ and getattr(lp, name) is thing:
+        return True
     part = isinstance(thing, lp.Port | lp.Param | lp.Var | lp.Input | lp.Output | lp.Component)
     return True if part or name in DECLARED or inspect.ismodule(thing) else None
 

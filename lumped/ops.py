@@ -239,7 +239,9 @@ def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
     return found
 
 
-def periodic_spline(x: Number, xs: Sequence[float], ys: Sequence[float], degree: int = 3) -> Expr:
+def periodic_spline(
+    x: Number, xs: Sequence[float], ys: Sequence[float], *, degree: int = 3
+) -> Expr:
     """Smooth curve through points of one period, repeated for ever.
 
     A cubic between each two points, with continuous slope and curvature everywhere; derivatives

@@ -72,6 +72,11 @@ def path(*moves: Move, begin: float = 0.0, start: float = 0.0) -> Expr:
     start : float
         Position before the first.
 
+    Returns
+    -------
+    Expr
+        Over `lumped.time`.
+
     Raises
     ------
     OptionError
@@ -107,7 +112,18 @@ def path(*moves: Move, begin: float = 0.0, start: float = 0.0) -> Expr:
 
 @checked
 def dwell(duration: float) -> Move:
-    """Rest for a while."""
+    """Rest for a while.
+
+    Parameters
+    ----------
+    duration : float
+        How long, s.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
+    """
     _positive(duration=duration)
     return Move(0.0, duration, 0.0, 0.0, 0.0, ((0.0, lambda t: as_expr(0.0)),))
 
@@ -117,6 +133,18 @@ def trapezoidal(distance: float, v_max: float, a_max: float) -> Move:
     """Quickest move within a speed and an acceleration: constant acceleration, speed, deceleration.
 
     Peak speed ``v = min(v_max, sqrt(h a_max))`` over the way ``h``, duration ``h / v + v / a_max``.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    v_max, a_max : float
+        Greatest speed and acceleration.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
     _positive(v_max=v_max, a_max=a_max)
     way = _way(distance)
@@ -136,6 +164,18 @@ def s_curve(distance: float, v_max: float, a_max: float, j_max: float) -> Move:
 
     Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008,
     ch. 3.4.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    v_max, a_max, j_max : float
+        Greatest speed, acceleration and jerk.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
     _positive(v_max=v_max, a_max=a_max, j_max=j_max)
     way = _way(distance)
@@ -165,6 +205,18 @@ def polynomial5(distance: float, duration: float) -> Move:
 
     Speed and acceleration are zero at the ends. Peaks: speed ``15/8 h/T``, acceleration
     ``10/sqrt(3) h/T^2``, jerk ``60 h/T^3``.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    duration : float
+        Of the whole move, s.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
 
     def law(x: Expr) -> Expr:
@@ -179,6 +231,18 @@ def polynomial7(distance: float, duration: float) -> Move:
 
     Speed, acceleration and jerk are zero at the ends, as a drive with one spring needs. Peaks:
     speed ``35/16 h/T``, acceleration ``84 sqrt(5)/25 h/T^2``, jerk ``105/2 h/T^3``.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    duration : float
+        Of the whole move, s.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
 
     def law(x: Expr) -> Expr:
@@ -193,6 +257,18 @@ def cycloidal(distance: float, duration: float) -> Move:
 
     Speed and acceleration are zero at the ends. Peaks: speed ``2 h/T``, acceleration
     ``2 pi h/T^2``, jerk ``4 pi^2 h/T^3``.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    duration : float
+        Of the whole move, s.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
 
     def law(x: Expr) -> Expr:
@@ -211,6 +287,18 @@ def modified_sine(distance: float, duration: float) -> Move:
     ``4 pi^2/(4 + pi) h/T^2``, jerk ``16 pi^3/(4 + pi) h/T^3``.
 
     Source: Norton, Cam Design and Manufacturing Handbook, 2nd ed.
+
+    Parameters
+    ----------
+    distance : float
+        Way of the move, m or rad, with its sign.
+    duration : float
+        Of the whole move, s.
+
+    Returns
+    -------
+    Move
+        To be given to `path`.
     """
     k = 1 / (4 + pi)
 

@@ -36,7 +36,7 @@ class _Periodic:
 
     def __call__(self, x: Expr) -> Expr:
         """Angle of flange b, rad."""
-        return self.mean * x + periodic_spline(x, self.angles, self.corrections, self.degree)
+        return self.mean * x + periodic_spline(x, self.angles, self.corrections, degree=self.degree)
 
 
 def through(points: Sequence[Sequence[float]]) -> Transmission:
@@ -80,7 +80,7 @@ def through(points: Sequence[Sequence[float]]) -> Transmission:
 
 
 @checked
-def from_ratio(ratio: Transmission, turns: float = 1.0, pieces: int = 120) -> Transmission:
+def from_ratio(ratio: Transmission, *, turns: float = 1.0, pieces: int = 120) -> Transmission:
     """Transmission function with a wanted ratio: the integral of ``w_b / w_a``.
 
     The ratio is integrated over a turn by Gauss's rule with eight points in each piece, and the

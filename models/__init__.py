@@ -82,7 +82,7 @@ class Row(NamedTuple):
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Published and computed value and their deviation (see `lumped.table.compared`)."""
+        """Published and computed value and their deviation (`support.text_table.compared`)."""
         return compared(self.published, self.computed, self.bounds, self.fitted)
 
 

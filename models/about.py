@@ -21,7 +21,7 @@ class Motor(NamedTuple):
     torque, speed : str
         Names of its torque and speed in the run of the machine.
     rated, maximum : float, rows of (speed, torque) or None
-        Limits, as for `lumped.sizing`.
+        Limits, as for `lumped.simulation.sizing`.
     """
 
     name: str
@@ -86,10 +86,10 @@ def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
     yield Measure("energy lost in impacts", "J", float(lost))
 
 
-def sized(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
+def sized(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
     """What a run asks of a motor."""
     limits = {"rated": motor.rated, "maximum": motor.maximum}
-    return lp.sizing(run, torque=motor.torque, speed=motor.speed, **limits)
+    return lp.simulation.sizing(run, torque=motor.torque, speed=motor.speed, **limits)
 
 
 def shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -81,7 +81,7 @@ def stick_slip_with_stribeck():
     of = [
         fun.final("body.w"),
         fun.highest("shaft.tau"),
-        fun.instant("bearing", "forward", 0),
+        fun.instant("bearing", "forward", number=0),
         fun.integral("bearing.tau", "bearing.w"),
         fun.mean("shaft.tau", between=(0.4, 2.2)),
     ]
@@ -102,8 +102,8 @@ def play_with_rigid_flanks():
     )
     of = [
         fun.final("b.phi"),
-        fun.loss("play", 0),
-        fun.impulse("play", 1),
+        fun.loss("play", number=0),
+        fun.impulse("play", number=1),
         fun.at_event("play.w_rel", "play", number=0),
         fun.instant("play", number=2),
     ]
@@ -208,7 +208,7 @@ def overload_of_a_slip_coupling():
     of = [
         fun.final("load.w"),
         fun.integral("coupling.tau", "coupling.w_rel"),
-        fun.instant("coupling", "stuck", -1),
+        fun.instant("coupling", "stuck", number=-1),
         fun.lowest("load.w"),
     ]
     to = ["push.tau", "motor.J", "coupling.kinetic", "coupling.static", "gear.ratio", "load.J"]
@@ -233,7 +233,7 @@ def two_masses_and_a_stop():
         fun.final("a.w"),
         fun.final("b.phi"),
         fun.loss("stop"),
-        fun.impulse("stop", 0),
+        fun.impulse("stop", number=0),
         fun.highest("back.tau"),
     ]
     to = ["spring.c", "a.J", "stop.restitution", "stop.phi_min", "b.J", "a.phi", "back.c"]

@@ -302,8 +302,8 @@ def guard_only(p):
     system = one(equations, given(p), w=held(), on=held(1.0), power=free())
     of = {
         "w_end": fun.final("w"),
-        "t_switch_1": fun.instant("Body", "w >= w_hi", 0),
-        "t_switch_5": fun.instant("Body", "w >= w_hi", 2),
+        "t_switch_1": fun.instant("Body", "w >= w_hi", number=0),
+        "t_switch_5": fun.instant("Body", "w >= w_hi", number=2),
         "energy": fun.integral("power"),
     }
     return Case(system, 10.0, of)
@@ -352,7 +352,7 @@ def ball_impacts(p):
 @case
 def ball_accumulation(p):
     of = {
-        "t_rest": fun.instant("Body", "closed", -1),
+        "t_rest": fun.instant("Body", "closed", number=-1),
         "int_h": fun.integral("h"),
         "heat": fun.loss("Body"),
         "h_end": fun.final("h"),
@@ -410,11 +410,11 @@ def impact_through_gear(p):
     before, after = (fun.at_event("arm.w", "stop", side=s) for s in ("before", "after"))
     of = {
         "t_1": fun.instant("stop", number=0),
-        "impulse_1": fun.impulse("stop", 0),
+        "impulse_1": fun.impulse("stop", number=0),
         "motor_impulse_1": (lambda a, b, J, i: J * i * (a - b), [before, after, "J1", "i"]),
-        "loss_1": fun.loss("stop", 0),
+        "loss_1": fun.loss("stop", number=0),
         "t_2": fun.instant("stop", number=1),
-        "impulse_2": fun.impulse("stop", 1),
+        "impulse_2": fun.impulse("stop", number=1),
         "phi_2_end": fun.final("arm.phi"),
         "phi_3_end": fun.final("body.phi"),
         "w_3_end": fun.final("body.w"),
@@ -439,7 +439,7 @@ def backlash_crossing(p):
     system = lp.assemble(model, keep=["a.phi", "body.phi"])
     of = {
         "t_contact": fun.instant("play", number=0),
-        "t_other_flank": fun.instant("play", "phi_rel - phi_rel0 > b / 2", 0),
+        "t_other_flank": fun.instant("play", "phi_rel - phi_rel0 > b / 2", number=0),
         "phi_1": fun.final("a.phi"),
         "phi_2": fun.final("body.phi"),
         "w_2": fun.final("body.w"),
@@ -522,9 +522,9 @@ def force_step_breaks_loose(p):
     system = one(equations, d, x=held(), v=held(), f=free(), power=free())
     of = {
         "x_mid": fun.at(1.45, "x"),
-        "t_stop_1": fun.instant("Body", "stuck", 0),
+        "t_stop_1": fun.instant("Body", "stuck", number=0),
         "x_end": fun.final("x"),
-        "t_stop_2": fun.instant("Body", "stuck", 1),
+        "t_stop_2": fun.instant("Body", "stuck", number=1),
         "heat": fun.integral("power"),
         "t_break": fun.instant("Body", "forward"),
     }
@@ -560,7 +560,7 @@ def belt_stick_slip(p):
         )
 
     system = one(equations, d, x=held(), v=free(), slip=held(), f=free(), power=free())
-    release = [fun.instant("Body", "backward", k) for k in (2, 3)]
+    release = [fun.instant("Body", "backward", number=k) for k in (2, 3)]
     of = {
         "x_end": fun.final("x"),
         "v_end": fun.final("v"),
@@ -665,7 +665,7 @@ def gear_shift(p):
     of = {
         "w2_end": fun.final("w2"),
         "phi2_end": fun.final("phi2"),
-        "t_lock": fun.instant("Body", "stuck", -1),
+        "t_lock": fun.instant("Body", "stuck", number=-1),
         "slip_energy": fun.integral("power"),
         "tau_clutch_end": fun.final("t2"),
     }
@@ -688,10 +688,10 @@ def one_way_clutch(p):
         ],
     )
     of = {
-        "t_over_1": fun.instant("clutch", "forward", 0),
-        "t_engage_1": fun.instant("clutch", "stuck", 0),
-        "t_over_2": fun.instant("clutch", "forward", 1),
-        "t_engage_2": fun.instant("clutch", "stuck", 1),
+        "t_over_1": fun.instant("clutch", "forward", number=0),
+        "t_engage_1": fun.instant("clutch", "stuck", number=0),
+        "t_over_2": fun.instant("clutch", "forward", number=1),
+        "t_engage_2": fun.instant("clutch", "stuck", number=1),
         "w1_end": fun.final("a.w"),
         "w2_end": fun.final("body.w"),
         "slip": fun.integral("clutch.w_rel"),
@@ -808,8 +808,8 @@ def ten_masses_friction(p):
         "x10_end": fun.final("x10"),
         "x5_end": fun.final("x5"),
         "v10_end": fun.final("v10"),
-        "t_slip_1": fun.instant("Chain", "forward", 0),
-        "t_stick_1": fun.instant("Chain", "stuck", 0),
+        "t_slip_1": fun.instant("Chain", "forward", number=0),
+        "t_stick_1": fun.instant("Chain", "stuck", number=0),
         "heat": fun.integral("power"),
         "wall_force_end": fun.final("wall"),
     }

@@ -348,7 +348,7 @@ def test_losses_and_outlines_that_raise_name_their_part(tmp_path):
     run = lp.simulate(system, until=0.1)
     actions = {
         "loss": lambda: lp.simulate(system, until=0.1, certify=True),
-        "outline": lambda: lp.animate(run, tmp_path / "rotor.gif"),
+        "outline": lambda: lp.drawing.animate(run, tmp_path / "rotor.gif"),
     }
     for method, action in actions.items():
         assert message(action, EquationError).startswith(f"rotor (Rotor): {method}() raised Zero")

@@ -15,7 +15,9 @@ __all__ = ["read_parameters", "write_parameters"]
 
 
 @checked
-def write_parameters(system: System, path: str | Path, parameters: Changes | None = None) -> Path:
+def write_parameters(
+    system: System, path: str | Path, *, parameters: Changes | None = None
+) -> Path:
     """Write all parameters of a system with their units, as TOML or JSON.
 
     Each line reads ``"shaft.c" = "30000.0 N.m/rad"``; numbers are written in full.
@@ -28,6 +30,11 @@ def write_parameters(system: System, path: str | Path, parameters: Changes | Non
         Its ending, .toml or .json, says the format.
     parameters : mapping of name to value, optional
         Those that are changed from the model.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -61,6 +68,11 @@ def read_parameters(system: System, path: str | Path) -> dict[str, float]:
         From `assemble`; names and units are those of its parameters.
     path : str or Path
         Its ending, .toml or .json, says the format; it may hold some of the parameters.
+
+    Returns
+    -------
+    dict of str to float
+        In SI units.
 
     Raises
     ------

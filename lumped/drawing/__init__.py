@@ -1,1 +1,5 @@
 """Plots, schematics, films and report pages."""
+
+from lumped.support.lazy_names import lazy_names
+
+__all__ = lazy_names(__name__)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+from matplotlib import animation
+from matplotlib.figure import Figure
 
 from lumped.compiler.tree import Node
 from lumped.errors import OptionError, UnknownNameError, told_by
@@ -53,9 +55,6 @@ def animate(run: Trajectory, path: str | Path, *, frames: int = 80, seconds: flo
     UnknownNameError
         If positions were left out of the system; the text says how to keep them.
     """
-    from matplotlib import animation
-    from matplotlib.figure import Figure
-
     target = Path(path)
     if not (isinstance(frames, int) and 2 <= frames <= MOST):
         raise OptionError(f"animate: frames = {frames!r}; from 2 to {MOST} are possible.")

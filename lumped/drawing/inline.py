@@ -6,13 +6,12 @@ import io
 import json
 import re
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 __all__ = ["inline"]
 
@@ -34,8 +33,6 @@ def inline(figure: Figure, title: str, key: str) -> str:
     key : str
         What makes the names inside the picture unique on the page.
     """
-    import matplotlib as mpl
-
     named = {}
     axes = []
     for a, axis in enumerate(figure.axes):

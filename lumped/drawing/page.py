@@ -89,9 +89,9 @@ def report_html(
         Runs whose events are told, by what happens in them; with ``certify=True`` their energy
         balance too.
     sizing : mapping of str to Sizing, optional
-        What runs ask of motors, by their names, from `lumped.sizing`.
+        What runs ask of motors, by their names, from `lumped.simulation.sizing`.
     accuracy : WorkPrecision, optional
-        Error against run time, from `lumped.work_precision`.
+        Error against run time, from `lumped.simulation.work_precision`.
 
     Returns
     -------

@@ -209,7 +209,7 @@ def torque_speed(demand: Sizing) -> Figure:
     Parameters
     ----------
     demand : Sizing
-        From `lumped.sizing`.
+        From `lumped.simulation.sizing`.
     """
     speed, torque = demand.points
     figure = Figure((_WIDTH, 5.0), layout="constrained")
@@ -303,7 +303,7 @@ def root_locus(locus: RootLocus) -> Figure:
     Parameters
     ----------
     locus : RootLocus
-        From `lumped.root_locus`.
+        From `lumped.vibration.root_locus`.
     """
     figure = Figure((_WIDTH, 5.0), layout="constrained")
     axis = figure.subplots()
@@ -332,7 +332,7 @@ def work_precision(found: WorkPrecision) -> Figure:
     Parameters
     ----------
     found : WorkPrecision
-        From `lumped.work_precision`.
+        From `lumped.simulation.work_precision`.
     """
     figure = Figure((_WIDTH, 5.0), layout="constrained")
     axis = figure.subplots()

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
 
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
@@ -15,10 +20,6 @@ from lumped.drawing.terminals import Terminal
 from lumped.errors import OptionError
 from lumped.language.component import Component
 from lumped.support.arguments import checked
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = ["draw", "schematic"]
 
@@ -54,6 +55,10 @@ def schematic(
     depth : int, optional
         Composites below this depth are drawn as one symbol; 1 shows the parts of the model only.
 
+    Returns
+    -------
+    matplotlib.figure.Figure
+
     Raises
     ------
     OptionError
@@ -75,8 +80,6 @@ def schematic(
             )
     figure = draw(plan, route(plan, place(plan)))
     if path is not None:
-        import matplotlib as mpl
-
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
             raise OptionError(
@@ -93,8 +96,6 @@ def _is_svg(path: str | Path) -> bool:
 
 def draw(plan: Netlist, routed: Routed) -> Figure:
     """Draw what was placed and routed."""
-    from matplotlib.figure import Figure
-
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
     figure = Figure((width, height))
@@ -151,9 +152,6 @@ def _path(
     order: float,
     fill: str = "none",
 ) -> None:
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path as Outline
-
     points: list[Point] = []
     codes: list[int] = []
     for line in lines:

@@ -1,1 +1,5 @@
 """Models for other tools."""
+
+from lumped.support.lazy_names import lazy_names
+
+__all__ = lazy_names(__name__)

@@ -13,8 +13,8 @@ from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, crossings_of
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
-from lumped.timeloop.guards import exchange_fault
 from lumped.timeloop.executable import Executable, smooth_executable
+from lumped.timeloop.guards import exchange_fault
 from lumped.timeloop.result import Piece, Trajectory
 from lumped.timeloop.run import nominals
 from lumped.timeloop.smooth_part import smooth_part

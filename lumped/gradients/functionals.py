@@ -65,31 +65,92 @@ __all__ = [
 
 @checked
 def final(name: Name) -> Final:
-    """Value of a quantity at the end."""
+    """Value of a quantity at the end.
+
+    Parameters
+    ----------
+    name : name
+        The quantity.
+
+    Returns
+    -------
+    Final
+        To be given to an analysis.
+    """
     return Final(_plain(name))
 
 
 @checked
-def peak(name: Name, between: Between | None = None) -> Peak:
-    """Largest size of a quantity, ``max |y|``, in the whole run or between two instants."""
+def peak(name: Name, *, between: Between | None = None) -> Peak:
+    """Largest size of a quantity, ``max |y|``, in the whole run or between two instants.
+
+    Parameters
+    ----------
+    name : name
+        The quantity.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Peak
+        To be given to an analysis.
+    """
     return Peak(_plain(name), "peak", _window(between))
 
 
 @checked
-def highest(name: Name, between: Between | None = None) -> Peak:
-    """Largest value of a quantity, in the whole run or between two instants."""
+def highest(name: Name, *, between: Between | None = None) -> Peak:
+    """Largest value of a quantity, in the whole run or between two instants.
+
+    Parameters
+    ----------
+    name : name
+        The quantity.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Peak
+        To be given to an analysis.
+    """
     return Peak(_plain(name), "highest", _window(between))
 
 
 @checked
-def lowest(name: Name, between: Between | None = None) -> Peak:
-    """Least value of a quantity, in the whole run or between two instants."""
+def lowest(name: Name, *, between: Between | None = None) -> Peak:
+    """Least value of a quantity, in the whole run or between two instants.
+
+    Parameters
+    ----------
+    name : name
+        The quantity.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Peak
+        To be given to an analysis.
+    """
     return Peak(_plain(name), "lowest", _window(between))
 
 
 @checked
 def swing(name: Name) -> Swing:
-    """From trough to crest of a quantity."""
+    """From trough to crest of a quantity.
+
+    Parameters
+    ----------
+    name : name
+        The quantity.
+
+    Returns
+    -------
+    Swing
+        To be given to an analysis.
+    """
     return Swing(_plain(name))
 
 
@@ -97,7 +158,17 @@ def swing(name: Name) -> Swing:
 def integral(*names: Name, between: Between | None = None) -> Integral:
     """Integral over time of a quantity, or of a product: work is that of torque and speed.
 
-    Over the whole run, or between two instants, s.
+    Parameters
+    ----------
+    *names : names
+        The quantity, or the factors of a product.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Integral
+        To be given to an analysis.
     """
     return Integral(_some(names, "integral"), "integral", _window(between))
 
@@ -106,7 +177,17 @@ def integral(*names: Name, between: Between | None = None) -> Integral:
 def mean(*names: Name, between: Between | None = None) -> Integral:
     """Mean over time of a quantity, or of a product: power is that of torque and speed.
 
-    Over the whole run, or between two instants, s.
+    Parameters
+    ----------
+    *names : names
+        The quantity, or the factors of a product.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Integral
+        To be given to an analysis.
     """
     return Integral(_some(names, "mean"), "mean", _window(between))
 
@@ -115,13 +196,23 @@ def mean(*names: Name, between: Between | None = None) -> Integral:
 def rms(*names: Name, between: Between | None = None) -> Integral:
     """Root of the mean over time of the square of a quantity, or of a product.
 
-    Over the whole run, or between two instants, s.
+    Parameters
+    ----------
+    *names : names
+        The quantity, or the factors of a product.
+    between : (float, float), optional
+        Two instants, s; default is the whole run.
+
+    Returns
+    -------
+    Integral
+        To be given to an analysis.
     """
     return Integral(_some(names, "rms"), "rms", _window(between))
 
 
 @checked
-def instant(component: str, after: str = "", number: int = 0) -> Instant:
+def instant(component: str, after: str = "", *, number: int = 0) -> Instant:
     """Instant at which something happens in a component (see `Trajectory.events`).
 
     Parameters
@@ -130,6 +221,11 @@ def instant(component: str, after: str = "", number: int = 0) -> Instant:
         As in `Event`: the component, and its mode after the event in words (any if empty).
     number : int
         Which of these, from 0; negative numbers count from the last.
+
+    Returns
+    -------
+    Instant
+        To be given to an analysis.
     """
     return Instant(component, after, number)
 
@@ -146,6 +242,16 @@ def at(time: float | Iterable[float], *names: Name) -> At:
         Instants, s; 0 is the start.
     names : names
         The factors.
+
+    Returns
+    -------
+    At
+        To be given to an analysis.
+
+    Raises
+    ------
+    OptionError
+        If there is no instant, or one before the start.
     """
     times = tuple(float(t) for t in time) if isinstance(time, Iterable) else (float(time),)
     if not times or min(times) < 0:
@@ -157,6 +263,7 @@ def at_event(
     name: Name | tuple[Name, ...],
     component: str,
     after: str = "",
+    *,
     number: int | None = 0,
     side: Literal["before", "after"] = "before",
 ) -> AtEvent:
@@ -172,6 +279,16 @@ def at_event(
         Which of these, from 0; negative numbers count from the last; None for the sum over all.
     side : {"before", "after"}
         Side of the event.
+
+    Returns
+    -------
+    AtEvent
+        To be given to an analysis.
+
+    Raises
+    ------
+    OptionError
+        If the side is another.
     """
     if side not in ("before", "after"):
         raise OptionError(f"at_event: side = {side!r}: choose 'before' or 'after'.")
@@ -179,28 +296,75 @@ def at_event(
     return AtEvent(_some(names, "at_event"), component, after, number, side)
 
 
-def loss(component: str, number: int | None = None) -> Impact:
-    """Mechanical energy that a component loses in impacts, J: in all of them, or in one."""
+def loss(component: str, *, number: int | None = None) -> Impact:
+    """Mechanical energy that a component loses in impacts, J: in all of them, or in one.
+
+    Parameters
+    ----------
+    component : str
+        As in `Event`.
+    number : int, optional
+        Which impact, from 0; negative numbers count from the last. Default is all.
+
+    Returns
+    -------
+    Impact
+        To be given to an analysis.
+    """
     return Impact(component, number, "loss")
 
 
-def impulse(component: str, number: int | None = 0) -> Impact:
+def impulse(component: str, *, number: int | None = 0) -> Impact:
     """Impulse of an impact, N.s or N.m.s, positive where it drives bodies apart.
 
     Of one impact of the component, or of all (``number=None``).
+
+    Parameters
+    ----------
+    component : str
+        As in `Event`.
+    number : int or None
+        Which impact, from 0; negative numbers count from the last; None for the sum over all.
+
+    Returns
+    -------
+    Impact
+        To be given to an analysis.
     """
     return Impact(component, number, "impulse")
 
 
 @checked
 def frequency(mode: int) -> Frequency:
-    """Natural frequency of a mode, Hz; modes count from 0, the lowest first."""
+    """Natural frequency of a mode, Hz; modes count from 0, the lowest first.
+
+    Parameters
+    ----------
+    mode : int
+        Its number, from 0.
+
+    Returns
+    -------
+    Frequency
+        To be given to an analysis.
+    """
     return Frequency(mode)
 
 
 @checked
 def damping(mode: int) -> Damping:
-    """Damping ratio of a mode; modes count from 0, the lowest first."""
+    """Damping ratio of a mode; modes count from 0, the lowest first.
+
+    Parameters
+    ----------
+    mode : int
+        Its number, from 0.
+
+    Returns
+    -------
+    Damping
+        To be given to an analysis.
+    """
     return Damping(mode)
 
 
@@ -214,6 +378,11 @@ def clearance(excitations: Iterable[float]) -> Clearance:
     ----------
     excitations : iterable of float
         Frequencies to avoid, Hz.
+
+    Returns
+    -------
+    Clearance
+        To be given to an analysis.
     """
     return Clearance(tuple(float(f) for f in excitations))
 

@@ -108,7 +108,7 @@ class Gradient:
 
     @checked
     def plot(self, of: str | None = None) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
         from lumped.drawing.plots import tornado
 
         row = 0 if of is None else self._row(of)
@@ -151,7 +151,7 @@ def gradient(
     until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
-    rtol: float = 1e-8,
+    rtol: float = 1e-6,
     method: Literal["auto", "explicit", "implicit"] = "auto",
 ) -> Gradient:
     """Simulate, and differentiate functionals of the run by parameters and start values.

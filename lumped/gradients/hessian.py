@@ -87,7 +87,7 @@ def hessian(
     until: float | str,
     parameters: Changes | None = None,
     start: Changes | None = None,
-    rtol: float = 1e-8,
+    rtol: float = 1e-6,
     method: Literal["auto", "explicit", "implicit"] = "auto",
 ) -> Hessian:
     """Simulate, and differentiate a functional of the run twice by a few parameters.
@@ -108,6 +108,10 @@ def hessian(
         Parameters, and start values that are states.
     until, parameters, start, rtol, method
         As for `gradient`.
+
+    Returns
+    -------
+    Hessian
 
     Raises
     ------

@@ -107,7 +107,7 @@ class Sensitivity:
         return known.index(key)
 
     @checked
-    def ranked(self, of: Name, at: float | None = None) -> list[tuple[str, float]]:
+    def ranked(self, of: Name, *, at: float | None = None) -> list[tuple[str, float]]:
         """Names and relative sensitivities ``p/y dy/dp`` of a quantity, the largest first.
 
         Parameters
@@ -137,14 +137,14 @@ class Sensitivity:
         return ranked(f"{name} at t = {self.run.t[k]:g} s", value, self.to, relative)
 
     @checked
-    def plot(self, of: Name | None = None, at: float | None = None) -> Figure:
-        """Tornado of what matters most to a quantity (see `lumped.plot.tornado`)."""
+    def plot(self, of: Name | None = None, *, at: float | None = None) -> Figure:
+        """Tornado of what matters most to a quantity (see `lumped.drawing.plots.tornado`)."""
         from lumped.drawing.plots import tornado
 
         name = self.of[0] if of is None else self.run.system.key(of)
         time = self.run.t[-1] if at is None else at
         title = f"{self.run.system.name}: {name} at t = {time:g} s"
-        return tornado(self.ranked(name, at), title, name)
+        return tornado(self.ranked(name, at=at), title, name)
 
     def __repr__(self) -> str:
         s, rows = self.run.statistics, []

@@ -6,9 +6,8 @@ and at three nodes that dense output needs.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
-
-import numpy as np
 
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
@@ -18,7 +17,7 @@ from lumped.numerics import dop853 as tableau
 __all__ = ["dense_error", "dense_output", "interpolate", "step"]
 
 
-def _sum(weights: np.ndarray) -> str:
+def _sum(weights: Iterable[float]) -> str:
     """A sum of stages, written out."""
     terms = [f"{float(w)!r} * k[{j} * n + i]" for j, w in enumerate(weights) if w]
     return " + ".join(terms)
@@ -32,7 +31,7 @@ def _loop(name: str, head: str, before: str, lines: list[str], after: str = "pas
     return written(name, source, globals())
 
 
-def _stage(number: int, weights: np.ndarray) -> Any:
+def _stage(number: int, weights: Iterable[float]) -> Any:
     line = f"out[i] = x[i] + h * ({_sum(weights)})"
     return _loop(f"stage_{number}", "x: Numbers, out: Numbers", "pass", [line])
 

@@ -185,4 +185,3 @@ def _operation(op: int, arguments: list[str], put: Callable[[str], str], needed:
         low = put(f"fcmp olt double {a}, {zero}")
         return put(f"select i1 {low}, double {literal(-1.0)}, double {sign}")
     raise UnsupportedError(f"operation {op} of CasADi")
-

@@ -20,61 +20,27 @@ from typing import Any, Literal
 import numpy as np
 
 from lumped.kernel import code_cache
-from lumped.kernel.interpret import evaluate
-from lumped.kernel.linkages import close, converge
-from lumped.kernel.loop import loop
 from lumped.kernel.machine_code import Code, built
-from lumped.kernel.plant import Function
-from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.records import Record
-from lumped.kernel.run import Run
-from lumped.kernel.sharing import watch_redundancy
 from lumped.kernel.to_c import as_c
 from lumped.kernel.to_llvm import as_llvm
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["call", "using"]
 
 Engine = Literal["llvm", "c", "python"]
 
 
-@kernel
-def value(run: Run, function: Function, out: Numbers) -> int:
-    """Evaluate a function where a run stands."""
-    evaluate(function, run, run.x, run.t, run.m, out)
-    return 0
-
-
-@kernel
-def closed(run: Run) -> int:
-    """Close the linkages where a run stands; whether they close."""
-    return close(run, run.x, run.t, run.m)
-
-
-@kernel
-def converged(run: Run) -> int:
-    """The same from the given guesses only."""
-    return converge(run, run.x, run.t, run.m)
-
-
-@kernel
-def watched(run: Run) -> int:
-    """Note whether constraints may be redundant."""
-    watch_redundancy(run)
-    return 0
-
-
-ENTRIES: dict[str, Any] = {
-    "loop": loop,
-    "begin": begin,
-    "calm_positions": calm_positions,
-    "find_positions": find_positions,
-    "value": value,
-    "closed": closed,
-    "converged": converged,
-    "watched": watched,
+ARGUMENTS = {
+    "loop": 1,
+    "begin": 1,
+    "calm_positions": 1,
+    "find_positions": 1,
+    "value": 3,
+    "closed": 1,
+    "converged": 1,
+    "watched": 1,
 }
-"""Kernels that are called from outside: each takes addresses and gives an integer."""
+"""Number of arguments of each entry (see `lumped.kernel.entries`)."""
 
 _engine: ContextVar[Engine] = ContextVar("engine", default="llvm")
 
@@ -94,7 +60,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
     engine = _engine.get()
     if engine == "python":
         with np.errstate(all="ignore"):
-            return int(ENTRIES[name](*given))
+            return int(_kernels()[name](*given))
     entry = _entries(engine)[name]
     return entry(*[_address(held) for held in given])
 
@@ -109,12 +75,19 @@ def _address(held: Record | np.ndarray) -> int:
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
-    return built(code_cache.own(), list(ENTRIES), lambda: as_llvm(ENTRIES), name)
+    return built(code_cache.own(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
+
+
+def _kernels() -> dict[str, Any]:
+    # they load SciPy's coefficients, which what is compiled does not need
+    from lumped.kernel.entries import ENTRIES
+
+    return ENTRIES
 
 
 @cache
 def _entries(engine: Engine) -> dict[str, Callable[..., int]]:
-    types = {name: [ctypes.c_void_p] * _count(name) for name in ENTRIES}
+    types = {name: [ctypes.c_void_p] * count for name, count in ARGUMENTS.items()}
     if engine == "llvm":
         addresses = time_loop().addresses
         return {n: ctypes.CFUNCTYPE(ctypes.c_int64, *t)(addresses[n]) for n, t in types.items()}
@@ -127,17 +100,13 @@ def _entries(engine: Engine) -> dict[str, Callable[..., int]]:
     return found
 
 
-def _count(name: str) -> int:
-    return len(ENTRIES[name].function.__annotations__) - 1
-
-
 def _c_library() -> ctypes.CDLL:
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise OSError("there is no C compiler")
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder) / "loop.c", Path(folder) / "loop.so"
-        source.write_text(as_c(ENTRIES))
+        source.write_text(as_c(_kernels()))
         options = ["-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
         subprocess.run([compiler, *options, str(source), "-o", str(made), "-lm"], check=True)
         return ctypes.CDLL(str(made))

@@ -7,7 +7,16 @@ from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK, Plant
 from lumped.kernel.run import Instant, Look, Run
 from lumped.kernel.words import Numbers, kernel
 
-__all__ = ["TOUCHING", "copy_settings", "is_held", "look_at", "put", "release_demands", "standstills", "stop"]
+__all__ = [
+    "TOUCHING",
+    "copy_settings",
+    "is_held",
+    "look_at",
+    "put",
+    "release_demands",
+    "standstills",
+    "stop",
+]
 
 TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""

@@ -1,14 +1,18 @@
 """Impacts: impulses of constraints that close at a speed.
 
-The jump of all speeds is what the accelerations would be if the closing constraints demanded the
-change of their speed in unit time, without any other force: the impulsive form of the same
-equations (Routh, Dynamics of a System of Rigid Bodies, ch. VIII).
+The jump of all speeds is what the accelerations would be if the constraints that take part demanded
+the change of their speed in unit time, without any other force: the impulsive form of the same
+equations (Routh, Dynamics of a System of Rigid Bodies, ch. VIII). Which take part is a linear
+complementarity problem (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, ch. 8):
+what closes leaves with its restitution or faster, what touches or runs freely does not close, and
+impulses have the sign that the constraint can give; one or the other is zero.
 """
 
 from __future__ import annotations
 
+from lumped.kernel.conditions import PATIENCE
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
-from lumped.kernel.plant import BACKWARD, COMPLIANCE, DEMAND, FORWARD, FREE, STUCK
+from lumped.kernel.plant import BACKWARD, DEMAND, FORWARD, FREE, STUCK
 from lumped.kernel.run import Look, Run
 from lumped.kernel.sharing import share
 from lumped.kernel.words import kernel
@@ -16,18 +20,25 @@ from lumped.kernel.words import kernel
 __all__ = ["collide", "halt"]
 
 _ROUNDING = 1e-12
-"""Impulse, relative to the largest, and speed, that are rounding."""
+"""Impulse and speed, relative to the largest, that are rounding."""
+_GAIN = -1e-9
+"""Loss, relative to the energy that the impulses exchange, that is rounding."""
 
 
 @kernel
 def _gather(run: Run, seen: Look) -> None:
-    """What takes part in an impact and how its speed changes."""
+    """What may take part in an impact, and the speed with which it would leave."""
     plant, instant = run.plant, run.instant
     for h in range(plant.holds):
-        closes = instant.is_closing[h] != 0
-        held = is_held(plant, instant.m, h) and plant.is_impulsive[h] != 0
-        instant.is_member[h] = closes or held
-        instant.demand[h] = -(1.0 + instant.bounce[h]) * seen.speed[h] if closes else 0.0
+        own = instant.m[plant.hold_setting[h] :]
+        closes, held = instant.is_closing[h] != 0, own[STUCK] > 0.5
+        one_way = plant.has_forward[h] + plant.has_backward[h] == 1
+        slides = own[FORWARD] > 0.5 or own[BACKWARD] > 0.5
+        touches = slides and one_way and (not plant.has_gap[h] or seen.gap[h] <= TOUCHING)
+        instant.may_join[h] = plant.is_impulsive[h] and (closes or held or touches)
+        instant.is_member[h] = plant.is_impulsive[h] and (closes or held)
+        instant.leaving[h] = -instant.bounce[h] * seen.speed[h] if closes else 0.0
+        instant.demand[h] = instant.leaving[h] - seen.speed[h]
 
 
 @kernel
@@ -59,60 +70,76 @@ def _speed_after(run: Run, seen: Look, hold: int) -> float:
 
 
 @kernel
-def _worst(run: Run) -> int:
-    """The member whose impulse has the wrong sign by the most; -1 if none has."""
+def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> bool:
+    """Whether a member pulls that can only push, or something else would close."""
     plant, instant = run.plant, run.instant
-    largest, worst, size = 0.0, -1, 0.0
-    for h in range(plant.holds):
-        largest = max(largest, abs(_impulse(run, h)))
-    for h in range(plant.holds):
+    if instant.is_member[h]:
         impulse = _impulse(run, h)
-        pulls = plant.has_upper[h] and not plant.has_lower[h] and impulse > 0.0
-        pushes = plant.has_lower[h] and not plant.has_upper[h] and impulse < 0.0
-        is_wrong = instant.is_member[h] and (pulls or pushes)
-        if is_wrong and abs(impulse) > max(_ROUNDING * largest, size):
-            worst, size = h, abs(impulse)
-    return worst
+        if plant.has_upper[h] and not plant.has_lower[h]:
+            return impulse > _ROUNDING * largest
+        if plant.has_lower[h] and not plant.has_upper[h]:
+            return impulse < -_ROUNDING * largest
+        return False
+    if not instant.may_join[h]:
+        return False
+    ahead = _speed_after(run, seen, h) - instant.leaving[h]
+    if not plant.has_backward[h]:
+        return ahead < -_ROUNDING * (1.0 + fastest)
+    return ahead > _ROUNDING * (1.0 + fastest)
 
 
 @kernel
-def _closer(run: Run, seen: Look) -> int:
-    """The first contact that touches, does not take part, and would close; -1 if none would."""
-    plant, instant = run.plant, run.instant
-    for h in range(plant.holds):
-        touches = plant.has_gap[h] and seen.gap[h] <= TOUCHING
-        touches = touches and instant.m[plant.hold_setting[h] + FORWARD] > 0.5
-        if touches and not instant.is_member[h] and _speed_after(run, seen, h) < -_ROUNDING:
-            return h
-    return -1
+def _find_members(run: Run, seen: Look) -> None:
+    """Find what takes part: all that is wrong changes while that helps, then the first alone.
 
-
-@kernel
-def _strike(run: Run, seen: Look, may_pull: bool, counts: bool) -> None:
-    """Impulses of what closes and of all constraints without limit that hold."""
+    That ends for any inertias (Judice and Pires, Computers and Operations Research 21 (1994) 587;
+    Murty's rule).
+    """
     plant, instant = run.plant, run.instant
-    _gather(run, seen)
-    for _ in range(2 * plant.holds + 2):
+    fewest, patience = plant.holds + 1, PATIENCE
+    for _ in range(40 + 20 * plant.holds):
         _push(run)
-        worst = -1 if may_pull else _worst(run)
-        closer = _closer(run, seen)
-        if worst >= 0:
-            instant.is_member[worst] = 0
-        elif closer >= 0:
-            # it did not approach, so there is nothing that would bounce
-            instant.is_member[closer] = 1
-            instant.demand[closer] = -seen.speed[closer]
+        largest, fastest, count = 0.0, 0.0, 0
+        for h in range(plant.holds):
+            largest = max(largest, abs(_impulse(run, h)))
+            fastest = max(fastest, abs(seen.speed[h]))
+        for h in range(plant.holds):
+            instant.joins[h] = _is_wrong(run, seen, h, largest, fastest)
+            count += instant.joins[h]
+        if count == 0:
+            return
+        changing = count
+        if count < fewest:
+            fewest, patience = count, PATIENCE
+        elif patience > 0:
+            patience -= 1
         else:
-            break
-    for i in range(plant.states):
+            changing = 1
+        for h in range(plant.holds):
+            if instant.joins[h] and changing > 0:
+                instant.is_member[h] = 1 - instant.is_member[h]
+                changing -= 1
+
+
+@kernel
+def _strike(run: Run) -> None:
+    """The states after the impulses."""
+    instant = run.instant
+    for i in range(run.plant.states):
         instant.x[i] += instant.pushed.rates[i] - instant.at_rest.rates[i]
     instant.has_moved = 1
-    if counts:
-        for h in range(plant.holds):
-            if instant.is_member[h]:
-                twice_mean = seen.speed[h] + _speed_after(run, seen, h)
-                instant.loss[h] += 0.5 * _impulse(run, h) * twice_mean
-                instant.is_struck[h] = 1
+
+
+@kernel
+def _gains_energy(run: Run, seen: Look) -> bool:
+    """Whether the impulses would bring more energy than they take."""
+    loss, size = 0.0, 0.0
+    for h in range(run.plant.holds):
+        if run.instant.is_member[h]:
+            work = 0.5 * _impulse(run, h) * (seen.speed[h] + _speed_after(run, seen, h))
+            loss += work
+            size += abs(work)
+    return loss < _GAIN * size
 
 
 @kernel
@@ -122,11 +149,12 @@ def halt(run: Run, seen: Look) -> None:
     moves = False
     for h in range(plant.holds):
         held = is_held(plant, instant.m, h)
-        instant.is_closing[h] = held
-        instant.bounce[h] = 0.0
+        instant.is_member[h] = held
+        instant.demand[h] = -seen.speed[h]
         moves = moves or (held and seen.speed[h] != 0.0)
     if moves:
-        _strike(run, seen, True, False)
+        _push(run)
+        _strike(run)
     for h in range(plant.holds):
         is_halted = instant.is_halted[h] and not plant.has_gap[h]
         if is_held(plant, instant.m, h) or is_halted:
@@ -149,30 +177,77 @@ def _closes(run: Run, seen: Look, h: int) -> bool:
 
 
 @kernel
-def _rests(run: Run, h: int, seen: Look) -> bool:
-    """Whether a bounce would be over at once."""
+def _rests(run: Run, h: int) -> bool:
+    """Whether a bounce would be over at once, or lower than a gap that counts as none."""
     plant, instant = run.plant, run.instant
+    v = instant.after.speed[h]
     copy_settings(plant, instant.m, instant.trial)
     put(plant, instant.trial, h, FORWARD)
     look_at(run, instant.x, instant.trial, instant.at_rest)
-    v, a = seen.speed[h], instant.at_rest.acceleration[h]
-    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * run.lowest)
+    a = instant.at_rest.acceleration[h]
+    return a < 0.0 and (2.0 * v <= -a * run.shortest or v * v <= -2.0 * a * TOUCHING)
 
 
 @kernel
-def _end_short_bounces(run: Run) -> None:
-    """Let those stay closed whose bounce would be over at once."""
+def _end_short_bounces(run: Run) -> bool:
+    """Let those rest whose bounce would be over at once; whether there were any."""
     plant, instant = run.plant, run.instant
     look_at(run, instant.x, instant.m, instant.after)
+    any_rest = False
     for h in range(plant.holds):
-        instant.next_position[h] = instant.is_closing[h] and instant.is_member[h]
-    for h in range(plant.holds):
-        bounces = instant.next_position[h] and instant.bounce[h] != 0.0
-        if bounces and _rests(run, h, instant.after):
-            for j in range(plant.holds):
-                instant.is_closing[j] = j == h
+        bounces = instant.is_closing[h] and instant.is_member[h] and instant.bounce[h] != 0.0
+        if bounces and _rests(run, h):
             instant.bounce[h] = 0.0
-            _strike(run, instant.after, True, True)
+            any_rest = True
+    return any_rest
+
+
+@kernel
+def _even_out(run: Run) -> None:
+    """All that closes gets the least restitution; none if that is what all have."""
+    plant, instant = run.plant, run.instant
+    least, most = 1.0, 0.0
+    for h in range(plant.holds):
+        if instant.is_closing[h]:
+            least, most = min(least, instant.bounce[h]), max(most, instant.bounce[h])
+    for h in range(plant.holds):
+        if instant.is_closing[h]:
+            instant.bounce[h] = least if least < most else 0.0
+
+
+@kernel
+def _bounces(run: Run) -> bool:
+    for h in range(run.plant.holds):
+        if run.instant.bounce[h] != 0.0:
+            return True
+    return False
+
+
+@kernel
+def _impact(run: Run, seen: Look) -> None:
+    """Speeds after an impact that loses energy, without bounces that are over at once.
+
+    With different restitutions Newton's law may gain energy; then all that closes takes the least.
+    """
+    plant, instant = run.plant, run.instant
+    for i in range(plant.states):
+        instant.x_before[i] = instant.x[i]
+    for _ in range(plant.holds + 3):
+        for i in range(plant.states):
+            instant.x[i] = instant.x_before[i]
+        _gather(run, seen)
+        _find_members(run, seen)
+        if _bounces(run) and _gains_energy(run, seen):
+            _even_out(run)
+            continue
+        for h in range(plant.holds):
+            instant.work[h] = 0.0
+            if instant.is_member[h]:
+                twice_mean = seen.speed[h] + _speed_after(run, seen, h)
+                instant.work[h] = 0.5 * _impulse(run, h) * twice_mean
+        _strike(run)
+        if not (_bounces(run) and _end_short_bounces(run)):
+            break
 
 
 @kernel
@@ -180,24 +255,22 @@ def collide(run: Run, seen: Look) -> bool:
     """Let constraints without limit that close at a speed do so; whether there were any."""
     plant, instant = run.plant, run.instant
     standstills(plant, instant)
-    closes, bounces = False, False
+    closes = False
     for h in range(plant.holds):
         instant.is_closing[h] = _closes(run, seen, h)
         instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0
         closes = closes or instant.is_closing[h] != 0
-        bounces = bounces or instant.bounce[h] != 0.0
     if not closes:
         return False
-    _strike(run, seen, False, True)
+    _impact(run, seen)
     for h in range(plant.holds):
-        instant.has_closed[h] = instant.is_closing[h] + (2 if instant.is_member[h] else 0)
-    if bounces:
-        _end_short_bounces(run)
-    for h in range(plant.holds):
-        if instant.has_closed[h] % 2 == 0:
+        if instant.is_member[h]:
+            instant.loss[h] += instant.work[h]
+            instant.is_struck[h] = 1
+        if not instant.is_closing[h]:
             continue
         instant.is_halted[h] = 0
-        if instant.has_closed[h] == 1:  # others pull it away
+        if not instant.is_member[h]:  # others pull it away
             put(plant, instant.m, h, FORWARD if plant.has_upper[h] else BACKWARD)
         elif instant.bounce[h] != 0.0:
             put(plant, instant.m, h, FORWARD)

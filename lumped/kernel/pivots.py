@@ -13,8 +13,8 @@ __all__ = ["pattern_of"]
 def pattern_of(rows: np.ndarray, columns: np.ndarray, n: int) -> Pattern:
     """Pattern of the factors of ``I - h J`` with pivots on the diagonal.
 
-    Pivots are taken in the order of least degree on the pattern of ``J + J'`` (as in SuperLU), which
-    keeps the factors of drive trains nearly as sparse as the matrix.
+    Pivots are taken in the order of least degree on the pattern of ``J + J'`` (as in SuperLU),
+    which keeps the factors of drive trains nearly as sparse as the matrix.
 
     Parameters
     ----------

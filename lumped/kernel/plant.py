@@ -11,8 +11,6 @@ begin.
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from lumped.kernel.records import Record
 from lumped.kernel.words import Integers, Numbers
 

@@ -21,6 +21,7 @@ from lumped.kernel.plant import (
     CONDITION,
     FORWARD,
     FREE,
+    LOWER,
     SLIDE,
     STUCK,
     UPPER,
@@ -163,9 +164,40 @@ def _rebalance(run: Run, seen: Look) -> bool:
 
 
 @kernel
+def _share_anew(run: Run) -> None:
+    """Forget that limits of shared reactions are used up, if new shares leave all of them room.
+
+    Shares are those of the limits at an instant, and limits may change later.
+    """
+    plant, instant = run.plant, run.instant
+    is_shared, count = False, 0
+    for i in range(instant.fired_count):
+        kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
+        limits = kind == UPPER or kind == LOWER
+        if limits and instant.m[plant.hold_setting[number] + COMPLIANCE] > 0.0:
+            is_shared = True
+    if not is_shared:
+        return
+    share(run, instant.x, instant.m)
+    look_at(run, instant.x, instant.m, instant.seen)
+    for i in range(instant.fired_count):
+        kind, h = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
+        shares = kind == UPPER or kind == LOWER
+        shares = shares and instant.m[plant.hold_setting[h] + COMPLIANCE] > 0.0
+        room = instant.seen.upper[h] - instant.seen.reaction[h] if kind == UPPER else 0.0
+        if kind == LOWER:
+            room = instant.seen.reaction[h] - instant.seen.lower[h]
+        if not (shares and room > 0.0):
+            instant.fired[count] = instant.fired[i]
+            count += 1
+    instant.fired_count = count
+
+
+@kernel
 def _flip(run: Run) -> None:
     """Change what is used up."""
     plant, instant = run.plant, run.instant
+    _share_anew(run)
     is_seen = False
     for i in range(instant.fired_count):
         kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]

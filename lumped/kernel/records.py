@@ -94,7 +94,7 @@ class _Layout(NamedTuple):
     words: np.ndarray
     offsets: np.ndarray
     views: dict[str, tuple[bool, int, int]]
-    count: int
+    size: int
 
 
 class Record:
@@ -122,8 +122,9 @@ class Record:
             setattr(cls, name, _Word(field))
 
     def __init__(self, sizes: Mapping[str, int] | None = None, **given: Any) -> None:
-        layout = _laid_out(type(self), tuple((sizes or {}).items()))
-        self._words = np.zeros(layout.count, dtype=np.int64)
+        own: Any = type(self)
+        layout = _laid_out(own, tuple((sizes or {}).items()))
+        self._words = np.zeros(layout.size, dtype=np.int64)
         self._numbers = self._words.view(np.float64)
         self._words[layout.words] = address(self._words) + 8 * layout.offsets
         self._held: Any = _Views(self, layout)
@@ -176,4 +177,6 @@ def _laid_out(kind: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout
             offsets.append(end)
             views[field.name] = field.kind == "numbers", end, reach
             end += count
-    return _Layout(np.array(words, dtype=int), np.array(offsets, dtype=np.int64), views, max(end, 1))
+    return _Layout(
+        np.array(words, dtype=int), np.array(offsets, dtype=np.int64), views, max(end, 1)
+    )

@@ -14,9 +14,9 @@ from lumped.kernel.sparse_lu import factorise, is_solved, solve
 from lumped.kernel.words import Numbers, kernel, sqrt
 from lumped.numerics import rodas5p as tableau
 
-__all__ = ["UNSOLVED", "dense_error", "dense_output", "interpolate", "step"]
+__all__ = ["dense_error", "dense_output", "interpolate", "step"]
 
-UNSOLVED = 1e3
+_UNSOLVED = 1e3
 """Error of a step whose linear equations could not be solved accurately: try a shorter one."""
 
 _GAMMA = tableau.GAMMA
@@ -58,7 +58,7 @@ def step(run: Run, h: float) -> float:
     n, pattern, drift, right = plant.states, matrix.pattern, matrix.drift, matrix.right
     x, k, new = run.x, run.stages, run.new
     if not _factorised(run, h):
-        return UNSOLVED
+        return _UNSOLVED
     for s in range(8):
         rate = k[(1 + s) * n :]
         for i in range(n):
@@ -81,8 +81,8 @@ def step(run: Run, h: float) -> float:
             right[i] = h * _GAMMA * (rate[i] + h * _D[s] * drift[i] + total / h)
             rate[i] = right[i]
         solve(pattern, matrix, n, rate)
-        if s == 0 and not is_solved(pattern, matrix, n, h * _GAMMA, right, rate):
-            return UNSOLVED
+        if s == 0 and not is_solved(run, h * _GAMMA, right, rate):
+            return _UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
     evaluate(plant.rates, run, new, t + h, m, k[12 * n :])

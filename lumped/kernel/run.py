@@ -20,9 +20,9 @@ STORM_SIZE = 200
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
 (NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
-"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps
-shall be tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have to
-follow a jump. INSIDE: a body starts inside another."""
+"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps shall be
+tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have
+to follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
 WAITING = 7
@@ -32,9 +32,7 @@ WAITING = 7
 class Look(Record):
     """What decides positions at one point, in the order in which the function `look` gives it."""
 
-    greater: Annotated[
-        Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"
-    ]
+    greater: Annotated[Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"]
     less: Annotated[Numbers, "conditions"]
     speed: Annotated[Numbers, "holds"]
     acceleration: Annotated[Numbers, "holds"]
@@ -78,13 +76,18 @@ class Instant(Record):
     wrong: Annotated[Integers, "max(conditions, holds)"]
     next_position: Annotated[Integers, "holds"]
 
-    # impacts: what closes, what takes part, what is demanded
+    # impacts: what closes, may take part, does so, and changes that; restitution, speed with which
+    # it leaves, change that is demanded, work of the impulse
     is_closing: Annotated[Integers, "holds"]
+    may_join: Annotated[Integers, "holds"]
     is_member: Annotated[Integers, "holds"]
-    demand: Annotated[Numbers, "holds"]
+    joins: Annotated[Integers, "holds"]
     bounce: Annotated[Numbers, "holds"]
+    leaving: Annotated[Numbers, "holds"]
+    demand: Annotated[Numbers, "holds"]
+    work: Annotated[Numbers, "holds"]
     rest_speed: Annotated[Numbers, "holds"]
-    has_closed: Annotated[Integers, "holds"]
+    x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
 
     trial: Annotated[Numbers, "settings"]
@@ -182,13 +185,11 @@ class Run(Record):
     chooses_method: int
     max_steps: int
 
-    # times: the size of all, what happens at once, the shortest bounce, the longest step; the lowest
-    # bounce, m or rad
+    # times: the size of all, what happens at once, the shortest bounce, the longest step
     span: float
     soon: float
     shortest: float
     longest: float
-    lowest: float
 
     # segments between instants of functions of time, with the settings that these have in each
     segments: int

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from lumped.kernel.run import Matrix, Pattern
+from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["factorise", "is_solved", "solve"]
 
 _ACCURATE = 1e-8
 """Residual, relative to the terms of a row, up to which the pivots were good enough."""
+_TOLERATED = 1e-3
+"""The same, relative to what is tolerated."""
 
 
 @kernel
@@ -52,11 +54,10 @@ def solve(pattern: Pattern, matrix: Matrix, n: int, b: Numbers) -> None:
 
 
 @kernel
-def is_solved(
-    pattern: Pattern, matrix: Matrix, n: int, step: float, right: Numbers, x: Numbers
-) -> bool:
+def is_solved(run: Run, step: float, right: Numbers, x: Numbers) -> bool:
     """Whether ``(I - step J) x`` is the right-hand side, up to what cancels in its terms."""
-    rest, size = matrix.row, matrix.size
+    matrix, n = run.matrix, run.plant.states
+    pattern, rest, size = matrix.pattern, matrix.row, matrix.size
     for i in range(n):
         rest[i] = right[i] - x[i]
         size[i] = abs(right[i]) + abs(x[i])
@@ -65,6 +66,6 @@ def is_solved(
         rest[i] += term
         size[i] += abs(term)
     for i in range(n):
-        if not abs(rest[i]) <= _ACCURATE * size[i]:
+        if not abs(rest[i]) <= _ACCURATE * size[i] + _TOLERATED * run.atol[i]:
             return False
     return True

@@ -40,6 +40,8 @@ _STIFF_AFTER, _LONGER = 4, 3.0
 _FIRST_PATIENCE, _MOST_PATIENCE = 8, 256
 """Steps after a trial in vain before the next one."""
 
+_HOPELESS = 1e3
+"""Error of a step that is so far off that any shorter one is welcome."""
 _SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
 _EXPLICIT_POWER, _IMPLICIT_POWER = 0.125, 0.2
 _SHORTEST = 1e-14
@@ -125,7 +127,7 @@ def _tried(run: Run, h: float) -> float:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
         return 100.0
-    return error
+    return error if error < _HOPELESS else _HOPELESS  # what is no number too
 
 
 @kernel
@@ -270,9 +272,9 @@ def advance(run: Run) -> int:
         status = _leave_step(run) if run.phase == WAITING else _attempt(run)
         if status != GOES_ON:
             return status
-        if run.phase == CROSS:
-            return GOES_ON
         if run.steps + run.rejected > run.max_steps:
             return TOO_MANY
+        if run.phase == CROSS:
+            return GOES_ON
     run.phase = LEAVE_SEGMENT
     return GOES_ON

@@ -52,7 +52,7 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     """C of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
-    found = reached(kernels, lambda k: _Function(k, names))
+    found: list[_Function] = reached(kernels, lambda k: _Function(k, names))
     records = declared_records(kind for f in found for kind in f.variables.values())
     heads = [f"{f.head};" for f in found]
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
@@ -69,7 +69,7 @@ def header(functions: Mapping[str, Callable[..., object]]) -> str:
 
 def declared_records(kinds: Iterable[Any]) -> str:
     """Types of records, with those that they point to."""
-    waiting = [kind for kind in kinds if isinstance(kind, type)]
+    waiting: list[type[Record]] = [kind for kind in kinds if isinstance(kind, type)]
     found: dict[str, str] = {}
     while waiting:
         kind = waiting.pop()

@@ -32,7 +32,7 @@ def literal(value: float) -> str:
 def as_llvm(functions: Mapping[str, Callable[..., object]]) -> str:
     """LLVM assembly of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
-    found = reached(kernels, lambda k: _Function(k, k in kernels))
+    found: list[_Function] = reached(kernels, lambda k: _Function(k, k in kernels))
     declared = sorted({line for function in found for line in function.declared})
     text = "\n".join([*(function.text for function in found), *declared])
     for symbol, kernel in zip(functions, kernels, strict=True):
@@ -197,7 +197,9 @@ class _Function(Writer):
         return value
 
     def _word(self, record: Value, field: Field) -> str:
-        return self._put(f"getelementptr inbounds i64, ptr {record.text}, i64 {field.place}", "").text
+        return self._put(
+            f"getelementptr inbounds i64, ptr {record.text}, i64 {field.place}", ""
+        ).text
 
     def field(self, record: Value, field: Field) -> Value:
         return self._load(self._word(record, field), field.kind)

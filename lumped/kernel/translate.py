@@ -14,10 +14,10 @@ import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from lumped.kernel import words
-from lumped.kernel.records import Field
+from lumped.kernel.records import Field, Record
 from lumped.kernel.words import Kernel
 
 __all__ = ["TranslationError", "Value", "Writer", "reached"]
@@ -27,6 +27,9 @@ _INTEGER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mo
 _NUMBER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 _ELEMENT = {"ints": "int", "numbers": "float"}
+
+
+Written = TypeVar("Written", bound="Writer")
 
 
 class TranslationError(Exception):
@@ -50,9 +53,9 @@ def _definition(source: str) -> ast.FunctionDef:
     return tree
 
 
-def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Writer]) -> list[Writer]:
+def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> list[Written]:
     """What is written of functions and all that they call."""
-    found: dict[str, Writer] = {}
+    found: dict[str, Written] = {}
     waiting = list(kernels)
     while waiting:
         now = waiting.pop()
@@ -202,7 +205,8 @@ class Writer(ABC):
 
     def _field(self, node: ast.Attribute) -> tuple[Value, Field]:
         record = self.value(node.value)
-        if not isinstance(record.kind, type) or node.attr not in record.kind.fields:
+        known = isinstance(record.kind, type) and issubclass(record.kind, Record)
+        if not known or node.attr not in record.kind.fields:
             raise self.unknown(node)
         return record, record.kind.fields[node.attr]
 
@@ -357,4 +361,3 @@ class Writer(ABC):
     def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
     @abstractmethod
     def called_by_address(self, values: list[Value]) -> Value: ...
-

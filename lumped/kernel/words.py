@@ -11,32 +11,19 @@ import ctypes.util
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar, overload
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["Integers", "Kernel", "Library", "Numbers", "call", "kernel", "sqrt", "written"]
 
 
-class Integers(Protocol):
-    """Integers of 64 bits that stand one after the other; ``n[k:]`` are those from k on."""
+Integers = NDArray[np.int64]
+"""Integers of 64 bits that stand one after the other; ``n[k:]`` are those from k on."""
 
-    @overload
-    def __getitem__(self, place: int) -> int: ...
-    @overload
-    def __getitem__(self, place: slice) -> Integers: ...
-    def __setitem__(self, place: int, value: int) -> None: ...
-
-
-class Numbers(Protocol):
-    """Numbers of double precision that stand one after the other."""
-
-    @overload
-    def __getitem__(self, place: int) -> float: ...
-    @overload
-    def __getitem__(self, place: slice) -> Numbers: ...
-    def __setitem__(self, place: int, value: float) -> None: ...
-
+Numbers = NDArray[np.float64]
+"""Numbers of double precision that stand one after the other."""
 
 Written = TypeVar("Written", bound=Callable[..., object])
 
@@ -58,6 +45,7 @@ class Library:
     c_name: str
 
     def __call__(self, *values: float) -> float:
+        """Call it in Python."""
         found: float = np.float64(getattr(_LIBRARY, self.c_name)(*values))
         return found
 
@@ -72,8 +60,10 @@ def _loaded() -> Any:
     return library
 
 
-_ONE = ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh")
-_ONE += ("acosh", "atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil")
+_ONE = (
+    *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh"),
+    *("acosh", "atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil"),
+)
 _TWO = ("atan2", "hypot", "fmod", "remainder", "copysign", "fmin", "fmax", "pow")
 _LIBRARY = _loaded()
 (sqrt, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh) = map(Library, _ONE[:11])
@@ -103,6 +93,7 @@ class Kernel:
     function: Callable[..., Any]
 
     def __call__(self, *arguments: Any) -> Any:
+        """Call it in Python."""
         return self.function(*arguments)
 
 
@@ -110,7 +101,7 @@ def kernel(function: Written) -> Written:
     """Mark a function as part of the language; only others that are marked call it."""
     name = f"{function.__module__}.{function.__name__}"
     made: Any = Kernel(name, inspect.getsource(function), function.__globals__, function)
-    return made  # type: ignore[no-any-return]
+    return made
 
 
 def written(name: str, source: str, space: dict[str, Any]) -> Any:

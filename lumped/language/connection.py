@@ -17,7 +17,13 @@ __all__ = ["Connection", "chain", "compose", "connect", "label"]
 
 
 class Connection:
-    """Ports or signals that meet."""
+    """Ports or signals that meet.
+
+    Attributes
+    ----------
+    ends : tuple of Port or reference
+        In the order given.
+    """
 
     __slots__ = ("ends",)
 
@@ -32,6 +38,10 @@ def connect(*ends: Port | Expr) -> Connection:
     ----------
     *ends : Port or signal reference
         Two or more.
+
+    Returns
+    -------
+    Connection
 
     Raises
     ------
@@ -86,6 +96,16 @@ def chain(*parts: Component | Port) -> Iterator[Connection]:
     A part with a single ``flange`` (a source, a support) may stand at either end; a port may be
     named instead of a part.
 
+    Parameters
+    ----------
+    *parts : Component or Port
+        In their order.
+
+    Returns
+    -------
+    iterator of Connection
+        One for each two neighbours.
+
     Raises
     ------
     ConnectError
@@ -130,6 +150,11 @@ def compose(
         Name of the model in texts.
     **members
         Parts (components, lists or dictionaries of them), ports and parameters, by name.
+
+    Returns
+    -------
+    Component
+        An instance of a new class.
 
     Raises
     ------

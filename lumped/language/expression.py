@@ -328,7 +328,13 @@ class Smooth(Expr):
 
 
 class Equation:
-    """``left == right``, to be yielded by ``equations()``."""
+    """``left == right``, to be yielded by ``equations()``.
+
+    Attributes
+    ----------
+    left, right : Expr
+        The sides.
+    """
 
     __slots__ = ("left", "right")
     __hash__ = None  # type: ignore[assignment]
@@ -353,6 +359,15 @@ time = Time()
 
 def der(of: Expr) -> Expr:
     """Time derivative of an expression.
+
+    Parameters
+    ----------
+    of : expression
+        What is differentiated.
+
+    Returns
+    -------
+    Expr
 
     Raises
     ------

@@ -60,7 +60,13 @@ class Quantity:
 
 
 class Param(Quantity, Expr):
-    """A parameter; in a class body it stands for itself in expressions that bind parts."""
+    """A parameter; in a class body it stands for itself in expressions that bind parts.
+
+    Attributes
+    ----------
+    unit, text, default, min, max, above, below, nonzero
+        As given to `param`.
+    """
 
     kind = "parameter"
 
@@ -111,7 +117,15 @@ class Param(Quantity, Expr):
 
 
 class Var(Quantity):
-    """An unknown of a component."""
+    """An unknown of a component.
+
+    Attributes
+    ----------
+    unit, text, start, nominal
+        As given to `var`.
+    wish : str
+        Its `state` there.
+    """
 
     def __init__(
         self, unit: str, text: str, start: Number, nominal: float, state: StateWish
@@ -194,6 +208,10 @@ def param(
         on a structural choice.
     nonzero : bool
         Refuse zero.
+
+    Returns
+    -------
+    Param
     """
     return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
 
@@ -220,5 +238,9 @@ def var(
         Typical magnitude, in `unit`.
     state : {"always", "prefer", "default", "avoid", "never"}
         Wish for this quantity to be a state of the reduced system.
+
+    Returns
+    -------
+    Var
     """
     return Var(unit, text, start, nominal, state)

@@ -93,6 +93,11 @@ def hold(
         Is made 0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a
         gap), 2 while it is not engaged.
 
+    Returns
+    -------
+    Hold
+        To be yielded by ``equations``.
+
     Raises
     ------
     EquationError
@@ -149,6 +154,11 @@ def when(condition: Compare, changes: Mapping[Expr, Number]) -> When:
         For example ``self.s <= 0``.
     changes : mapping of quantity to expression
         States and their new values.
+
+    Returns
+    -------
+    When
+        To be yielded by ``equations``.
 
     Raises
     ------

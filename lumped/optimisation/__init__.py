@@ -1,1 +1,5 @@
 """Parameters and motions that are best, or that fit what was measured."""
+
+from lumped.support.lazy_names import lazy_names
+
+__all__ = lazy_names(__name__)

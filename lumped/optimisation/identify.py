@@ -175,7 +175,8 @@ def identify(
     level : float
         Probability of the confidence intervals.
     rtol : float
-        Relative tolerance of the runs.
+        Relative tolerance of the runs. Tighter than elsewhere: near the best fit a search compares
+        runs that hardly differ.
 
     Returns
     -------
@@ -230,7 +231,7 @@ class _Search:
         self.weights = self._weights(sigma)
         self.parameters = {system.key(k): v for k, v in parameters.items()}
         self.begin = {system.key(k): v for k, v in start.items()}
-        point = start_point(system, parameters, start)
+        point = start_point(system, parameters=parameters, start=start)
         known = point.parameters
         self.u = np.array([known[n] if n in known else point[n] for n in self.names])
         self.low, self.high = np.array([room_of(n, b) for n, b in vary.items()]).T
@@ -274,7 +275,7 @@ class _Search:
             self.system.made[key] = Varied(self.system, curves, names, begin, rtol)
         forward: Varied = self.system.made[key]
         forward.given = begin
-        point = start_point(self.system, self.parameters | inner, begin)
+        point = start_point(self.system, parameters=self.parameters | inner, start=begin)
         run = sampled(point, self.t, rtol)
         found = forward.go(run)
         self.runs += 1

@@ -106,7 +106,8 @@ def optimise(
         angles make in the run; states on which nothing depends stay as they start. Else the states
         start as in the run.
     until, parameters, start, rtol
-        For a system, as for `gradient`; the search begins with `parameters`.
+        For a system, as for `gradient`; the search begins with `parameters`. `rtol` is tighter
+        than elsewhere: near the optimum a search compares runs that hardly differ.
 
     Returns
     -------

@@ -63,7 +63,7 @@ class _Search:
         self.scale, self.start = scale, box[:, 0]
         self.base = begin.point.parameters
         self.settled = moved_point(begin.point, []) is not None
-        self.plain = np.array_equal(start_point(self.system, self.base).x, begin.point.x)
+        self.plain = np.array_equal(start_point(self.system, parameters=self.base).x, begin.point.x)
         self.weights, self.bounds = dict(weights), dict(subject_to)
         self.margins = [
             key for key in dict.fromkeys([*weights, *subject_to]) if isinstance(key, Clearance)
@@ -137,7 +137,7 @@ class _Search:
         if begin.kept is not None:
             return equilibrium_again(begin, values)
         if self.plain:
-            return start_point(self.system, values)
+            return start_point(self.system, parameters=values)
         if self.settled:
             states = dict(zip(self.system.state_names, begin.x.tolist(), strict=True))
             return equilibrium(self.system, parameters=values, start=states, time=begin.time)

@@ -33,7 +33,7 @@ def best_runs(
 ) -> Optimum:
     """The part of `optimise` for whole runs: one run and one sweep back for each design."""
     options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
-    base = start_point(system, parameters, start)
+    base = start_point(system, parameters=parameters, start=start)
     names, box, scale = varied(system, vary, base.theta)
     changed = {system.key(name): value for name, value in (parameters or {}).items()}
     known = base.parameters

@@ -1,1 +1,5 @@
 """Periodic motions."""
+
+from lumped.support.lazy_names import lazy_names
+
+__all__ = lazy_names(__name__)

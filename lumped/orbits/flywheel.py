@@ -93,6 +93,10 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
     irregularity : float
         Wanted (greatest - least) / mean of it.
 
+    Returns
+    -------
+    Flywheel
+
     Raises
     ------
     OptionError

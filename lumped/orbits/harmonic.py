@@ -36,7 +36,7 @@ def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Gu
     if any(clock.moves for clock in clocks(system)):
         raise OptionError(
             f"periodic: harmonic balance needs a smooth system, but functions of time in "
-            f"{system.name} jump or have a kink. Use method='shooting'."
+            f"{system.name} jump or have a kink. Use search='shooting'."
         )
     count = harmonics or _FIRST
     points = 2 * count + 1
@@ -55,7 +55,7 @@ def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Gu
         if 2 * count > _MOST:
             raise SolverError(
                 f"{system.name}: {count} harmonics do not fade below rtol = {problem.rtol:g} "
-                f"(the last are {_tail(X):.2g} of the largest). Use method='shooting'."
+                f"(the last are {_tail(X):.2g} of the largest). Use search='shooting'."
             )
         X, count = _finer(X, 4 * count + 1), 2 * count
     x = guess.point.x.copy()
@@ -150,7 +150,7 @@ class _Balance:
             f"{self.problem.system.name}: no periodic motion found by harmonic balance with "
             f"{len(X) // 2} harmonics after {iterations} iterations ({why}); the balance of {name} "
             f"misses {np.abs(missed).max():.2g} of its size. Let it settle longer, or use "
-            "method='shooting'."
+            "search='shooting'."
         )
 
 

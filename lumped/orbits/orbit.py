@@ -155,7 +155,7 @@ class PeriodicOrbit(Named):
         return integral(course(self.run, both[0] * both[1])).real
 
     @checked
-    def sensitivity(self, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
+    def sensitivity(self, *, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
         """Derivatives of the period and of quantities, their means and greatest values.
 
         Parameters

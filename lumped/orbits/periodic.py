@@ -35,7 +35,7 @@ def periodic(
     free: Iterable[Name] = (),
     parameters: Changes | None = None,
     start: Changes | None = None,
-    method: Literal["shooting", "harmonic"] = "shooting",
+    search: Literal["shooting", "harmonic"] = "shooting",
     harmonics: int | None = None,
     grid: int = 1000,
     rtol: float = 1e-10,
@@ -71,7 +71,7 @@ def periodic(
         time prescribes it; the search begins at its value.
     parameters, start : mapping of name to float, optional
         As for `simulate`.
-    method : {"shooting", "harmonic"}
+    search : {"shooting", "harmonic"}
         How to find it.
     harmonics : int, optional
         Harmonics of the second method; default doubles them from 8 until the last fade below
@@ -80,6 +80,7 @@ def periodic(
         Output intervals of the run over one period.
     rtol : float
         Tolerance of runs, and of what may be missing after a period, over the size of each state.
+        Tighter than elsewhere: what is missing adds up over all the periods that follow.
     iterations : int
         Newton steps after which to give up.
 
@@ -97,14 +98,14 @@ def periodic(
     """
     near = None if near is None else in_seconds(near, "near")
     settle = None if settle is None else in_seconds(settle, "settle")
-    point = start_point(system, parameters, start)
+    point = start_point(system, parameters=parameters, start=start)
     clock = None
     if isinstance(period, str) and not period[:1].isalpha():
         period = in_seconds(period, "period")
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])
-    _check(system, period, near, turn, settle, method, harmonics, grid, rtol)
+    _check(system, period, near, turn, settle, search, harmonics, grid, rtol)
     names = [system.key(name) for name in free]
     if names:
         wanted = near = _wanted(system, names, period, clock)
@@ -138,13 +139,13 @@ def periodic(
     else:
         guess = after_time(problem, point, near, settle)
     used = None
-    if method == "harmonic":
+    if search == "harmonic":
         refined, used, steps, evaluations = collocate(problem, guess, harmonics)
         orbit = closed(problem, refined)
         orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
     else:
         orbit = shoot(problem, guess)
-    found = _result(problem, orbit, method, used, grid)
+    found = _result(problem, orbit, search, used, grid)
     return _with_period(found, names[0], wanted) if names else found
 
 
@@ -174,7 +175,7 @@ def _with_period(orbit: PeriodicOrbit, name: str, wanted: float) -> PeriodicOrbi
         if abs(orbit.period / wanted - 1) <= 10 * problem.rtol:
             free = {name: float(orbit.run.theta[place])}
             return replace(orbit, free=free, iterations=iterations, evaluations=evaluations)
-        slopes = orbit.sensitivity([state], [name])
+        slopes = orbit.sensitivity(of=[state], to=[name])
         slope = slopes.period[name]
         if not slope:
             raise OptionError(
@@ -206,7 +207,7 @@ def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
 
 
 def _result(
-    problem: Problem, orbit: Orbit, method: str, used: int | None, grid: int
+    problem: Problem, orbit: Orbit, search: str, used: int | None, grid: int
 ) -> PeriodicOrbit:
     system, active, names = problem.system, problem.active, problem.system.state_names
     T, point = orbit.guess.period, orbit.guess.point
@@ -234,7 +235,7 @@ def _result(
         names[active[worst]],
         orbit.condition,
         _seam(run, active),
-        method,
+        search,
         used,
         orbit.iterations,
         orbit.evaluations,
@@ -260,7 +261,7 @@ def _check(
     near: float | None,
     turn: Mapping[Name, float] | None,
     settle: float | None,
-    method: str,
+    search: str,
     harmonics: int | None,
     grid: int,
     rtol: float,
@@ -278,19 +279,19 @@ def _check(
         least = 0 if name == "settle" and period is not None else 1e-300
         if value is not None and not (np.isfinite(value) and value >= least):
             raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
-    if method not in ("shooting", "harmonic"):
-        raise OptionError(f"periodic: method = {method!r}: choose 'shooting' or 'harmonic'.")
-    if harmonics is not None and (method != "harmonic" or harmonics < 1):
+    if search not in ("shooting", "harmonic"):
+        raise OptionError(f"periodic: search = {search!r}: choose 'shooting' or 'harmonic'.")
+    if harmonics is not None and (search != "harmonic" or harmonics < 1):
         raise OptionError(
-            f"periodic: harmonics = {harmonics!r}: a positive number, with method='harmonic'."
+            f"periodic: harmonics = {harmonics!r}: a positive number, with search='harmonic'."
         )
     if not isinstance(grid, int) or grid < 10:
         raise OptionError(f"periodic: grid = {grid!r}: at least 10 output intervals are needed.")
     if not 1e-13 <= rtol <= 1e-4:
         raise OptionError(f"periodic: rtol = {rtol}: choose it between 1e-13 and 1e-4.")
-    if method == "harmonic" and system.switching:
+    if search == "harmonic" and system.switching:
         names = ", ".join(sorted(set(system.switching.names))[:6])
         raise OptionError(
             f"periodic: harmonic balance needs a smooth system, but {system.name} changes modes "
-            f"({names or 'conditions and when statements'}). Use method='shooting'."
+            f"({names or 'conditions and when statements'}). Use search='shooting'."
         )

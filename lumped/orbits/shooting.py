@@ -11,8 +11,8 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.forward import Forward
 from lumped.simulation.simulate import simulate
-from lumped.timeloop.run import nominals
 from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.run import nominals
 
 __all__ = [
     "Guess",

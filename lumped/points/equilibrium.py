@@ -72,6 +72,10 @@ def equilibrium(
     tolerance : float
         Largest remaining derivative, relative to the derivatives' own scale.
 
+    Returns
+    -------
+    OperatingPoint
+
     Raises
     ------
     OptionError
@@ -84,7 +88,7 @@ def equilibrium(
     if not 0 < tolerance < 1:
         raise OptionError(f"equilibrium: tolerance = {tolerance:g} must lie between 0 and 1.")
     places = free_places(system, free)
-    begin = start_point(system, parameters, start, time=time)
+    begin = start_point(system, parameters=parameters, start=start, time=time)
     if rest:
         _refuse_speeds(system, start)
     demands = _Demands(begin, start or {}, rest)

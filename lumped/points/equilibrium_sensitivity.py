@@ -71,7 +71,7 @@ class EquilibriumSensitivity:
 
     @checked
     def plot(self, of: Name | None = None) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
         from lumped.drawing.plots import tornado
 
         row = 0 if of is None else self._row(of)
@@ -115,6 +115,10 @@ def equilibrium_sensitivity(
         Quantities.
     to : iterable of names, optional
         Parameters; default is all that can be changed.
+
+    Returns
+    -------
+    EquilibriumSensitivity
 
     Raises
     ------

@@ -93,6 +93,10 @@ def linearise(
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
 
+    Returns
+    -------
+    Linearisation
+
     Raises
     ------
     UnknownNameError
@@ -102,7 +106,7 @@ def linearise(
     """
     if at is not None and parameters:
         raise OptionError("linearise: give the parameters when making the operating point `at`.")
-    point = finite(at or start_point(system, parameters))
+    point = finite(at or start_point(system, parameters=parameters))
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     A, B, C, D = (m.toarray() for m in matrices)
     return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)

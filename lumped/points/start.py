@@ -30,10 +30,10 @@ __all__ = [
 @checked
 def start_point(
     system: System,
+    *,
     parameters: Changes | None = None,
     start: Changes | None = None,
     free: Iterable[Name] = (),
-    *,
     time: float = 0.0,
     together: bool = False,
 ) -> OperatingPoint:
@@ -67,6 +67,10 @@ def start_point(
         Parts move together: no twist of a spring and no play changes, so that one given speed
         turns a whole drive train. Twists themselves keep their start values. Parts that only a
         damper or slipping friction joins move as they are told.
+
+    Returns
+    -------
+    OperatingPoint
 
     Raises
     ------
@@ -135,7 +139,7 @@ def by_name(start: object) -> Changes:
     if isinstance(start, OperatingPoint):
         raise OptionError(
             f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
-            "lp.simulate, lp.work_precision and what takes at= can go on. Here start values by "
+            "lp.simulate, lp.simulation.work_precision and what takes at= can go on. Here start values by "
             "name are needed, such as {'rotor.w': 100.0}; what depends on them begins at t = 0."
         )
     raise OptionError(

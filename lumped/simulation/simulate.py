@@ -15,7 +15,7 @@ from lumped.points.start import start_point
 from lumped.simulation.certify import certified
 from lumped.simulation.compare import between
 from lumped.simulation.energy_audit import audited
-from lumped.simulation.method_choice import closed_form_pays, stiff
+from lumped.simulation.method_choice import closed_form_pays
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
@@ -110,12 +110,11 @@ def simulate(
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
     method : {"auto", "explicit", "implicit", "exact", "steps"}
-        "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until the problem turns out
-        stiff and then the second. "exact" is the closed form, for systems that are linear between
-        jumps, with functions of time that are polynomials there. "auto" takes the closed form
-        where there is one, rounding leaves it better than `rtol`, and its modes cost little;
-        else "implicit" where the eigenvalues at the start say that explicit steps would be held
-        by stability; else, and for ``grid=None``, "steps".
+        "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
+        holds its steps and implicit ones are longer, then the second. "exact" is the closed form,
+        for systems that are linear between jumps, with functions of time that are polynomials
+        there. "auto" takes the closed form where there is one, rounding leaves it better than
+        `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps".
     max_steps : int
         Give up after so many attempted steps.
     certify : bool
@@ -152,17 +151,18 @@ def simulate(
             )
         point = start if start.time == begin else replace(start, time=begin)
     else:
-        point = start_point(system, parameters, start, free, time=begin)
+        point = start_point(system, parameters=parameters, start=start, free=free, time=begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
-    used = _chosen(point, until, rtol) if method == "auto" and times is not None else method
+    used = "steps" if method == "auto" else method
+    if method == "auto" and times is not None and closed_form_pays(point, until, rtol):
+        used = "exact"
     with Progress(system.name, until - begin) as progress:
         output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)
         run: RunInClosedForm | RunBySteps
         if used == "exact":
             run = RunInClosedForm(point, until, rtol, output)
         else:
-            stepping = "steps" if used == "auto" else used
-            run = RunBySteps(point, until, rtol, output, relative_atol, stepping, max_steps)
+            run = RunBySteps(point, until, rtol, output, relative_atol, used, max_steps)
         try:
             run.go()
             found = run.trajectory()
@@ -185,7 +185,7 @@ def simulate(
             grid=times,
             rtol=rtol * share,
             atol=None if atol is None else atol * share,
-            method="steps" if used == "auto" or (tightly and closed) else used,
+            method="steps" if tightly and closed else used,
             max_steps=100 * max_steps,
         )
 
@@ -209,12 +209,6 @@ def _interrupted(run: Run) -> Interrupted:
         f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",
         partial,
     )
-
-
-def _chosen(point: OperatingPoint, until: float, rtol: float) -> Method:
-    if closed_form_pays(point, until, rtol):
-        return "exact"
-    return "implicit" if stiff(point, until, rtol) else "steps"
 
 
 def _check(

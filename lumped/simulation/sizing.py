@@ -87,7 +87,7 @@ class Sizing:
     maximum: Limit | None = None
 
     def plot(self) -> Figure:
-        """Torque over speed with the limits (see `lumped.plot.torque_speed`)."""
+        """Torque over speed with the limits (see `lumped.drawing.plots.torque_speed`)."""
         from lumped.drawing.plots import torque_speed
 
         return torque_speed(self)
@@ -138,6 +138,10 @@ def sizing(
         Torque that the motor bears for ever, and its greatest: one number, or rows over the
         magnitude of the speed, with straight lines between them, the first torque below them, and
         none above the last speed.
+
+    Returns
+    -------
+    Sizing
 
     Raises
     ------

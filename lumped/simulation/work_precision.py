@@ -122,7 +122,7 @@ class WorkPrecision:
         return min(good, key=lambda row: row.seconds)
 
     def plot(self) -> Figure:
-        """Run time over error, one line for each method (see `lumped.plot.work_precision`)."""
+        """Run time over error, one line for each method (`lumped.drawing.plots.work_precision`)."""
         from lumped.drawing.plots import work_precision as drawn
 
         return drawn(self)
@@ -184,6 +184,10 @@ def work_precision(
     parameters, start
         As for `simulate`.
 
+    Returns
+    -------
+    WorkPrecision
+
     Raises
     ------
     OptionError
@@ -198,7 +202,11 @@ def work_precision(
         raise OptionError(
             "work_precision: at least one method is needed, and tolerances between 1e-14 and 1."
         )
-    point = start if isinstance(start, OperatingPoint) else start_point(system, parameters, start)
+    point = (
+        start
+        if isinstance(start, OperatingPoint)
+        else start_point(system, parameters=parameters, start=start)
+    )
     if not ladder:
         raise OptionError("work_precision: give at least one tolerance.")
     grid = np.linspace(point.time, until, _INTERVALS + 1)

@@ -58,7 +58,6 @@ class Call:
             return [result.copy() for result in self._results]
 
 
-
 def expanded(function: ca.Function, system: System) -> ca.Function:
     """The function as scalar operations, unless the system is so large that they are too many."""
     return function.expand() if len(system.states) <= _EXPAND_BELOW else function

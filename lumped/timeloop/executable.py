@@ -237,10 +237,7 @@ def smooth_executable(
     )
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
     sizes["implicit"] = implicit
-    plant = Plant(
-        **{name: size for name, size in sizes.items() if name in Plant.fields},
-        any_direction=_any_direction(implicit),
-    )
+    plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
     return Executable(functions, jacobian, sizes, plant)
 
 
@@ -269,9 +266,10 @@ def parts_of(system: System) -> Parts:
     pairs, ratios = levers(system)
     if pairs:
         functions["leverage"] = ratios
-    names, following = followers(system) if s.timed else ([], None)
-    if names:
-        functions["following"] = following
+    names: list[str] = []
+    if s.timed:
+        names, following = followers(system)
+        functions |= {"following": following} if names else {}
     sizes = {
         "states": len(system.states),
         "settings": system._inputs[3].numel(),
@@ -287,7 +285,7 @@ def parts_of(system: System) -> Parts:
     }
     uses = system.speed_uses
     fields = {
-        **{name: size for name, size in sizes.items() if name in Plant.fields},
+        **_given(sizes),
         "speed_uses": len(uses[0]),
         "use_hold": _integers(uses[0]),
         "use_state": _integers(uses[1]),
@@ -296,6 +294,11 @@ def parts_of(system: System) -> Parts:
         **_tables(s, system.states),
     }
     return Parts(functions, sizes, fields)
+
+
+def _given(sizes: dict[str, int]) -> dict[str, Any]:
+    """Sizes that a plant knows."""
+    return {name: size for name, size in sizes.items() if name in Plant.fields}
 
 
 def _any_direction(implicit: int) -> np.ndarray:

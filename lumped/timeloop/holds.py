@@ -44,7 +44,6 @@ class Look(NamedTuple):
     rates: np.ndarray
 
 
-
 class Holds:
     """The holds of a system with one set of parameters."""
 

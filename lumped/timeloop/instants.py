@@ -114,17 +114,41 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 
     Modes that depend on more than the time are zero.
     """
+    key, known = (theta.tobytes(), time), system.made.get("modes at")
+    if known is not None and known[0] == key:
+        kept: np.ndarray = known[1].copy()
+        return kept
     modes = np.zeros(system._flat.mode_count)
-    all_clocks = clocks(system)
-    for clock in all_clocks:
-        needed = [m for i in clock.needs for m in all_clocks[i].condition.modes]
-        place, slope = (float(v) for v in clock.value(time, modes[needed], theta))
-        near = place + slope * max(1e-300, 1e-15 * abs(time))
-        settings = clock.settings(clock.number(np.array([near if near != place else place])))
-        if near == place and slope and clock.condition.pieces is None and place == 0.0:
-            settings = clock.settings(np.array([int(slope > 0)]))
-        modes[clock.condition.modes] = settings[0]
+    for found, function in _levels(system):
+        both = np.asarray(function(time, modes, theta))
+        near = both[:, 0] + both[:, 1] * max(1e-300, 1e-15 * abs(time))
+        for clock, place, slope, later in zip(found, *both.T.tolist(), near, strict=True):
+            number = clock.number(np.array([later]))
+            if later == place == 0.0 and slope and clock.condition.pieces is None:
+                number = np.array([int(slope > 0)])
+            modes[clock.condition.modes] = clock.settings(number)[0]
+    system.made["modes at"] = key, modes.copy()
     return modes
+
+
+def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
+    """Clocks of a system that need only those before them, with their arguments and slopes."""
+    if "clock levels" not in system.made:
+        all_clocks, v, levels = clocks(system), system._values, list[list[Clock]]()
+        depth: list[int] = []
+        for clock in all_clocks:
+            depth.append(1 + max((depth[i] for i in clock.needs), default=-1))
+            if depth[-1] == len(levels):
+                levels.append([])
+            levels[depth[-1]].append(clock)
+        inputs = [v.time, v.modes, system._inputs[1]]
+        made = []
+        for level in levels:
+            rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
+            made.append((level, ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])))
+        system.made["clock levels"] = made
+    found: list[tuple[list[Clock], ca.Function]] = system.made["clock levels"]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -18,6 +19,8 @@ __all__ = ["LinearForm", "linear_form"]
 
 _MOST = 6
 _NAMED = 6
+_KEPT = 64
+"""Parts of runs whose coefficients are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +38,22 @@ class LinearForm:
     system: System
     degree: int
     _taylor: ca.Function
+    _known: dict[Any, tuple[scipy.sparse.csc_array, np.ndarray]] = field(default_factory=dict)
 
     def at(
         self, theta: np.ndarray, time: float, settings: np.ndarray
     ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
         """A, shape (n, n), and the coefficients of ``(t - time)^k`` in g, shape (degree + 1, n)."""
+        key = (theta.tobytes(), time, settings.tobytes())
+        if key not in self._known:
+            if len(self._known) >= _KEPT:
+                self._known.clear()
+            self._known[key] = self._at(theta, time, settings)
+        return self._known[key]
+
+    def _at(
+        self, theta: np.ndarray, time: float, settings: np.ndarray
+    ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
         none = np.zeros(len(self.system.states))
         matrix = self.system.state_matrix((none, theta, time, settings))
         found = np.asarray(self._taylor(theta, time, settings)).T
@@ -56,8 +70,13 @@ def linear_form(system: System) -> LinearForm:
         If there is none; the text names what is not linear.
     """
     if "linear form" not in system.made:
-        system.made["linear form"] = _made(system)
-    found: LinearForm = system.made["linear form"]
+        try:
+            system.made["linear form"] = _made(system)
+        except OptionError as refusal:
+            system.made["linear form"] = refusal
+    found: LinearForm | OptionError = system.made["linear form"]
+    if isinstance(found, OptionError):
+        raise OptionError(str(found))
     return found
 
 

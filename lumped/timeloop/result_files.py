@@ -216,6 +216,15 @@ def _computed(system: System) -> list[str]:
 def load(path: str | Path) -> Saved:
     """Read what `Trajectory.save` wrote as .nc, .npz or .csv.
 
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Saved
+
     Raises
     ------
     OptionError

@@ -11,13 +11,11 @@ import numpy as np
 
 from lumped.errors import SolverError
 from lumped.kernel import engine
-from lumped.kernel.plant import FREE
 from lumped.kernel.run import (
     BEGIN_SEGMENT,
     DONE,
     FULL,
     GIVEN_UP,
-    GOES_ON,
     JUMPS,
     NEEDS_MATRIX,
     NO_FIT,

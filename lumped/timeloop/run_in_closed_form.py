@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as clock
 
 import numpy as np
@@ -36,9 +37,9 @@ class RunInClosedForm(Run):
         SolverError
             With what was computed so far.
         """
-        edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.modes.copy()
-        for k, (begin, end) in enumerate(zip(edges, edges[1:], strict=False)):
-            before = modes.copy()
+        edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.modes
+        for k, (begin, end) in enumerate(itertools.pairwise(edges)):
+            before, modes = modes, modes.copy()
             modes[self.instants.places] = self.instants.modes[k]
             if k:
                 self.refuse_jump(begin, x, before, modes)

@@ -12,6 +12,7 @@ from lumped.timeloop.instants import clocks, modes_at
 
 __all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_at"]
 
+
 def just_after(time: float) -> float:
     """The next number: what begins at a time holds there, what ends there does not."""
     return float(np.nextafter(time, np.inf))

@@ -66,9 +66,9 @@ def smooth_part(
         run.is_implicit = 1
     grid = np.ascontiguousarray(t[1:], dtype=float)
     rows = len(grid) + 8
-    times, found, implicit = np.empty(rows), np.empty((rows, len(x))), np.empty(rows * len(settings))
+    found, implicit = np.empty((rows, len(x))), np.empty(rows * len(settings))
     run.output = Output(
-        t=times,
+        t=np.empty(rows),
         x=found.ravel(),
         implicit=implicit,
         most_rows=rows,

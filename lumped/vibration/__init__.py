@@ -1,1 +1,5 @@
 """Natural frequencies, damping, responses, and their derivatives."""
+
+from lumped.support.lazy_names import lazy_names
+
+__all__ = lazy_names(__name__)

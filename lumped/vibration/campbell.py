@@ -88,7 +88,7 @@ class Campbell:
     situations: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """Campbell diagram (see `lumped.plot.campbell`)."""
+        """Campbell diagram (see `lumped.drawing.plots.campbell`)."""
         from lumped.drawing.plots import campbell
 
         return campbell(self)
@@ -160,7 +160,7 @@ def campbell(
         Excitations for each turn of the shaft.
     at : OperatingPoint or callable, optional
         Where to linearise; default is the start point. If frequencies depend on the speed, a
-        function of it, such as ``lambda w: start_point(system, {"bearing.c": stiffness(w)})`` or
+        function of it, such as ``lambda w: start_point(system, parameters={"bearing.c": stiffness(w)})`` or
         ``lambda w: equilibrium(system, start={"motor.w": w})``.
 
     Returns

@@ -138,7 +138,7 @@ class EigenSensitivity:
 
     @checked
     def plot(self, mode: int = 0) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.plot.tornado`)."""
+        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
         from lumped.drawing.plots import tornado
 
         modes = self.modes

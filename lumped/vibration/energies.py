@@ -162,6 +162,10 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     modes : Modes
         From `lumped.modes`.
 
+    Returns
+    -------
+    ModalEnergies
+
     Raises
     ------
     OptionError

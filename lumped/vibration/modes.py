@@ -278,9 +278,9 @@ class Modes:
 
     @checked
     def plot(
-        self, names: Iterable[Name] | None = None, modes: Iterable[int] | None = None
+        self, names: Iterable[Name] | None = None, *, modes: Iterable[int] | None = None
     ) -> Figure:
-        """Mode shapes along the drive (see `lumped.plot.mode_shapes`)."""
+        """Mode shapes along the drive (see `lumped.drawing.plots.mode_shapes`)."""
         from lumped.drawing.plots import mode_shapes
 
         return mode_shapes(self, names, modes)
@@ -373,7 +373,7 @@ def modes(
         raise OptionError(f"modes: count = {count} must be at least 1.")
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
-    point = finite(at or start_point(system, parameters))
+    point = finite(at or start_point(system, parameters=parameters))
     matrix = scipy.sparse.csr_array(sparse_state_matrix(system, point))
     if not np.isfinite(matrix.data).all():
         raise SolverError(

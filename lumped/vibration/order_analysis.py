@@ -41,8 +41,8 @@ class Order:
 def orders(
     run: Trajectory,
     of: Name,
-    over: Name,
     *,
+    over: Name,
     least: float = 0.01,
     most: int = 40,
     turns: int = 1,
@@ -131,7 +131,7 @@ def orders(
 
 
 @checked
-def turns(modes: Modes, of: Name, over: Name) -> float:
+def turns(modes: Modes, of: Name, *, over: Name) -> float:
     """Turns of a shaft for each turn of another, by the gears between them.
 
     Its unbalance or eccentricity excites with this order, twice for an oval roll, and a mesh of its
@@ -143,6 +143,11 @@ def turns(modes: Modes, of: Name, over: Name) -> float:
         From `lumped.modes`; the drive must be free to turn.
     of, over : name
         Angles of the shaft, and of that from which orders count, rad.
+
+    Returns
+    -------
+    float
+        Negative where they turn in opposite directions.
 
     Raises
     ------

@@ -74,6 +74,10 @@ def participation(modes: Modes) -> Participation:
         From `lumped.modes`; eigenvalues that repeat in one connected drive have no factors of
         their own (nan or large numbers).
 
+    Returns
+    -------
+    Participation
+
     Raises
     ------
     OptionError

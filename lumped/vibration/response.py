@@ -165,7 +165,7 @@ class FrequencyResponse:
 
     @checked
     def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
-        """Magnitude and phase over the frequency (see `lumped.plot.frequency_response`)."""
+        """Magnitude and phase over the frequency (`lumped.drawing.plots.frequency_response`)."""
         from lumped.drawing.plots import frequency_response
 
         return frequency_response(self, outputs)
@@ -232,6 +232,10 @@ def frequency_response(
     parameters : mapping of name to float, optional
         Parameters to change, if `at` is not given.
 
+    Returns
+    -------
+    FrequencyResponse
+
     Raises
     ------
     OptionError
@@ -251,7 +255,7 @@ def frequency_response(
     good = np.isfinite(at_hertz).all() and (at_hertz >= 0).all() and (np.diff(at_hertz) > 0).all()
     if not len(at_hertz) or not good:
         raise OptionError("frequency_response: hertz must be ascending, finite and not negative.")
-    point = finite(at or start_point(system, parameters))
+    point = finite(at or start_point(system, parameters=parameters))
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
         raise OptionError("frequency_response: name at least one input and one output.")

@@ -107,6 +107,10 @@ def response_sensitivity(
     to : iterable of names, optional
         Parameters; default is all that can be changed.
 
+    Returns
+    -------
+    ResponseSensitivity
+
     Raises
     ------
     OptionError

@@ -82,7 +82,7 @@ class RootLocus:
         return found
 
     def plot(self) -> Figure:
-        """Root locus in the complex plane (see `lumped.plot.root_locus`)."""
+        """Root locus in the complex plane (see `lumped.drawing.plots.root_locus`)."""
         from lumped.drawing.plots import root_locus
 
         return root_locus(self)
@@ -115,8 +115,8 @@ class RootLocus:
 def root_locus(
     system: System,
     parameter: Name,
-    values: ArrayLike,
     *,
+    values: ArrayLike,
     at: Callable[[float], OperatingPoint] | None = None,
 ) -> RootLocus:
     """Eigenvalues of the linearised drive over a parameter, each mode followed by its shape.
@@ -168,7 +168,7 @@ def root_locus(
         if at:
             point = point_at("root_locus", system, at, value)
         else:
-            point = start_point(system, {name: value})
+            point = start_point(system, parameters={name: value})
         situations[situation(point)] = None
         matrix = sparse_state_matrix(system, point).toarray()[used][:, used]
         if not np.isfinite(matrix).all():

@@ -31,6 +31,10 @@ def expression(system: System, name: Name) -> ca.SX:
     name : str or reference
         A quantity, or the derivative of a state as ``der(name)``.
 
+    Returns
+    -------
+    casadi.SX
+
     Raises
     ------
     UnknownNameError

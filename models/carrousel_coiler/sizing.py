@@ -102,9 +102,9 @@ def drawn_motor() -> Motor:
     return Motor(drawn_power() / motor.base, drawn_power(), motor.speed)
 
 
-def demand(run: lp.Trajectory, motor: Motor) -> lp.Sizing:
+def demand(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
     """What a winding run asks of a motor, against its rated torque and its field weakening."""
-    return lp.sizing(
+    return lp.simulation.sizing(
         run,
         torque="drive.rotor.flange_a.tau",
         speed="drive.rotor.w",

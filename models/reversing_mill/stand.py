@@ -182,7 +182,7 @@ def critical_strip_speeds(gap: OpenGap, orders: int = 4) -> np.ndarray:
     """Strip speeds at which an order of the eccentricity meets a mode, m/s: modes by orders."""
     modes = lp.modes(lp.assemble(gap))
     found = np.zeros((len(modes.hertz), orders))
-    for met in lp.critical_speeds(modes, range(1, orders + 1)):
+    for met in lp.vibration.critical_speeds(modes, range(1, orders + 1)):
         found[met.mode, int(met.order) - 1] = met.speed * BACKUP_DIAMETER / 2
     return found
 

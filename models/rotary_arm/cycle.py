@@ -195,9 +195,9 @@ REDUCER = "reducer.flange_a.tau"
 """Torque of the motor, and that without its rotor, as the source reckons it."""
 
 
-def demand(run: lp.Trajectory, torque: str = MOTOR) -> lp.Sizing:
+def demand(run: lp.Trajectory, torque: str = MOTOR) -> lp.simulation.Sizing:
     """What a cycle asks of the chosen motor."""
-    return lp.sizing(run, torque=torque, speed="rotor.w", rated=RATED, maximum=MAXIMUM)
+    return lp.simulation.sizing(run, torque=torque, speed="rotor.w", rated=RATED, maximum=MAXIMUM)
 
 
 def carrying(seconds: float) -> Cycle:

@@ -66,20 +66,20 @@ class Carrying(lp.Component):
         yield lp.connect(self.reducer.flange_b, self.body.flange_a, self.journal.flange, *shaft)
 
 
-def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.Motion:
+def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.Motion:
     """Motion of least root mean square torque through the stations of a cycle."""
     system = lp.assemble(Carrying(), keep=["trays.phi"])
     lever = PRINTED["arm.g"] * MU * K_JOURNAL * D_SHAFT / 2
     weight = M_TRAYS + M_ARMS + M_SHAFT + M_WEIGHTS
     empty, full = (
-        lp.start_point(system, {"m_x": m, "friction": lever * (weight + m)})
+        lp.start_point(system, parameters={"m_x": m, "friction": lever * (weight + m)})
         for m in (NOTHING, M_MANDREL)
     )
     at, braking = cycle.points, (FAST**2 - SLOW**2) / (2 * cycle.ramp)
     angles = (at["S"], at["P"], at["A"], at["E"] + braking, at["R"], at["F"], at["S"] + 2 * np.pi)
     speeds = (SLOW, SLOW, FAST, SLOW, SLOW, FAST)
     torque = {"motor.tau": (-MAXIMUM, MAXIMUM)}
-    return lp.motion(
+    return lp.optimisation.motion(
         [empty, full, full, full, empty, empty],
         drive="motor.tau",
         stations={"trays.phi": angles},
@@ -90,7 +90,9 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.Motion:
     )
 
 
-def driven_by(found: lp.Motion, cycle: Cycle = ADOPTED, grid: int = 3600) -> lp.Trajectory:
+def driven_by(
+    found: lp.optimisation.Motion, cycle: Cycle = ADOPTED, grid: int = 3600
+) -> lp.Trajectory:
     """The arm with latches, table, rollers and friction that sticks, turned by such a motion."""
     profile = RATIO * found.profile("trays.w")
     model = Driven(drive=Speed(w=profile)).with_(

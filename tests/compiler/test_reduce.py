@@ -35,7 +35,7 @@ def test_a_rigidly_geared_pair_has_two_states_and_the_reflected_inertia():
     for _ in range(20):
         ja, jb, ratio, tau = rng.uniform(0.1, 10, 4)
         parameters = {"a.J": ja, "b.J": jb, "gear.ratio": ratio, "drive.tau": tau}
-        point = lp.start_point(system, parameters, {"a.w": 4.0})
+        point = lp.start_point(system, parameters=parameters, start={"a.w": 4.0})
         expected = tau / (ja + jb / ratio**2)
         assert relative(point["a.a"], expected) < 1e-14
         assert relative(point["b.a"], expected / ratio) < 1e-14

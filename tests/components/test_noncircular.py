@@ -51,7 +51,7 @@ class TestEllipticalGear:
             connections=lambda m: lp.chain(m.drive, m.gear, m.body),
         )
         system = lp.assemble(model, keep=["body.phi"])
-        received = [-lp.start_point(system, {"drive.phi": v})["body.phi"] for v in x]
+        received = [-lp.start_point(system, parameters={"drive.phi": v})["body.phi"] for v in x]
         wide = x.astype(np.longdouble)
         whole = np.round(wide / (2 * np.arccos(np.longdouble(-1))))
         half = wide / 2 - whole * np.arccos(np.longdouble(-1))

@@ -139,7 +139,7 @@ def test_supports_of_the_shear_hang_on_the_shaft_in_their_guides():
 
 def test_positions_left_out_are_named_all_at_once(tmp_path: Path):
     with pytest.raises(lp.errors.UnknownNameError, match=r"keep=.*hub_x.*hub_y.*foot_y"):
-        lp.animate(free_run(until=0.1), tmp_path / "a.gif")
+        lp.drawing.animate(free_run(until=0.1), tmp_path / "a.gif")
 
 
 def test_arm_carries_the_mandrel_between_table_and_rollers():
@@ -155,7 +155,7 @@ def test_arm_carries_the_mandrel_between_table_and_rollers():
 
 
 def test_gif_has_the_frames_and_is_small(slider: lp.Trajectory, tmp_path: Path):
-    file = lp.animate(slider, tmp_path / "slider.gif", frames=12, seconds=1.2)
+    file = lp.drawing.animate(slider, tmp_path / "slider.gif", frames=12, seconds=1.2)
     with Image.open(file) as film:
         assert film.n_frames == 12
         assert film.info["duration"] == pytest.approx(100)
@@ -169,7 +169,7 @@ def test_gif_has_the_frames_and_is_small(slider: lp.Trajectory, tmp_path: Path):
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="no ffmpeg on the PATH")
 def test_mp4_is_written_by_ffmpeg(slider: lp.Trajectory, tmp_path: Path):
-    file = lp.animate(slider, tmp_path / "slider.mp4", frames=12)
+    file = lp.drawing.animate(slider, tmp_path / "slider.mp4", frames=12)
     assert file.read_bytes()[4:8] == b"ftyp"
 
 
@@ -178,7 +178,7 @@ def test_mp4_without_ffmpeg_is_answered_with_what_is_missing(
 ):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(lp.errors.OptionError, match="ffmpeg"):
-        lp.animate(slider, tmp_path / "slider.mp4")
+        lp.drawing.animate(slider, tmp_path / "slider.mp4")
 
 
 @pytest.mark.parametrize(
@@ -194,10 +194,10 @@ def test_options_out_of_range_are_refused(
     slider: lp.Trajectory, tmp_path: Path, name: str, options: dict, text: str
 ):
     with pytest.raises(lp.errors.OptionError, match=text):
-        lp.animate(slider, tmp_path / name, **options)
+        lp.drawing.animate(slider, tmp_path / name, **options)
 
 
 def test_model_that_moves_in_no_plane_is_refused(tmp_path: Path):
     run = lp.simulate(lp.assemble(lp.compose(body=Inertia(J=1.0, w=1.0))), until=1.0)
     with pytest.raises(lp.errors.OptionError, match="outline"):
-        lp.animate(run, tmp_path / "a.gif")
+        lp.drawing.animate(run, tmp_path / "a.gif")

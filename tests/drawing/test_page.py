@@ -98,7 +98,7 @@ def system() -> lp.System:
 @pytest.fixture(scope="module")
 def page(system: lp.System, tmp_path_factory: pytest.TempPathFactory) -> Path:
     run = lp.simulate(system, until=0.3)
-    return lp.report_html(
+    return lp.drawing.report_html(
         system,
         tmp_path_factory.mktemp("page") / "report.html",
         title="Rig <1>",
@@ -172,8 +172,8 @@ def test_page_compares_with_signed_deviation(page: Path):
 
 
 def test_page_shows_error_against_run_time(system: lp.System, tmp_path: Path):
-    found = lp.work_precision(system, until=0.2)
-    page = Page(lp.report_html(system, tmp_path / "page.html", accuracy=found))
+    found = lp.simulation.work_precision(system, until=0.2)
+    page = Page(lp.drawing.report_html(system, tmp_path / "page.html", accuracy=found))
     place = page.cells.index("outcome") + 1
     for row in found.rows:
         received = page.cells[place : place + 8]
@@ -192,7 +192,7 @@ def test_texts_are_escaped(page: Path):
 
 def test_figures_are_left_as_they_were(system: lp.System, tmp_path: Path):
     figure, _, _ = parabola()
-    lp.report_html(system, tmp_path / "page.html", figures={"known": figure})
+    lp.drawing.report_html(system, tmp_path / "page.html", figures={"known": figure})
     assert all(line.get_gid() is None for axis in figure.axes for line in axis.lines)
 
 
@@ -211,8 +211,8 @@ class Pushed(lp.Component):
 def test_page_tells_events_energies_and_what_motors_must_do(tmp_path: Path):
     system = lp.assemble(Pushed())
     run = lp.simulate(system, until=3.0, certify=True)
-    asked = lp.sizing(run, torque="push.tau", speed="first.w", rated=4.0)
-    file = lp.report_html(
+    asked = lp.simulation.sizing(run, torque="push.tau", speed="first.w", rated=4.0)
+    file = lp.drawing.report_html(
         system, tmp_path / "page.html", runs={"Push and join": run}, sizing={"pusher": asked}
     )
     found = Page(file)

@@ -74,7 +74,7 @@ def bounced(h, e, g, until):
 
 def test_two_balls_that_hit_at_once_do_not_know_of_each_other():
     system = lp.assemble(lp.compose(a=Ball(), b=Ball(e=0.5)))
-    of = [fun.final("a.h"), fun.final("b.h"), fun.instant("b"), fun.loss("a", 0)]
+    of = [fun.final("a.h"), fun.final("b.h"), fun.instant("b"), fun.loss("a", number=0)]
     # an energy of one of several changes at one instant is refused by name
     refused(lambda: both(system, of, ["a.e"], 0.8), "loss(a, 0)", "a, b")
     found = both(system, of[:3], ["a.h0", "a.e", "b.h0", "b.e", "b.g"], 0.8)
@@ -282,7 +282,7 @@ def test_functionals_that_ask_for_what_is_not_there_are_refused():
         return lambda: lp.gradient(system, of=[of], to=["a.e"], until=0.8)
 
     refused(call(fun.at(2.0, "a.h")), "the run ends at 0.8 s", kind=OptionError)
-    refused(call(fun.loss("a", 3)), "there are 1 impacts of a", kind=OptionError)
+    refused(call(fun.loss("a", number=3)), "there are 1 impacts of a", kind=OptionError)
     refused(call(fun.at_event("a.v", "a", number=4)), "there are 1 such events", kind=OptionError)
     refused(call(fun.peak("a.h", between=(0.1, 3.0))), "ends at 0.8 s", kind=OptionError)
     for wrong in (

@@ -60,7 +60,9 @@ def second(which):
     ids=["final", "integral", "rms"],
 )
 def test_second_derivatives_are_those_of_the_closed_form(of, which, method):
-    found = lp.hessian(decay(), of=of, to=["k", "u", "x"], until=UNTIL, rtol=1e-11, method=method)
+    found = lp.gradients.hessian(
+        decay(), of=of, to=["k", "u", "x"], until=UNTIL, rtol=1e-11, method=method
+    )
     assert found.run.statistics.method == method
     assert found.value == pytest.approx(closed(*POINT)[which], rel=1e-9)
     assert found.matrix == pytest.approx(second(which), rel=1e-8, abs=1e-9)
@@ -77,7 +79,7 @@ def message(kind, action):
 def test_where_there_are_no_second_derivatives_this_is_said():
     def call(of=None, to=("k",), system=None):
         chosen, model = of or fun.final("x"), system or decay()
-        return lambda: lp.hessian(model, of=chosen, to=to, until=UNTIL)
+        return lambda: lp.gradients.hessian(model, of=chosen, to=to, until=UNTIL)
 
     assert "peak(x) has no second derivatives" in message(OptionError, call(fun.peak("x")))
     assert "nothing to vary" in message(OptionError, call(to=()))
@@ -116,12 +118,12 @@ def test_a_kink_of_the_rates_is_followed():
     expected = np.array([[1 / b, -1 / x], [-1 / x, b / x**2]])
     value = x - b - b * np.log(x / b)
     for of in (fun.final("y"), fun.at(2.5, "y")):
-        found = lp.hessian(system, of=of, to=["b", "x"], until=3.0, rtol=1e-11)
+        found = lp.gradients.hessian(system, of=of, to=["b", "x"], until=3.0, rtol=1e-11)
         assert found.value == pytest.approx(value, rel=1e-9)
         assert found.gradient == pytest.approx([-np.log(x / b), 1 - b / x], rel=1e-8)
         assert found.matrix == pytest.approx(expected, rel=1e-8)
         assert found.asymmetry < 1e-8
-    sums = lp.hessian(
+    sums = lp.gradients.hessian(
         system, of=fun.integral("y", between=(0.0, 2.0)), to=["b", "x"], until=3.0, rtol=1e-11
     )
 
@@ -168,7 +170,7 @@ def test_an_equilibrium_moves_as_its_closed_form():
     )
     point = lp.equilibrium(system)
     of, to = ["load.w", "shaft.phi_rel"], ["motor.tau", "drag.d", "oil.d", "shaft.c", "load.J"]
-    found = lp.equilibrium_sensitivity(point, of=of, to=to)
+    found = lp.points.equilibrium_sensitivity(point, of=of, to=to)
 
     def closed(tau, drag, d, c, J):
         w = tau / (drag + d)
@@ -189,11 +191,13 @@ def test_an_equilibrium_moves_as_its_closed_form():
 def test_a_point_that_is_no_equilibrium_is_refused():
     system = decay()
     point = lp.start_point(system)
-    text = message(OptionError, lambda: lp.equilibrium_sensitivity(point, of=["x"]))
+    text = message(OptionError, lambda: lp.points.equilibrium_sensitivity(point, of=["x"]))
     assert "no equilibrium" in text
     still = lp.equilibrium(system)
-    assert lp.equilibrium_sensitivity(still, of=["x"])["x", "k"] == pytest.approx(-0.5 / 0.64)
-    message(OptionError, lambda: lp.equilibrium_sensitivity(still, of=[]))
+    assert lp.points.equilibrium_sensitivity(still, of=["x"])["x", "k"] == pytest.approx(
+        -0.5 / 0.64
+    )
+    message(OptionError, lambda: lp.points.equilibrium_sensitivity(still, of=[]))
 
 
 # -- frequency response --------------------------------------------------------------------------
@@ -217,7 +221,7 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
         system, inputs=["load.tau"], outputs=["b.w", "a.w"], hertz=hertz
     )
     to = ["a.J", "b.J", "shaft.c", "shaft.d"]
-    found = lp.response_sensitivity(response, to=to)
+    found = lp.vibration.response_sensitivity(response, to=to)
     s = 2j * np.pi * hertz
 
     def closed(J_a, J_b, c, d):
@@ -239,7 +243,7 @@ def test_a_response_has_the_derivatives_of_its_closed_form():
         along = (closed(*point)[0].conj() * expected[0]).real / size
         assert found.magnitude("b.w", "load.tau", name) == pytest.approx(along, rel=1e-7)
     message(UnknownNameError, lambda: found["b.w", "load.tau", "load.tau"])
-    message(OptionError, lambda: lp.response_sensitivity(response, to=[]))
+    message(OptionError, lambda: lp.vibration.response_sensitivity(response, to=[]))
 
 
 def test_the_operating_point_of_a_response_moves():
@@ -259,7 +263,7 @@ def test_the_operating_point_of_a_response_moves():
     response = lp.frequency_response(
         system, inputs=["u"], outputs=["x"], hertz=hertz, at=lp.equilibrium(system)
     )
-    found = lp.response_sensitivity(response, to=["k", "u"])
+    found = lp.vibration.response_sensitivity(response, to=["k", "u"])
     pole = 2 * np.sqrt(0.5 * 0.8)
     slope = -1 / (2j * np.pi * hertz + pole) ** 2
     assert found.moving
@@ -297,6 +301,8 @@ def test_drag_by_the_square_of_a_speed_that_turns_back_has_exact_second_derivati
         near = 8 * (slopes(point + step) - slopes(point - step))
         far = slopes(point + 2 * step) - slopes(point - 2 * step)
         columns.append((near - far) / 12e-3)
-    found = lp.hessian(system, of=fun.final("w"), to=["J", "M", "k"], until=until, rtol=1e-8)
+    found = lp.gradients.hessian(
+        system, of=fun.final("w"), to=["J", "M", "k"], until=until, rtol=1e-8
+    )
     assert found.gradient == pytest.approx(slopes(point), rel=1e-8)
     assert found.matrix == pytest.approx(np.array(columns), rel=1e-7)

@@ -27,7 +27,6 @@ from lumped.components.translation import Force, Mass
 from lumped.errors import SolverError
 from lumped.timeloop.executable import Executable, executable
 
-
 ALL = ("llvm", "c", "python")
 
 

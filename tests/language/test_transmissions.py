@@ -63,7 +63,7 @@ class TestPeriodicSpline:
     @pytest.mark.parametrize(("degree", "smooth"), [(3, 2), (5, 4)])
     def test_derivatives_have_no_jump_at_a_point_nor_at_the_end_of_the_period(self, degree, smooth):
         xs = np.linspace(0, TURN, 13)
-        spline = periodic_spline(lp.time, xs, np.exp(np.sin(xs)), degree)
+        spline = periodic_spline(lp.time, xs, np.exp(np.sin(xs)), degree=degree)
         before, after = (derivatives(spline, xs + h, smooth + 1) for h in (-1e-9, 1e-9))
         for left, right in zip(before, after, strict=True):
             assert np.abs(left - right).max() < 1e-6
@@ -73,7 +73,7 @@ class TestPeriodicSpline:
         places, errors = np.linspace(0, TURN, 500), []
         for count in (20, 40):
             xs = np.linspace(0, TURN, count + 1)
-            spline = periodic_spline(lp.time, xs, np.exp(np.sin(xs)), degree)
+            spline = periodic_spline(lp.time, xs, np.exp(np.sin(xs)), degree=degree)
             errors.append(np.abs(derivatives(spline, places, 1)[0] - np.exp(np.sin(places))).max())
         assert abs(np.log2(errors[0] / errors[1]) - order) < 0.5
 
@@ -90,7 +90,7 @@ class TestPeriodicSpline:
     )
     def test_points_that_make_no_curve_are_refused(self, xs, ys, degree, text):
         with pytest.raises(EquationError, match=text):
-            periodic_spline(lp.time, xs, ys, degree)
+            periodic_spline(lp.time, xs, ys, degree=degree)
 
 
 class TestThrough:
@@ -146,7 +146,7 @@ class TestFromRatio:
     def test_ratio_is_met_with_its_integral_and_its_slope(self):
         run = turned(
             NonCircularGear(
-                transmission=from_ratio(lambda x: 2 + 0.5 * sin(x) + 0.2 * cos(3 * x), 2)
+                transmission=from_ratio(lambda x: 2 + 0.5 * sin(x) + 0.2 * cos(3 * x), turns=2)
             )
         )
         t = run.t
@@ -156,7 +156,7 @@ class TestFromRatio:
         assert np.abs(run["body.a"] - (0.5 * np.cos(t) - 0.6 * np.sin(3 * t))).max() < 1e-5
 
     def test_half_a_turn_for_each_turn(self):
-        law = from_ratio(lambda x: 0.5 + 0.1 * cos(2 * x), 0.5)
+        law = from_ratio(lambda x: 0.5 + 0.1 * cos(2 * x), turns=0.5)
         received = derivatives(law(lp.time), np.arange(5) * TURN, 1)[0]
         assert np.abs(received - np.arange(5) * TURN / 2).max() < 1e-13
 
@@ -188,7 +188,7 @@ class TestFromRatio:
         model = lp.compose(
             left=Inertia(J=1.0, w=1.0),
             gear=NonCircularGear(
-                transmission=from_ratio(lambda x: -(1 + 0.5 * cos(x) + 0.2 * sin(2 * x)), -1)
+                transmission=from_ratio(lambda x: -(1 + 0.5 * cos(x) + 0.2 * sin(2 * x)), turns=-1)
             ),
             right=Inertia(J=2.0),
             connections=lambda m: lp.chain(m.left, m.gear, m.right),
@@ -203,7 +203,7 @@ class TestFromRatio:
     "gear",
     [
         EllipticalGear(e=0.4, phase=0.3),
-        NonCircularGear(transmission=from_ratio(lambda x: -(1 + 0.4 * cos(x)), -1)),
+        NonCircularGear(transmission=from_ratio(lambda x: -(1 + 0.4 * cos(x)), turns=-1)),
     ],
 )
 def test_on_a_housing_that_turns_the_power_into_all_flanges_is_none(gear):

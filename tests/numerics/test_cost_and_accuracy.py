@@ -146,7 +146,7 @@ def test_responses_and_campbell_diagrams_tell_residuals_and_evaluations():
     assert response.residual < 1e-14
     assert "20 frequencies" in repr(response)
     assert "residual" in repr(response)
-    slopes = lp.response_sensitivity(response, to=["shaft.c", "shaft.d", "body.J"])
+    slopes = lp.vibration.response_sensitivity(response, to=["shaft.c", "shaft.d", "body.J"])
     text = repr(slopes)
     # near the resonance w/F = 1/d: inverse to the damping
     (row,) = [line for line in text.splitlines() if line.startswith("body.w / load.tau")]
@@ -161,7 +161,7 @@ def test_responses_and_campbell_diagrams_tell_residuals_and_evaluations():
         system,
         speeds=[1.0, 30.0],
         orders=[1],
-        at=lambda w: lp.start_point(system, {"shaft.c": 200.0 + w}),
+        at=lambda w: lp.start_point(system, parameters={"shaft.c": 200.0 + w}),
     )
     # (200 + w) / 2 == w^2
     assert moving.critical[0].speed == pytest.approx((0.5 + np.sqrt(0.25 + 400)) / 2, rel=1e-9)
@@ -180,7 +180,9 @@ def test_derivatives_of_runs_tell_tolerance_and_evaluations():
     back = lp.gradient(system, of=[fun.final("body.w")], until=0.3, rtol=1e-9)
     assert back.rtol == 1e-9
     assert "rtol 1e-09" in repr(back)
-    second = lp.hessian(system, of=fun.final("body.w"), to=["shaft.c", "body.J"], until=0.3)
+    second = lp.gradients.hessian(
+        system, of=fun.final("body.w"), to=["shaft.c", "body.J"], until=0.3
+    )
     assert second.asymmetry < 1e-12
     assert "asymmetry" in repr(second)
 

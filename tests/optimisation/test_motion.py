@@ -20,7 +20,7 @@ def rig(d=0.0, keep=("load.phi",)):
 
 def least(point, functional=lp.functionals.rms, **options):
     given = {"stations": {"load.phi": (0, H)}, "duration": T, "drive": "motor.tau"} | options
-    return lp.motion(point, minimise=functional("motor.tau"), **given)
+    return lp.optimisation.motion(point, minimise=functional("motor.tau"), **given)
 
 
 class TestClosedForm:
@@ -76,7 +76,7 @@ class TestClosedForm:
     def test_two_phases_share_the_time(self):
         """Double inertia in the second half: each phase is a cubic, times are found by search."""
         point = rig()
-        heavy = lp.start_point(point.system, {"load.J": 2 * J})
+        heavy = lp.start_point(point.system, parameters={"load.J": 2 * J})
         found = least([point, heavy], stations={"load.phi": (0, H / 2, H)}, intervals=20)
 
         def cost(t, v):

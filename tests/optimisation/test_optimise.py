@@ -137,7 +137,7 @@ class TestPrescribedMotion:
 class TestPareto:
     def test_front_is_the_closed_form_and_falls(self):
         """Torque against stiffness: ``rms = A/sqrt(2) sqrt((c - J w^2)^2 + (d w)^2)``."""
-        front = lp.pareto(
+        front = lp.optimisation.pareto(
             shaken(30.0),
             vary={"spring.c": (20, 1000)},
             minimise=(fun.rms(TAU), fun.peak("spring.tau")),
@@ -155,13 +155,13 @@ class TestPareto:
 
     def test_it_needs_two(self):
         with pytest.raises(OptionError, match="two different functionals"):
-            lp.pareto(
+            lp.optimisation.pareto(
                 shaken(),
                 vary={"spring.c": (1, 99)},
                 minimise=(fun.rms(TAU), fun.rms(TAU)),
             )
         with pytest.raises(OptionError, match="at least two designs"):
-            lp.pareto(
+            lp.optimisation.pareto(
                 shaken(),
                 vary={"spring.c": (1, 99)},
                 minimise=(fun.rms(TAU), fun.peak(TAU)),
@@ -172,7 +172,7 @@ class TestPareto:
         """Both least at the largest inertia: ``w(T) = tau / d (1 - exp(-d T / J))``."""
         T = 0.7
         run = lp.simulate(pushed(1.0), until=T)
-        front = lp.pareto(
+        front = lp.optimisation.pareto(
             run,
             vary={"body.J": (0.5, 5.0)},
             minimise=(fun.final("body.w"), fun.mean("body.w")),
@@ -190,7 +190,7 @@ class TestPareto:
     def test_a_search_that_fails_from_the_design_before_begins_at_the_other_end(self):
         """Two masses of which the first shall be slow, though the second is pulled by it."""
         run = lp.simulate(two_bodies(), until=1.0)
-        front = lp.pareto(
+        front = lp.optimisation.pareto(
             run,
             vary={"s.d": (0.0, 20.0), "a.J": (0.1, 3.0)},
             minimise=(fun.final("b.w"), fun.final("a.w")),

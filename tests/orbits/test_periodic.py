@@ -64,7 +64,7 @@ METHODS = ("shooting", "harmonic")
 def test_a_driven_linear_oscillator_answers_as_its_frequency_response(method):
     d, c, F, Omega = 0.3, 2.0, 1.5, 1.1
     T = 2 * np.pi / Omega
-    orbit = lp.periodic(driven(d, c, F=F, Omega=Omega), period=T, method=method, rtol=1e-11)
+    orbit = lp.periodic(driven(d, c, F=F, Omega=Omega), period=T, search=method, rtol=1e-11)
     H = F / (c - Omega**2 + 1j * Omega * d)
     t, size = orbit.run.t, abs(H)
     close(orbit["x"], np.real(H * np.exp(1j * Omega * t)), 1e-9)
@@ -88,7 +88,7 @@ def test_a_driven_linear_oscillator_answers_as_its_frequency_response(method):
 @pytest.mark.parametrize("Omega", [0.9, 1.6])
 def test_shooting_and_harmonic_balance_agree_on_a_duffing_oscillator(Omega):
     system = driven(d=0.2, c=1.0, cubic=1.0, F=0.8, Omega=Omega)
-    a, b = (lp.periodic(system, period=2 * np.pi / Omega, method=m, settle=80) for m in METHODS)
+    a, b = (lp.periodic(system, period=2 * np.pi / Omega, search=m, settle=80) for m in METHODS)
     close(a["x"], b["x"], 1e-8)
     close(a["v"], b["v"], 1e-8)
     assert abs(a.harmonics("x", 3)[3]) > 1e-3  # it is not linear
@@ -99,14 +99,14 @@ def test_shooting_and_harmonic_balance_agree_on_a_duffing_oscillator(Omega):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_van_der_pol_oscillator_has_its_published_period(method):
-    orbit = lp.periodic(van_der_pol(), near=6.5, method=method)
+    orbit = lp.periodic(van_der_pol(), near=6.5, search=method)
     assert orbit.period == pytest.approx(VAN_DER_POL, rel=5e-11)
     assert abs(orbit.shift - 1) < 1e-9
     t, x = orbit.run.t, orbit["x"]
     trace = 1 - x**2
     area = np.trapezoid(trace, t)  # of a periodic function, so it converges at once
     assert orbit.multipliers == pytest.approx([np.exp(area)], rel=1e-6)
-    by = orbit.sensitivity(["x", "v"], ["mu"])
+    by = orbit.sensitivity(of=["x", "v"], to=["mu"])
     step = 1e-3
     beside = [lp.periodic(van_der_pol(1 + sign * step), near=6.5).period for sign in (1, -1)]
     assert by.period["mu"] == pytest.approx((beside[0] - beside[1]) / (2 * step), rel=1e-5)
@@ -124,7 +124,7 @@ def test_an_unstable_orbit_is_found_and_called_so(mu):
     back = one(equations, mu=lp.param("1", "mu", mu), x=lp.var("m", "position"), v=X["v"])
     on = dict(zip(("x", "v"), forth.run.x[0], strict=True))
     for method in METHODS:
-        orbit = lp.periodic(back, near=forth.period, settle=1e-3, start=on, method=method)
+        orbit = lp.periodic(back, near=forth.period, settle=1e-3, start=on, search=method)
         assert orbit.period == pytest.approx(forth.period, rel=1e-9)
         assert not orbit.stable
         assert "unstable orbit: largest multiplier" in repr(orbit)
@@ -150,7 +150,7 @@ def test_multipliers_of_a_mathieu_equation(c, pumped):
 def test_derivatives_of_a_driven_orbit_by_its_parameters():
     system = driven()
     T = 2 * np.pi / 1.1
-    by = lp.periodic(system, period=T).sensitivity(["x"], ["c", "d", "F"])
+    by = lp.periodic(system, period=T).sensitivity(of=["x"], to=["c", "d", "F"])
     t, wave = by.run.t, np.exp(1.1j * by.run.t)
     H = 1 / (2.0 - 1.1**2 + 1.1j * 0.3)
     close(by["x", "F"], np.real(H * wave), 1e-8)
@@ -202,7 +202,7 @@ def test_a_slider_on_a_belt_sticks_and_slips_for_as_long_as_calculated_by_hand(u
     assert orbit.greatest("s").value == pytest.approx(kinetic / c + np.hypot(step, u / w), rel=1e-9)
     # while it sticks only the phase is free
     assert np.abs(orbit.multipliers).max() < 1e-9
-    by = orbit.sensitivity(["s"], ["static", "u", "c"])
+    by = orbit.sensitivity(of=["s"], to=["static", "u", "c"])
     slope = -2 / (c * w) * (u / w) / (step**2 + (u / w) ** 2) + 2 / (c * u)
     assert by.period["static"] == pytest.approx(slope, rel=1e-7)
     slope = 2 / w * step / w / (step**2 + (u / w) ** 2) - 2 * step / u**2
@@ -269,7 +269,7 @@ def rotor_over_angle(J):
 @pytest.mark.parametrize("turn", [{"phi": 2 * np.pi}, {"back": -4 * np.pi}])
 def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     exact = rotor_over_angle(0.3)
-    orbit = lp.periodic(ROTOR, turn=turn, settle=5.0, method=method)
+    orbit = lp.periodic(ROTOR, turn=turn, settle=5.0, search=method)
     assert orbit.period == pytest.approx(exact.y[1, -1], rel=1e-10)
     assert orbit.advance["phi"] == pytest.approx(2 * np.pi)
     assert orbit.mean("w") == pytest.approx(2 * np.pi / orbit.period, rel=1e-9)
@@ -278,7 +278,7 @@ def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     # multipliers: one of a shift in time, the other exp(integral of the trace)
     assert abs(orbit.shift - 1) < 1e-8
     assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
-    by = orbit.sensitivity(["w"], ["tau", "J"])
+    by = orbit.sensitivity(of=["w"], to=["tau", "J"])
     beside = [
         lp.periodic(ROTOR, turn=turn, settle=5.0, parameters={"tau": tau}) for tau in (1.001, 0.999)
     ]
@@ -305,7 +305,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
     if isinstance(drive, ElasticallyDriven):
         start["shaft.w"] = SPEED["P"]
     turn = {"mill.crank.phi": 2 * np.pi}
-    orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, method=method)
+    orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, search=method)
     assert orbit.advance == pytest.approx({"motor.phi": 2 * np.pi * GEAR})
     assert orbit.period == pytest.approx(2 * np.pi / SPEED["P"], rel=1e-12)
     assert orbit.mean("motor.w") == pytest.approx(w, rel=1e-10)
@@ -322,7 +322,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
 def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, settle=5.0)
-    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
+    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
     exact = rotor_over_angle(found.after)
     w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
     assert np.ptp(w) * exact.y[1, -1] / (2 * np.pi) == pytest.approx(wanted, rel=1e-6)
@@ -331,9 +331,9 @@ def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
     assert found.after == pytest.approx(4 / (wanted * orbit.mean("w") ** 2), rel=0.1)
     assert found.before + found.classical == pytest.approx(found.after, rel=0.15)
     with pytest.raises(OptionError, match="already"):
-        lp.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
+        lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=2.0)
     with pytest.raises(OptionError, match="rigidly joined"):
-        lp.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
+        lp.orbits.flywheel(orbit, inertia="ratio", speed="w", irregularity=wanted)
 
 
 def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone():
@@ -342,7 +342,7 @@ def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone
     orbit = lp.periodic(
         ROTOR, turn={"phi": 2 * np.pi}, settle=5.0, parameters=weak, start={"w": 8.0}
     )
-    found = lp.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
+    found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
     assert found.classical == pytest.approx(found.added, rel=2e-3)
     # w^2 is a mean plus W / J, the mean speed that of idling
     assert found.after == pytest.approx(4 / (0.005 * 8.0**2), rel=2e-3)
@@ -385,8 +385,8 @@ def test_an_equilibrium_is_no_oscillation():
         ({"turn": {"phi": 0.0}, "settle": 5}, "other than zero"),
         ({"turn": {"phi": 6.0}, "settle": 5}, "another after its turn.*rate of w"),
         ({"turn": {"w": 6.0}, "settle": 5}, "another after its turn"),
-        ({"near": 1.0, "method": "newton"}, "one of 'shooting', 'harmonic'"),
-        ({"near": 1.0, "harmonics": 3}, "with method='harmonic'"),
+        ({"near": 1.0, "search": "newton"}, "one of 'shooting', 'harmonic'"),
+        ({"near": 1.0, "harmonics": 3}, "with search='harmonic'"),
         ({"near": 1.0, "grid": 3}, "at least 10"),
         ({"near": 1.0, "rtol": 0.1}, "rtol"),
     ],
@@ -406,7 +406,7 @@ def test_wrong_names_directions_and_kinds_of_system_are_refused():
     with pytest.raises(OptionError, match=r"no function of time acts on One.*near="):
         lp.periodic(van_der_pol(), period=VAN_DER_POL)
     with pytest.raises(OptionError, match="needs a smooth system, but Slider changes modes"):
-        lp.periodic(lp.assemble(Slider()), near=3.0, method="harmonic")
+        lp.periodic(lp.assemble(Slider()), near=3.0, search="harmonic")
 
 
 @pytest.mark.parametrize("on", [0.2, 0.7])
@@ -433,7 +433,7 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
     assert orbit.drift["phi"] == pytest.approx(on, rel=1e-9)  # mean speed is mean torque
     assert orbit.fluctuation("w") == pytest.approx((top - begin) / on, rel=1e-9)
     assert orbit.multipliers == pytest.approx([np.exp(-1)], rel=1e-9)
-    by = orbit.sensitivity(["w", "tau"], ["on"])
+    by = orbit.sensitivity(of=["w", "tau"], to=["on"])
     assert by.mean[:, 0] == pytest.approx(1.0, rel=1e-8)
     # the top is where the torque ends, and moves with it
     slope = (1 - begin) * np.exp(-on) + 1 / (np.e - 1)
@@ -442,7 +442,7 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
         np.exp(on) / (np.e - 1), rel=1e-8
     )
     with pytest.raises(OptionError, match="functions of time in Switched jump"):
-        lp.periodic(system, period=1.0, method="harmonic")
+        lp.periodic(system, period=1.0, search="harmonic")
 
 
 @pytest.mark.parametrize("cosine", [1, -1])

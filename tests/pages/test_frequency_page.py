@@ -42,7 +42,7 @@ def test_the_page_runs_and_agrees_with_matrices_written_here(tmp_path, monkeypat
         torque = 0.918e4 * G * (twist @ angles)[1]
         received = response["upper.spindle.tau", "upper_load.tau"][k]
         assert received == pytest.approx(torque, rel=1e-9)
-    speeds = [c.speed for c in names["lp"].critical_speeds(names["modes"], [2])]
+    speeds = [c.speed for c in names["lp"].vibration.critical_speeds(names["modes"], [2])]
     assert speeds == pytest.approx(oscillating / 2, rel=1e-9)
     for critical in names["diagram"].critical:
         met = eigenvalues(2942.0 / (1 + 0.01 * critical.speed))[critical.mode]

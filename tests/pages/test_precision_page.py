@@ -61,8 +61,11 @@ def test_the_page_runs_and_its_errors_are_the_true_ones(tmp_path, monkeypatch):
         checked += 1
     assert checked == 8
     at = {(r.method, r.rtol): r for r in found.rows}
-    assert at["explicit", 1e-6].error > 100e-6  # stability holds its steps, as the page says
-    assert at["explicit", 1e-8].steps < 2 * at["explicit", 1e-3].steps
+    for row in found.rows:
+        if row.method == "explicit":
+            assert row.error < 10 * row.rtol  # between steps too, as the page says
+    # stability holds its steps
+    assert at["explicit", 1e-7].steps < 1.2 * at["explicit", 1e-3].steps
     assert found.fastest(1e-6).method in ("exact", "auto")
     certificate = names["run"].certificate
     skids = [e.time for e in names["run"].events if e.component == "gap" and e.after]

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from public_names import PUBLIC, THEMES
 
 import lumped
 import lumped.components
@@ -42,8 +43,12 @@ def test_every_page_is_built(site):
 
 def test_every_public_name_stands_in_the_reference(site):
     reference = (site / "api.html").read_text(encoding="utf-8")
-    wanted = {f"lumped.{name}" for name in lumped.__all__}
-    wanted -= {f"lumped.{name}" for name, _ in inspect.getmembers(lumped, inspect.ismodule)}
+    wanted = {
+        f"lumped.{name}" if name in lumped.__all__ else f"lumped.{theme}.{name}"
+        for theme in THEMES
+        for name in (*lumped.__all__, *getattr(lumped, theme).__all__)
+        if not inspect.ismodule(PUBLIC[name])
+    }
     for library in (lumped.components, translation):
         for name, kind in inspect.getmembers(library, inspect.isclass):
             if name in library.__all__:

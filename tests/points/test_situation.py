@@ -46,7 +46,9 @@ def test_an_open_lash_is_named_on_the_first_line():
     assert first_line(answer).endswith("; open: s")
     diagram = lp.campbell(system, speeds=[0.0, 1.0], orders=[1])
     assert first_line(diagram).endswith("; open: s")
-    assert first_line(lp.root_locus(system, "a.J", [1.0, 2.0])).endswith("; open: s")
+    assert first_line(lp.vibration.root_locus(system, "a.J", values=[1.0, 2.0])).endswith(
+        "; open: s"
+    )
 
 
 def test_a_lash_in_contact_is_not_open():
@@ -61,9 +63,11 @@ def test_a_locus_that_passes_several_situations_names_them_all():
     system = lash()
 
     def at(J):
-        return lp.start_point(system, {"a.J": J}, {"s.phi_rel": 0.0 if J < 2 else 0.006})
+        return lp.start_point(
+            system, parameters={"a.J": J}, start={"s.phi_rel": 0.0 if J < 2 else 0.006}
+        )
 
-    found = lp.root_locus(system, "a.J", [1.0, 3.0], at=at)
+    found = lp.vibration.root_locus(system, "a.J", values=[1.0, 3.0], at=at)
     assert found.situations == ("; open: s", "")
 
 
@@ -199,4 +203,4 @@ def test_orders_that_are_no_sequence_are_refused():
         with pytest.raises(OptionError, match=r"orders = .* a list of finite numbers"):
             lp.campbell(system, speeds=[0.0, 1.0], orders=orders)
         with pytest.raises(OptionError, match=r"orders = .* a list of finite numbers"):
-            lp.critical_speeds(lp.modes(system), orders)
+            lp.vibration.critical_speeds(lp.modes(system), orders)

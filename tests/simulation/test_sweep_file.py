@@ -256,7 +256,7 @@ def test_a_job_travels_with_its_start_point():
     system = lp.assemble(winch())
     point = lp.start_point(system, start={"motor.w": 90.0})
     options = {"start": point, "rtol": 1e-7}
-    job = Job(system, 0.3, {"w": lambda run: run["motor.w"][-1]}, options, False)
+    job = Job(system, 0.3, {"w": lambda run: run["motor.w"][-1]}, options)
     twin = pickle.loads(pickle.dumps(job))
     assert twin({}) == job({}) == [90.0]
 

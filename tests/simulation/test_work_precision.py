@@ -15,7 +15,7 @@ W = np.sqrt(450.0)
 def test_errors_are_those_against_the_closed_form(two_mass):
     system = lp.assemble(two_mass)
     until, ladder = 3.0, (1e-4, 1e-7)
-    found = lp.work_precision(
+    found = lp.simulation.work_precision(
         system, until=until, of=["shaft.phi_rel"], tolerances=ladder, start={"a.w": 1.0}
     )
     print(found)
@@ -35,7 +35,7 @@ def test_errors_are_those_against_the_closed_form(two_mass):
 
 def test_the_fastest_is_the_fastest_that_is_accurate_enough(two_mass):
     system = lp.assemble(two_mass)
-    found = lp.work_precision(
+    found = lp.simulation.work_precision(
         system, until=1.0, start={"a.w": 1.0}, methods=["explicit", "implicit"]
     )
     best = found.fastest(1e-6)
@@ -62,7 +62,7 @@ def braked():
 def test_events_at_different_instants_are_no_error():
     system = lp.assemble(braked())
     names = ["body.w", "rub.tau"]
-    found = lp.work_precision(system, until=2.0, of=names, tolerances=[1e-3, 1e-6])
+    found = lp.simulation.work_precision(system, until=2.0, of=names, tolerances=[1e-3, 1e-6])
     print(found)
     assert all(row.outcome == "ok" for row in found.rows)
     assert 0 < found.window < 1e-2
@@ -95,7 +95,7 @@ def test_a_run_that_fails_is_a_row_with_its_reason():
         ground=Fixed(),
         connections=lambda m: lp.chain(m.drive, m.motor, m.coupling, m.rotor, m.load, m.ground),
     )
-    found = lp.work_precision(
+    found = lp.simulation.work_precision(
         lp.assemble(model),
         until=1.0,
         of=["rotor.w"],
@@ -116,7 +116,7 @@ def test_a_run_that_fails_is_a_row_with_its_reason():
 def test_what_makes_no_sense_is_refused(two_mass):
     system = lp.assemble(two_mass)
     with pytest.raises(OptionError, match="at least one tolerance"):
-        lp.work_precision(system, until=1.0, tolerances=[])
+        lp.simulation.work_precision(system, until=1.0, tolerances=[])
     empty = lp.compose(
         a=Fixed(),
         b=Spring(c=1.0),
@@ -124,4 +124,4 @@ def test_what_makes_no_sense_is_refused(two_mass):
         connections=lambda m: lp.chain(m.a, m.b, m.c),
     )
     with pytest.raises(OptionError, match="no states to compare"):
-        lp.work_precision(lp.assemble(empty), until=1.0)
+        lp.simulation.work_precision(lp.assemble(empty), until=1.0)

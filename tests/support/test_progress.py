@@ -3,6 +3,7 @@
 import io
 import signal
 import sys
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -176,7 +177,7 @@ def test_an_empty_run_says_that_it_is_empty(monkeypatch, tmp_path):
         raise KeyboardInterrupt
 
     system = braked()
-    monkeypatch.setattr("lumped.simulation.simulate.start_point", interrupted)
+    monkeypatch.setattr(import_module("lumped.simulation.simulate"), "start_point", interrupted)
     with pytest.raises(Interrupted, match="Model: interrupted before the run began") as caught:
         lp.simulate(system, until=1.0)
     part = caught.value.partial

@@ -90,7 +90,7 @@ def test_units_enter_at_every_boundary():
     assert system.parameters["a.J"] == 20.0
     assert system.parameters["shaft.c"] == pytest.approx(1e3 / DEGREE)
     assert system.parameters["b.J"] == 7.0
-    point = lp.start_point(system, {"b.J": "9000 kg.cm2"}, {"a.w": "30 rpm"})
+    point = lp.start_point(system, parameters={"b.J": "9000 kg.cm2"}, start={"a.w": "30 rpm"})
     assert point.parameters["b.J"] == pytest.approx(0.9)
     assert point["a.w"] == pytest.approx(np.pi)
 
@@ -101,7 +101,7 @@ def test_units_enter_at_every_boundary():
         (lambda s: Spring(c="3 kN.m"), r"Spring\(c=...\): '3 kN.m': .*N\.m/rad\. An angle"),
         (lambda s: Inertia(J="heavy"), r"Inertia\(J=...\): 'heavy': a number in kg\.m2"),
         (lambda s: Inertia(J="3 foo"), "'foo' is not defined"),
-        (lambda s: lp.start_point(s, {"a.J": "3 m"}), r"a\.J = '3 m': .*kg\.m2"),
+        (lambda s: lp.start_point(s, parameters={"a.J": "3 m"}), r"a\.J = '3 m': .*kg\.m2"),
         (lambda s: lp.start_point(s, start={"a.w": "50 Hz"}), r"a\.w = '50 Hz'.*rpm"),
     ],
 )

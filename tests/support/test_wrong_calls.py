@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pytest
+from public_names import FUNCTIONS
 
 import lumped as lp
 from lumped.components import Inertia, Speed, SpringDamper, Torque
@@ -54,9 +55,8 @@ def message(action, kind=OptionError):
 
 WITH_SYSTEM = [
     name
-    for name in lp.__all__
-    if inspect.isfunction(getattr(lp, name))
-    and "system" in inspect.signature(getattr(lp, name)).parameters
+    for name, function in FUNCTIONS.items()
+    if "system" in inspect.signature(function).parameters
 ]
 
 
@@ -72,7 +72,7 @@ def test_all_analyses_of_a_system_are_walked_through():
 
 @pytest.mark.parametrize("name", WITH_SYSTEM)
 def test_a_model_in_place_of_a_system_is_told_to_be_assembled(name, model):
-    function = getattr(lp, name)
+    function = FUNCTIONS[name]
     text = message(lambda: function(model, **rest_of(function)))
     assert text.startswith(f"{name}: system = Model(")
     assert "assemble it first, system = lumped.assemble(model)" in text
@@ -81,7 +81,7 @@ def test_a_model_in_place_of_a_system_is_told_to_be_assembled(name, model):
 @pytest.mark.parametrize("name", WITH_SYSTEM)
 @pytest.mark.parametrize("wrong", [None, "drive", 3.0, Inertia])
 def test_what_is_no_system_is_refused_everywhere(name, wrong):
-    function = getattr(lp, name)
+    function = FUNCTIONS[name]
     assert "a system from lumped.assemble is needed" in message(
         lambda: function(wrong, **rest_of(function))
     )
@@ -89,7 +89,7 @@ def test_what_is_no_system_is_refused_everywhere(name, wrong):
 
 @pytest.mark.parametrize("name", [n for n in WITH_SYSTEM if n != "sweep"])
 def test_an_option_that_does_not_exist_is_named_everywhere(name, system):
-    function = getattr(lp, name)
+    function = FUNCTIONS[name]
     text = message(lambda: function(system, **rest_of(function), parametrs={}))
     assert "parametrs" in text
 
@@ -116,7 +116,7 @@ def test_a_point_of_another_system_is_refused(system):
     ):
         assert "belongs to another system" in message(action)
     assert "an operating point of this system" in message(
-        lambda: lp.root_locus(system, "shaft.d", [1.0, 2.0], at=lambda d: other)
+        lambda: lp.vibration.root_locus(system, "shaft.d", values=[1.0, 2.0], at=lambda d: other)
     )
 
 
@@ -129,9 +129,8 @@ def takes_names(hint):
 
 LISTS = [
     (name, p.name)
-    for name in lp.__all__
-    if inspect.isfunction(getattr(lp, name))
-    for p in inspect.signature(getattr(lp, name)).parameters.values()
+    for name, function in FUNCTIONS.items()
+    for p in inspect.signature(function).parameters.values()
     if takes_names(p.annotation)
 ]
 
@@ -143,7 +142,7 @@ def test_all_lists_of_names_are_walked_through():
 
 @pytest.mark.parametrize(("name", "option"), LISTS)
 def test_a_text_in_place_of_a_list_of_names_gets_its_brackets(name, option, model, system, run):
-    function = getattr(lp, name)
+    function = FUNCTIONS[name]
     first = next(iter(inspect.signature(function).parameters))
     modes = lp.modes(system)
     known = {
@@ -179,7 +178,7 @@ def rest_for(function, first):
         "to": ["motor.J"],
     }
     found = {name: fitting[name] for name in rest_of(function) if name != first}
-    if function is not lp.hessian and "of" in found:
+    if function is not lp.gradients.hessian and "of" in found:
         found["of"] = [found["of"]] if function is lp.gradient else ["shaft.tau"]
     return found
 
@@ -247,7 +246,7 @@ def test_values_of_parameters_and_start_values_are_refused_with_their_path(value
     [
         lambda s: lp.identify(s, vary={"motor.J": (0.5, 2.0)}, t=[0, 1], measured={"motor.w": "a"}),
         lambda s: lp.sweep(s, over={"motor.J": [1.0]}, until=1.0, of={"motor.w": 5}),
-        lambda s: lp.motion(
+        lambda s: lp.optimisation.motion(
             lp.start_point(s),
             drive="t.tau",
             stations={"motor.w": 5},
@@ -293,7 +292,7 @@ def test_numbers_over_which_an_analysis_goes_are_no_text(system):
         for action in (
             lambda w: lp.frequency_response(system, inputs=["t.tau"], outputs=["t.tau"], hertz=w),
             lambda w: lp.campbell(system, speeds=w, orders=[1]),
-            lambda w: lp.root_locus(system, "shaft.c", w),
+            lambda w: lp.vibration.root_locus(system, "shaft.c", values=w),
         ):
             text = message(lambda action=action, wrong=wrong: action(wrong))
             assert f" = {wrong!r}: a list of finite numbers is needed" in text
@@ -330,16 +329,18 @@ def test_what_cannot_be_divided_is_refused(run):
     "options", [{"tolerances": [-1.0]}, {"tolerances": [2.0]}, {"methods": []}]
 )
 def test_a_ladder_of_tolerances_must_make_sense(options, system):
-    text = message(lambda: lp.work_precision(system, until=0.1, **options))
+    text = message(lambda: lp.simulation.work_precision(system, until=0.1, **options))
     assert "tolerances between 1e-14 and 1" in text
 
 
 def test_pictures_and_reports_check_what_they_draw(system, model, tmp_path):
     path = tmp_path / "page.html"
     assert "ending such as .svg" in message(lambda: lp.schematic(model, tmp_path / "a.foo"))
-    assert "figures['a'] = 5" in message(lambda: lp.report_html(system, path, figures={"a": 5}))
+    assert "figures['a'] = 5" in message(
+        lambda: lp.drawing.report_html(system, path, figures={"a": 5})
+    )
     for wrong in (5, [5]):
-        text = message(lambda w=wrong: lp.report_html(system, path, compared=w))
+        text = message(lambda w=wrong: lp.drawing.report_html(system, path, compared=w))
         assert f"compared = {wrong}" in text
 
 
@@ -365,12 +366,12 @@ def test_results_name_what_they_do_not_have(system, run):
 @pytest.mark.parametrize("mode", [-1, 1, 5, "a", 1.0, None])
 def test_modes_that_do_not_exist_are_refused(mode, system):
     modes = lp.modes(system)
-    found = lp.eigen_sensitivity(modes)
+    found = lp.vibration.eigen_sensitivity(modes)
     for ask in (
         found.ranked,
         found.plot,
-        lp.modal_energies(modes).ranked,
-        lp.participation(modes).ranked,
+        lp.vibration.modal_energies(modes).ranked,
+        lp.vibration.participation(modes).ranked,
     ):
         message(lambda ask=ask: ask(mode))
     assert "at least one" in message(lambda: modes.plot([]))
@@ -416,8 +417,8 @@ def test_what_is_no_parameter_is_told_why():
 
 
 def test_every_public_function_with_a_system_or_a_list_is_checked():
-    plain = [n for n in WITH_SYSTEM if not hasattr(getattr(lp, n), "__wrapped__")]
-    plain += [n for n, _ in LISTS if not hasattr(getattr(lp, n), "__wrapped__")]
+    plain = [n for n in WITH_SYSTEM if not hasattr(FUNCTIONS[n], "__wrapped__")]
+    plain += [n for n, _ in LISTS if not hasattr(FUNCTIONS[n], "__wrapped__")]
     assert not plain
 
 

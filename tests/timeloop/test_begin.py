@@ -127,7 +127,7 @@ def test_what_begins_at_zero_refuses_a_point_by_name():
     of = [lp.functionals.final("body.w")]
     for analysis in (
         lambda: lp.gradient(system, of=of, until=3.0, start=point),
-        lambda: lp.hessian(system, of=of[0], to=["body.J"], until=3.0, start=point),
+        lambda: lp.gradients.hessian(system, of=of[0], to=["body.J"], until=3.0, start=point),
         lambda: lp.sensitivity(system, of=["body.w"], to=["body.J"], until=3.0, start=point),
         lambda: lp.periodic(system, period=1.0, start=point),
         lambda: lp.equilibrium(system, start=point),
@@ -145,5 +145,5 @@ def test_a_sweep_a_certificate_and_a_comparison_of_methods_begin_there_too():
     assert run.certificate.error < 1e-6
     assert run["body.w"][-1] == pytest.approx(5.0, rel=1e-9)
     point = lp.start_point(system, time=1.5)
-    found = lp.work_precision(system, until=2.0, start=point, tolerances=[1e-6])
+    found = lp.simulation.work_precision(system, until=2.0, start=point, tolerances=[1e-6])
     assert all(row.error < 1e-6 for row in found.rows)

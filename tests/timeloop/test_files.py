@@ -238,10 +238,10 @@ WRITERS = {
     "run.npz": lambda run, path: run.save(path),
     "run.csv": lambda run, path: run.save(path),
     "run.mat": lambda run, path: run.save(path),
-    "p.toml": lambda run, path: lp.write_parameters(run.system, path),
-    "p.json": lambda run, path: lp.write_parameters(run.system, path),
+    "p.toml": lambda run, path: lp.exchange.write_parameters(run.system, path),
+    "p.json": lambda run, path: lp.exchange.write_parameters(run.system, path),
     "unit.mo": lambda run, path: lp.export_modelica(run.system, path),
-    "page.html": lambda run, path: lp.report_html(run.system, path),
+    "page.html": lambda run, path: lp.drawing.report_html(run.system, path),
     "unit.fmu": lambda run, path: lp.export_fmu(run.system, path),
 }
 
@@ -309,8 +309,10 @@ def test_files_that_cannot_be_are_refused(run, tmp_path):
 @pytest.mark.parametrize("ending", ["toml", "json"])
 def test_parameters_go_out_and_in(run, tmp_path, ending):
     system = run.system
-    path = lp.write_parameters(system, tmp_path / f"p.{ending}", {"shaft.c": 1 / 3})
-    found = lp.read_parameters(system, path)
+    path = lp.exchange.write_parameters(
+        system, tmp_path / f"p.{ending}", parameters={"shaft.c": 1 / 3}
+    )
+    found = lp.exchange.read_parameters(system, path)
     assert found == system.parameters | {"shaft.c": 1 / 3}
     again = lp.simulate(system, until=1.0, grid=40, parameters=found)
     direct = lp.simulate(system, until=1.0, grid=40, parameters={"shaft.c": 1 / 3})
@@ -329,7 +331,7 @@ def test_a_file_of_no_quantity_is_refused(run, tmp_path, ending):
 def test_edited_files_are_converted_and_checked(run, tmp_path):
     system, path = run.system, tmp_path / "p.toml"
     path.write_text('"body[0].J" = "2 t.cm2"\n[shaft]\nc = "1 kN.m/rad"\nd = 2\n')
-    found = lp.read_parameters(system, path)
+    found = lp.exchange.read_parameters(system, path)
     assert found == pytest.approx({"body[0].J": 0.2, "shaft.c": 1000.0, "shaft.d": 2.0})
     for text, error, match in (
         ('"shaft.c" = "3 kg"', UnitError, r"shaft\.c = '3 kg'"),
@@ -340,9 +342,9 @@ def test_edited_files_are_converted_and_checked(run, tmp_path):
     ):
         path.write_text(text)
         with pytest.raises(error, match=match):
-            lp.read_parameters(system, path)
+            lp.exchange.read_parameters(system, path)
     with pytest.raises(OptionError, match=r"\.toml or \.json"):
-        lp.write_parameters(system, tmp_path / "p.yaml")
+        lp.exchange.write_parameters(system, tmp_path / "p.yaml")
     for held, match in (
         (b'{"shaft.c": 1', r"p\.json is no JSON"),
         (b"\xff\xfe\x00", r"p\.json is no JSON"),
@@ -351,7 +353,7 @@ def test_edited_files_are_converted_and_checked(run, tmp_path):
     ):
         (tmp_path / "p.json").write_bytes(held)
         with pytest.raises(OptionError, match=match):
-            lp.read_parameters(system, tmp_path / "p.json")
+            lp.exchange.read_parameters(system, tmp_path / "p.json")
     for name, text in (
         ("p.toml", '"shaft.c" = 1.0\n[shaft]\nc = 2.0\n'),
         ("p.json", '{"shaft.c": 1.0, "shaft": {"c": 2.0}}'),
@@ -359,6 +361,6 @@ def test_edited_files_are_converted_and_checked(run, tmp_path):
     ):
         (tmp_path / name).write_text(text)
         with pytest.raises(OptionError, match=r"shaft\.c is given twice, 1\.0 and 2\.0"):
-            lp.read_parameters(system, tmp_path / name)
+            lp.exchange.read_parameters(system, tmp_path / name)
     (tmp_path / "p.json").write_text(json.dumps({"shaft": {"c": 7}}))
-    assert lp.read_parameters(system, tmp_path / "p.json") == {"shaft.c": 7.0}
+    assert lp.exchange.read_parameters(system, tmp_path / "p.json") == {"shaft.c": 7.0}

@@ -21,7 +21,7 @@ def held(shaft):
 def test_constant_frequencies_meet_orders_where_the_closed_form_says(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     w0 = np.sqrt(300.0 * 1.5)
-    received = lp.critical_speeds(modes, [1, 2.5, 12])
+    received = lp.vibration.critical_speeds(modes, [1, 2.5, 12])
     assert [c.order for c in received] == [12.0, 2.5, 1.0]
     assert [c.speed for c in received] == pytest.approx([w0 / 12, w0 / 2.5, w0], rel=1e-13)
     assert received[2].rpm == pytest.approx(w0 * 60 / (2 * np.pi), rel=1e-13)
@@ -44,7 +44,7 @@ def test_a_stiffness_that_grows_with_the_speed_moves_the_intersection():
         system,
         speeds=np.linspace(0.0, 40.0, 11),
         orders=[0.5, 1.0, 3.0],
-        at=lambda w: lp.start_point(system, {"shaft.c": 800.0 + 0.9 * w**2}),
+        at=lambda w: lp.start_point(system, parameters={"shaft.c": 800.0 + 0.9 * w**2}),
     )
     # order 1/2 never meets: the frequency runs away from it
     expected = [np.sqrt(800.0 / (n**2 * 2.0 - 0.9)) for n in (3.0, 1.0)]
@@ -60,7 +60,9 @@ def test_a_mode_that_ceases_to_oscillate_leaves_the_diagram():
         system,
         speeds=[0.0, 9.0, 30.0],
         orders=[1.0],
-        at=lambda w: lp.start_point(system, {"shaft.d": 8.0 * w}),  # aperiodic from 80 on
+        at=lambda w: lp.start_point(
+            system, parameters={"shaft.d": 8.0 * w}
+        ),  # aperiodic from 80 on
     )
     assert np.isnan(received.hertz[2, 0])
     assert received.hertz[:2, 0] == pytest.approx([20.0 / (2 * np.pi)] * 2, rel=1e-12)
@@ -85,7 +87,7 @@ def test_speeds_must_ascend(two_mass, speeds):
 @pytest.mark.parametrize("orders", [[0.0], [-1.0], [np.nan], []])
 def test_orders_must_be_positive(two_mass, orders):
     with pytest.raises(OptionError, match="order"):
-        lp.critical_speeds(lp.modes(lp.assemble(two_mass)), orders)
+        lp.vibration.critical_speeds(lp.modes(lp.assemble(two_mass)), orders)
 
 
 def test_the_picture_shows_frequencies_rays_and_points(two_mass):

@@ -9,7 +9,7 @@ from lumped.errors import OptionError, UnknownNameError
 
 
 def derived(model, *, to=None, **options):
-    return lp.eigen_sensitivity(lp.modes(lp.assemble(model), **options), to=to)
+    return lp.vibration.eigen_sensitivity(lp.modes(lp.assemble(model), **options), to=to)
 
 
 def test_two_inertias_have_the_derivatives_of_the_closed_form(two_mass):
@@ -131,7 +131,7 @@ def test_an_equilibrium_moves_with_the_parameters():
     """J w^2 = sqrt(weight^2 - torque^2)."""
     system = lp.assemble(lp.compose(p=Pendulum()))
     modes = lp.modes(system, at=lp.equilibrium(system))
-    received = lp.eigen_sensitivity(modes, to=["p.J", "p.weight", "p.torque"])
+    received = lp.vibration.eigen_sensitivity(modes, to=["p.J", "p.weight", "p.torque"])
     lever = np.sqrt(30.0**2 - 18.0**2)
     f = np.sqrt(lever / 2.0) / (2 * np.pi)
     expected = [-f / 4.0, f / 2 * 30.0 / lever**2, -f / 2 * 18.0 / lever**2]
@@ -143,7 +143,7 @@ def test_an_equilibrium_moves_with_the_parameters():
 def test_a_point_that_is_no_equilibrium_is_held():
     system = lp.assemble(lp.compose(p=Pendulum()))
     modes = lp.modes(system, at=lp.start_point(system, start={"p.phi": 1.0}))
-    received = lp.eigen_sensitivity(modes, to=["p.weight", "p.torque"])
+    received = lp.vibration.eigen_sensitivity(modes, to=["p.weight", "p.torque"])
     f = np.sqrt(15.0 * np.cos(1.0)) / (2 * np.pi)
     assert received.hertz[0] == pytest.approx([f / 60.0, 0.0], rel=1e-10, abs=1e-15)
     assert not received.moving
@@ -225,9 +225,9 @@ def test_beside_critical_damping_decays_have_the_derivatives_of_the_closed_form(
 def test_bad_input_is_refused(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     with pytest.raises(UnknownNameError, match=r"shaft\.c"):
-        lp.eigen_sensitivity(modes, to=["shaft.C"])
+        lp.vibration.eigen_sensitivity(modes, to=["shaft.C"])
     with pytest.raises(OptionError, match="mode 5 of 1"):
-        lp.eigen_sensitivity(modes).ranked(5)
+        lp.vibration.eigen_sensitivity(modes).ranked(5)
     with pytest.raises(OptionError, match="no oscillating mode"):
         derived(lp.compose(body=Inertia(J=1.0)))
 

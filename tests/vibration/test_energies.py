@@ -19,7 +19,7 @@ from lumped.errors import OptionError
 
 
 def test_two_inertias_share_the_kinetic_energy_as_momentum_says(two_mass):
-    received = lp.modal_energies(lp.modes(lp.assemble(two_mass)))
+    received = lp.vibration.modal_energies(lp.modes(lp.assemble(two_mass)))
     elastic, kinetic = received.ranked(0)
     assert elastic == [("shaft", pytest.approx(1.0, rel=1e-12))]
     # J_a w_a == -J_b w_b, so the energies are as 1/J
@@ -58,7 +58,7 @@ def geared(n):
 def test_a_geared_drive_has_the_energies_of_its_matrices():
     n = 7
     J, c, modes = geared(n)
-    received = lp.modal_energies(modes)
+    received = lp.vibration.modal_energies(modes)
     assert set(received.components) == {f"body[{i}]" for i in range(n)} | {
         f"stage[{i}].shaft" for i in range(n - 1)
     }
@@ -80,7 +80,10 @@ def test_a_geared_drive_has_the_energies_of_its_matrices():
 def test_shares_are_twice_the_relative_sensitivities():
     """Rayleigh's quotient: dw/w = (elastic share) / 2 dc/c."""
     _, _, modes = geared(9)
-    energies, sensitivity = lp.modal_energies(modes), lp.eigen_sensitivity(modes)
+    energies, sensitivity = (
+        lp.vibration.modal_energies(modes),
+        lp.vibration.eigen_sensitivity(modes),
+    )
     for i, name in enumerate(energies.components):
         body = name.startswith("body")
         parameter = f"{name}.J" if body else f"{name.removesuffix('.shaft')}.c"
@@ -94,7 +97,7 @@ def test_light_damping_changes_shares_by_the_square_of_its_ratio(two_mass):
     zeta = 1e-3
     d = 2 * zeta * np.sqrt(300.0 * 2 / 3)
     model = two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})
-    received = lp.modal_energies(lp.modes(lp.assemble(model)))
+    received = lp.vibration.modal_energies(lp.modes(lp.assemble(model)))
     shares = dict(received.ranked(0)[1])
     assert shares["b"] == pytest.approx(2 / 3, abs=10 * zeta**2)
 
@@ -112,7 +115,7 @@ def test_translation_and_rotation_count_alike():
             *lp.chain(m.ground, m.shaft, m.body),
         ],
     )
-    received = lp.modal_energies(lp.modes(lp.assemble(model)))
+    received = lp.vibration.modal_energies(lp.modes(lp.assemble(model)))
     found = [[x[0][0] for x in received.ranked(i)] for i in range(2)]
     assert sorted(found) == [["shaft", "body"], ["spring", "mass"]]
     assert "100.0 %" in repr(received)
@@ -120,9 +123,9 @@ def test_translation_and_rotation_count_alike():
 
 def test_bad_input_is_refused(two_mass):
     with pytest.raises(OptionError, match="mode 3 of 1"):
-        lp.modal_energies(lp.modes(lp.assemble(two_mass))).ranked(3)
+        lp.vibration.modal_energies(lp.modes(lp.assemble(two_mass))).ranked(3)
     with pytest.raises(OptionError, match="no oscillating mode"):
-        lp.modal_energies(lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0)))))
+        lp.vibration.modal_energies(lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0)))))
 
 
 class Feeding(lp.Component):
@@ -151,7 +154,7 @@ def test_contributions_to_damping_add_up_and_name_who_damps():
         connections=lambda m: lp.chain(m.ground, m.bearing, m.a, m.shaft, m.b, m.coupling, m.c),
     )
     modes = lp.modes(lp.assemble(model))
-    received = lp.modal_energies(modes)
+    received = lp.vibration.modal_energies(modes)
     total = received.damping.sum(axis=1)
     print("largest error of the sum:", np.abs(total - modes.damping).max())
     assert total == pytest.approx(modes.damping, rel=1e-12)
@@ -173,12 +176,12 @@ def test_contributions_to_damping_add_up_and_name_who_damps():
 
 def test_nodes_lie_where_the_shape_passes_zero(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
-    (node,) = lp.modal_energies(modes).nodes(0)
+    (node,) = lp.vibration.modal_energies(modes).nodes(0)
     # J_a : J_b as 2 : 1, so the node is twice as far from b as from a
     assert (node.component, node.fraction) == ("shaft", pytest.approx(1 / 3, rel=1e-12))
     assert node.amplitude == pytest.approx(0, abs=1e-14)
     _, _, modes = geared(8)
-    energies = lp.modal_energies(modes)
+    energies = lp.vibration.modal_energies(modes)
     for k in range(len(modes.hertz)):
         assert len(energies.nodes(k)) == k + 1  # Sturm: one more from mode to mode
     with pytest.raises(OptionError, match="mode 9 of 7"):
@@ -195,7 +198,7 @@ def test_participation_is_the_derivative_by_the_diagonal_of_the_state_matrix():
         connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.coupling, m.c),
     )
     modes = lp.modes(lp.assemble(model))
-    found = lp.participation(modes)
+    found = lp.vibration.participation(modes)
     assert found.factors.sum(axis=1) == pytest.approx(np.ones(2), rel=1e-12)
     A = lp.linearise(modes.system).A
 
@@ -225,7 +228,7 @@ def test_a_mode_of_currents_alone_has_no_shares():
         ],
     )
     modes = lp.modes(lp.assemble(circuit))
-    received = lp.modal_energies(modes)
+    received = lp.vibration.modal_energies(modes)
     assert modes.hertz * 2 * np.pi == pytest.approx([np.sqrt(50.0), 100.0])
     assert received.kinetic.sum(axis=1).tolist() == [1.0, 0.0]
     assert received.elastic.sum(axis=1).tolist() == [1.0, 0.0]

@@ -12,7 +12,7 @@ from lumped.errors import OptionError, SolverError, UnknownNameError
 def test_two_inertias_have_the_shape_derivatives_of_the_closed_form(two_mass):
     """Angles a : b == -J_b : J_a, and the torque of the shaft is c (b - a)."""
     modes = lp.modes(lp.assemble(two_mass))
-    found = lp.shape_sensitivity(modes, of=["a.phi", "b.phi", "shaft.tau", "b.w"])
+    found = lp.vibration.shape_sensitivity(modes, of=["a.phi", "b.phi", "shaft.tau", "b.w"])
     a, b, c = 2.0, 1.0, 300.0
     expected = {
         ("a.phi", "a.J"): b / a**2,
@@ -72,7 +72,7 @@ def test_a_damped_geared_drive_agrees_with_differences_of_matrices():
     modes = lp.modes(lp.assemble(geared(J, c, d, ratio)))
     to = {"body[2].J": (0, 2), "shaft[1].c": (1, 1), "shaft[3].d": (2, 3), "gear[4].ratio": (3, 4)}
     of = [f"body[{i}].phi" for i in range(n)]
-    found = lp.shape_sensitivity(modes, of=of, to=list(to))
+    found = lp.vibration.shape_sensitivity(modes, of=of, to=list(to))
     worst = 0.0
     for k, value in enumerate(modes.eigenvalues):
         shape = np.array([modes.shape(name)[k] for name in of])
@@ -124,7 +124,7 @@ def test_shapes_follow_an_equilibrium_that_moves():
     )
     system = lp.assemble(model)
     modes = lp.modes(system, at=lp.equilibrium(system))
-    found = lp.shape_sensitivity(modes, of=["a.phi", "b.phi"], to=["load.tau", "soft.k"])
+    found = lp.vibration.shape_sensitivity(modes, of=["a.phi", "b.phi"], to=["load.tau", "soft.k"])
     assert found.moving
 
     def ratio(k, load):
@@ -163,7 +163,7 @@ def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
 
     With a tip's inertia the hub is at rest to first order, and the same holds for the inertia.
     """
-    found = lp.eigen_sensitivity(lp.modes(lp.assemble(star(3))))
+    found = lp.vibration.eigen_sensitivity(lp.modes(lp.assemble(star(3))))
     assert found.repeated == (0, 1)
     w = 10.0
     expected = [0.0, 1j * (2 / 3) / (2 * w)]
@@ -171,7 +171,7 @@ def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
     expected = [-1j * (2 / 3) * w / 2, 0.0]
     assert found.split(1, "tip[2].J") == pytest.approx(expected, abs=1e-12)
     assert found.split(1, "hub.J") == pytest.approx([0.0, 0.0], abs=1e-12)
-    shapes = lp.shape_sensitivity(found.modes, of=["tip[0].phi"], to=["arm[0].c"])
+    shapes = lp.vibration.shape_sensitivity(found.modes, of=["tip[0].phi"], to=["arm[0].c"])
     assert np.isnan(shapes.values[:2]).all()
     assert np.isfinite(shapes.values[2]).all()
     with pytest.raises(OptionError, match="mode 2 does not repeat"):
@@ -181,22 +181,22 @@ def test_eigenvalues_that_repeat_part_as_perturbation_theory_says():
 def test_bad_input_is_refused(two_mass):
     modes = lp.modes(lp.assemble(two_mass))
     with pytest.raises(OptionError, match="at least one quantity"):
-        lp.shape_sensitivity(modes, of=[])
+        lp.vibration.shape_sensitivity(modes, of=[])
     with pytest.raises(UnknownNameError, match=r"a\.phi"):
-        lp.shape_sensitivity(modes, of=["a.phy"])
-    found = lp.shape_sensitivity(modes, of=["a.phi"], to=["a.J"])
+        lp.vibration.shape_sensitivity(modes, of=["a.phy"])
+    found = lp.vibration.shape_sensitivity(modes, of=["a.phi"], to=["a.J"])
     with pytest.raises(UnknownNameError, match=r"'b.J' was not asked for"):
         _ = found["a.phi", "b.J"]
     free = lp.modes(lp.assemble(lp.compose(body=Inertia(J=1.0))))
     with pytest.raises(OptionError, match="no oscillating mode"):
-        lp.shape_sensitivity(free, of=["body.phi"])
+        lp.vibration.shape_sensitivity(free, of=["body.phi"])
 
 
 def test_an_eigenvalue_with_too_few_shapes_has_infinite_derivatives(two_mass):
     """Critical damping, but for rounding: two equal eigenvalues, one shape."""
     d = 2 * (1 - 1e-14) * np.sqrt(300.0 * 2 / 3)
     modes = lp.modes(lp.assemble(two_mass.with_({"shaft": SpringDamper(c=300.0, d=d)})))
-    found = lp.eigen_sensitivity(modes)
+    found = lp.vibration.eigen_sensitivity(modes)
     assert found.repeated == (0,)
     assert np.isnan(found.hertz[0]).all()
     with pytest.raises(SolverError, match="fewer shapes than eigenvalues"):

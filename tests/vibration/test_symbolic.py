@@ -32,7 +32,7 @@ def drive(bodies, grounded=False, ratio=1.0):
 
 def test_two_inertias_have_the_formula_of_every_textbook(two_mass):
     system = lp.assemble(two_mass)
-    (formula,) = lp.symbolic_frequencies(system)
+    (formula,) = lp.vibration.symbolic_frequencies(system)
     names = sorted(s.name() for s in ca.symvar(formula))
     assert names == ["a.J", "b.J", "shaft.c"]
     for J_a, J_b, c in ((1.0, 2.0, 300.0), (0.1, 77.0, 5e6)):
@@ -47,10 +47,10 @@ def test_two_inertias_have_the_formula_of_every_textbook(two_mass):
 def test_formulas_agree_with_the_eigenvalues_and_their_derivatives(bodies, grounded):
     system = drive(bodies, grounded, ratio=2.5)
     modes = lp.modes(system)
-    formulas = lp.symbolic_frequencies(system)
+    formulas = lp.vibration.symbolic_frequencies(system)
     found = [value(f, system) for f in formulas]
     assert found == pytest.approx(2 * np.pi * modes.hertz, rel=1e-11)
-    sensitivity = lp.eigen_sensitivity(modes)
+    sensitivity = lp.vibration.eigen_sensitivity(modes)
     for k, formula in enumerate(formulas):
         for symbol in ca.symvar(formula):
             derivative = value(ca.gradient(formula, symbol), system) / (2 * np.pi)
@@ -66,7 +66,10 @@ def test_quantities_are_formulas_of_named_symbols():
         connections=lambda m: lp.chain(m.a, m.shaft, m.b),
     )
     system = lp.assemble(model)
-    torque, rate = lp.expression(system, "shaft.tau"), lp.expression(system, "der(a.w)")
+    torque, rate = (
+        lp.expression(system, "shaft.tau"),
+        lp.expression(system, "der(a.w)"),
+    )
     symbols = {s.name(): s for s in ca.symvar(torque)}
     numbers = {"shaft.c": 7.0, "shaft.d": 0.3, "shaft.phi_rel": 0.2, "shaft.phi_rel0": 0.05}
     numbers |= {"b.w": 3.0, "a.w": 1.0, "a.J": 2.0}
@@ -81,7 +84,7 @@ def test_quantities_are_formulas_of_named_symbols():
 
 def test_what_has_no_formula_is_refused():
     with pytest.raises(OptionError, match="4 oscillating modes"):
-        lp.symbolic_frequencies(drive(4))
+        lp.vibration.symbolic_frequencies(drive(4))
     damped = lp.compose(
         a=Inertia(J=2.0),
         shaft=SpringDamper(c=3.0, d=0.5),
@@ -89,7 +92,7 @@ def test_what_has_no_formula_is_refused():
         connections=lambda m: lp.chain(m.a, m.shaft, m.b),
     )
     with pytest.raises(OptionError, match="is damped"):
-        lp.symbolic_frequencies(lp.assemble(damped))
+        lp.vibration.symbolic_frequencies(lp.assemble(damped))
     crank = lp.compose(
         wheel=Inertia(J=1.0),
         shaft=Spring(c=10.0),
@@ -100,7 +103,7 @@ def test_what_has_no_formula_is_refused():
         ],
     )
     with pytest.raises(OptionError, match="not linear"):
-        lp.symbolic_frequencies(lp.assemble(crank))
+        lp.vibration.symbolic_frequencies(lp.assemble(crank))
     clutch = lp.compose(
         a=Inertia(J=1.0),
         clutch=Clutch(characteristic=((0.0, 0.3),), c_geo=1.0, f_max=10.0, u=1.0),

@@ -75,7 +75,6 @@ bool unit_change(Unit *unit, const bool *fired, double early)
     instant->fired_count = 0;
     for (int i = 0; i < N_MARGINS; i++)
         if (fired[i]) instant->fired[instant->fired_count++] = i;
-    run->lowest = unit->phase == EVENTS ? CONTACT : 0.0; /* what an importer can resolve */
     int64_t why = kernel_find_positions(run);
     if (why != GOES_ON) return unit_fault(unit, why);
     memcpy(unit->x, instant->x, N_STATES * sizeof(double));

@@ -203,7 +203,6 @@ bool unit_start(Unit *unit)
     if (fault) return unit_fail(unit, "%s", fault);
     unit->t = unit->start;
     unit_span(unit, 1.0);
-    run->lowest = 0.0;
     timed_modes(unit);
     memcpy(unit->m + N_MODES, implicit_starts, N_IMPLICIT * sizeof(double));
     model_start(NULL, run->p, unit->t, unit->m, all);

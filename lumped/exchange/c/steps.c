@@ -60,7 +60,6 @@ static void set_out(Unit *unit, double end)
         if (N_IMPLICIT) run->longest = (end - unit->t) / FOLLOWED;
         if (N_MARGINS) run->longest = fmin(run->longest, (unit->stop - unit->start) / LOOKS);
     }
-    run->lowest = 0.0;
     unit_enter(unit);
     open(unit, RESTART);
     unit->is_ahead = true;

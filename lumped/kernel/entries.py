@@ -1,0 +1,54 @@
+"""Kernels that are called from outside: each takes addresses and gives an integer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.linkages import close, converge
+from lumped.kernel.loop import loop
+from lumped.kernel.plant import Function
+from lumped.kernel.positions import begin, calm_positions, find_positions
+from lumped.kernel.run import Run
+from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.words import Numbers, kernel
+
+__all__ = ["ENTRIES"]
+
+
+@kernel
+def value(run: Run, function: Function, out: Numbers) -> int:
+    """Evaluate a function where a run stands."""
+    evaluate(function, run, run.x, run.t, run.m, out)
+    return 0
+
+
+@kernel
+def closed(run: Run) -> int:
+    """Close the linkages where a run stands; whether they close."""
+    return close(run, run.x, run.t, run.m)
+
+
+@kernel
+def converged(run: Run) -> int:
+    """The same from the given guesses only."""
+    return converge(run, run.x, run.t, run.m)
+
+
+@kernel
+def watched(run: Run) -> int:
+    """Note whether constraints may be redundant."""
+    watch_redundancy(run)
+    return 0
+
+
+ENTRIES: dict[str, Any] = {
+    "loop": loop,
+    "begin": begin,
+    "calm_positions": calm_positions,
+    "find_positions": find_positions,
+    "value": value,
+    "closed": closed,
+    "converged": converged,
+    "watched": watched,
+}

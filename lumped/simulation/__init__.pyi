@@ -1,0 +1,15 @@
+from lumped.simulation.certify import Certificate as Certificate
+from lumped.simulation.inverse import inverse as inverse
+from lumped.simulation.simulate import simulate as simulate
+from lumped.simulation.sizing import Sizing as Sizing
+from lumped.simulation.sizing import sizing as sizing
+from lumped.simulation.sweep import Sweep as Sweep
+from lumped.simulation.sweep import sweep as sweep
+from lumped.simulation.work_precision import WorkPrecision as WorkPrecision
+from lumped.simulation.work_precision import WorkRow as WorkRow
+from lumped.simulation.work_precision import work_precision as work_precision
+from lumped.timeloop.result import Event as Event
+from lumped.timeloop.result import Statistics as Statistics
+from lumped.timeloop.result import Trajectory as Trajectory
+from lumped.timeloop.result_files import Saved as Saved
+from lumped.timeloop.result_files import load as load

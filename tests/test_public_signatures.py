@@ -1,0 +1,139 @@
+"""Public functions are called in one way, and their docstrings say all of it."""
+
+import ast
+import dataclasses
+import inspect
+import re
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from public_names import CLASSES, FUNCTIONS
+
+import lumped as lp
+
+MODULES = {
+    f"{module.__name__.rpartition('.')[2]}.{name}": getattr(module, name)
+    for module in (lp.functionals, lp.ops, lp.profiles, lp.transmissions)
+    for name in module.__all__
+    if inspect.isfunction(getattr(module, name))
+}
+ALL = FUNCTIONS | MODULES
+
+WITHOUT_NAME = {
+    "param": {"default"},  # unit, text and value declare a quantity
+    "var": {"start"},
+    "schematic": {"path"},  # what is drawn, and where to
+    "functionals.instant": {"after"},  # an event: its component, and what comes after it
+    "functionals.at_event": {"after"},
+}
+"""Options that may be given without their names, and why."""
+
+RTOL = 1e-6
+TIGHTER = {
+    "identify": 1e-8,  # near its end a search compares runs that hardly differ
+    "optimise": 1e-8,
+    "periodic": 1e-10,  # what is missing adds up over all periods that follow
+}
+"""Defaults of `rtol` that differ, each with a reason, which also stands in the docstring."""
+
+BRIEF: dict[str, set[str]] = {}
+"""Sections that are still missing."""
+
+
+def parameters(name: str) -> list[inspect.Parameter]:
+    return list(inspect.signature(ALL[name]).parameters.values())
+
+
+def sections(thing: object) -> set[str]:
+    return set(re.findall(r"^(\w+)\n---+$", inspect.getdoc(thing) or "", re.MULTILINE))
+
+
+def raises(function: Callable[..., Any]) -> bool:
+    source = textwrap.dedent(inspect.getsource(inspect.unwrap(function)))
+    return any(isinstance(node, ast.Raise) for node in ast.walk(ast.parse(source)))
+
+
+# -- calls ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_options_are_given_by_name(name):
+    received = {
+        p.name
+        for p in parameters(name)
+        if p.kind is p.POSITIONAL_OR_KEYWORD and p.default is not p.empty
+    }
+    assert received == WITHOUT_NAME.get(name, set())
+
+
+@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name not in WITHOUT_NAME])
+def test_at_most_one_thing_beside_the_first_is_given_without_its_name(name):
+    assert sum(p.kind is p.POSITIONAL_OR_KEYWORD for p in parameters(name)) <= 2
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_what_is_examined_comes_first(name):
+    known = {"system", "model", "modes", "run", "orbit", "point", "response"}
+    names = [p.name for p in parameters(name)]
+    assert not known & {*names[1:]} or names[0] in known
+
+
+def test_there_is_one_default_of_the_tolerance():
+    received = {
+        name: p.default for name in ALL for p in parameters(name) if p.name in ("rtol", "tolerance")
+    }
+    assert {name for name, value in received.items() if value == RTOL} > {"simulate", "gradient"}
+    others = {name: value for name, value in received.items() if value != RTOL}
+    assert others == TIGHTER | {"equilibrium": 1e-10}  # `tolerance`, of what is left of derivatives
+
+
+@pytest.mark.parametrize("name", TIGHTER)
+def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
+    assert re.search(r"tighter\s+than elsewhere[:.] ", inspect.getdoc(ALL[name]), re.IGNORECASE)
+
+
+def test_the_method_is_that_of_a_run_everywhere():
+    methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
+    assert {"simulate", "gradient", "hessian"} == {*methods}
+    assert {p.default for p in methods.values()} == {"auto"}
+    text = inspect.getdoc(lp.simulate)
+    for p in methods.values():
+        for choice in re.findall(r'"(\w+)"', str(p.annotation)):
+            assert f'"{choice}"' in text
+
+
+# -- docstrings ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for name in ALL if not name.startswith("ops.")])
+def test_a_docstring_says_what_is_taken_returned_and_raised(name):
+    function = ALL[name]
+    expected = {"Returns"}
+    expected |= {"Parameters"} if parameters(name) else set()
+    expected |= {"Raises"} if raises(function) else set()
+    assert expected - sections(function) == BRIEF.get(name, set())
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("ops.")])
+def test_a_mathematical_function_says_what_it_is(name):
+    function = MODULES[name]
+    assert inspect.getdoc(function)
+    assert not raises(function) or "Raises" in sections(function)
+
+
+@pytest.mark.parametrize("name", [name for name in ALL if "Parameters" in sections(ALL[name])])
+def test_the_docstring_names_all_parameters(name):
+    block = inspect.getdoc(ALL[name]).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    heads = re.findall(r"^(\S.*?)(?: : .*)?$", block, re.MULTILINE)
+    received = {word for head in heads for word in re.findall(r"\w+", head)}
+    assert {p.name for p in parameters(name)} <= received
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_class_says_what_it_holds(name):
+    kind = CLASSES[name]
+    assert kind.__doc__
+    if dataclasses.is_dataclass(kind) or "__init__" in vars(kind):
+        assert {"Attributes", "Parameters"} & sections(kind)
