@@ -86,7 +86,7 @@ def test_wheel_is_typed_and_lists_the_public_names(wheel: Path):
 def test_wheel_holds_the_c_sources_of_exported_models(wheel: Path):
     folder = ROOT / "lumped" / "exchange" / "c"
     expected = {f"lumped/exchange/c/{file.name}" for file in folder.iterdir()}
-    assert {name for name in content(wheel) if name.endswith((".c", ".h"))} == expected
+    assert {name for name in content(wheel) if name.startswith("lumped/exchange/c/")} == expected
     assert len(expected) > 10
 
 

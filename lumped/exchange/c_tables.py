@@ -3,22 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy
 
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
-from lumped.exchange.c_functions import CFunction, c_text
+from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.kernel import plant, run
+from lumped.kernel.emit_c import c_text, declaration
+from lumped.kernel.linkages import close
+from lumped.kernel.loop import loop, must_jump
+from lumped.kernel.operations import Operations, operations_of
+from lumped.kernel.pivots import pattern_of
+from lumped.kernel.positions import begin, calm_positions, find_positions
+from lumped.kernel.run import Pattern
+from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.steps import is_unfit
+from lumped.kernel.to_c import as_c, header
+from lumped.timeloop.executable import parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.run import nominals
 
-__all__ = ["coefficients", "model_files"]
+__all__ = ["model_files"]
 
-_HERE = ("x", "p", "t", "m")
+_ENTRIES: dict[str, Any] = {
+    "kernel_loop": loop,
+    "kernel_begin": begin,
+    "kernel_calm_positions": calm_positions,
+    "kernel_find_positions": find_positions,
+    "kernel_close": close,
+    "kernel_watch_redundancy": watch_redundancy,
+    "kernel_must_jump": must_jump,
+    "kernel_is_unfit": is_unfit,
+}
+"""What of the time loop the interface calls."""
+
+_STATUS = (
+    *("GOES_ON", "DONE", "FULL", "UNFIT", "NOT_FINITE", "GIVEN_UP", "TOO_MANY", "STORM"),
+    *("NEEDS_MATRIX", "NO_FIT", "NOT_CLOSED", "JUMPS", "INSIDE"),
+    *("BEGIN_SEGMENT", "RESTART", "STORM_SIZE"),
+)
+_POSITIONS = ("STUCK", "FORWARD", "BACKWARD", "CONDITION", "SLIDE")
 _OUTSIDE = {
     "min": ("<", "be at least"),
     "above": ("<=", "be greater than"),
@@ -28,100 +58,129 @@ _OUTSIDE = {
 }
 
 
-def model_files(interface: Interface, token: str, rtol: float) -> tuple[dict[str, str], int]:
-    """Text of ``model.h`` and ``model.c``, and the number of operations of the functions."""
-    functions = _functions(interface)
-    sizes, tables = _sizes(interface, rtol), _tables(interface, token)
-    header = [
-        "/* A model made by lumped: sizes, tables and functions of states x, parameters p, time t,",
-        "   modes and implicit quantities m. */",
-        "#ifndef MODEL_H\n#define MODEL_H\n\n#include <stdbool.h>\n",
+def model_files(
+    interface: Interface, token: str, rtol: float, method: str
+) -> tuple[dict[str, str], int]:
+    """Text of ``loop.c``, ``loop.h``, ``model.c`` and ``model.h``, and the number of operations.
+
+    Parameters
+    ----------
+    method : {"auto", "explicit", "implicit"}
+        Of co-simulation.
+    """
+    system = interface.system
+    given, lengths, fields = parts_of(system)
+    functions = {name: operations_of(f) for name, f in given.items()}
+    lengths = {**lengths, "nonzeros": 0, "entries": 0}
+    values: dict[str, dict[str, int | np.ndarray]] = {"plant": fields}
+    if method != "explicit" and lengths["states"]:
+        functions["jacobian"] = operations_of(system.jacobian, full=False)
+        rows, columns = (np.array(v) for v in system.jacobian.sparsity_out(0).get_triplet())
+        pattern = pattern_of(rows.astype(int), columns.astype(int), lengths["states"])
+        values["pattern"] = {name: getattr(pattern, name) for name in Pattern.fields}
+        lengths |= {"nonzeros": pattern.nonzeros, "entries": pattern.entries}
+    timed = [m for clock in clocks(system) for m in clock.condition.modes]
+    lengths["timed"] = len(timed)
+    values["run"] = {"timed": len(timed), "timed_setting": np.array(timed, dtype=np.int64)}
+    memory = Memory(lengths, values, list(functions))
+    functions |= _own_functions(interface)
+    # the interface calls these directly
+    for name in ("rates", "look", "margin", "margin_rate", "following"):
+        if name not in functions:
+            functions[name] = _operations(name, system, [])
+    sizes = _sizes(interface, len(timed)) | {
+        "MAY_CHOOSE": int(method == "auto" and "jacobian" in functions),
+        "IS_IMPLICIT": int(method == "implicit" and "jacobian" in functions),
+    }
+    tables = _tables(interface, token)
+    head = [
+        "/* A model made by lumped: sizes, tables, functions of states x, parameters p, time t,",
+        "   settings m (positions of conditions and holds, then implicit quantities). */",
+        '#ifndef MODEL_H\n#define MODEL_H\n\n#include <stdbool.h>\n#include "loop.h"\n',
         "enum {\n" + ",\n".join(f"    {name} = {value}" for name, value in sizes.items()) + "\n};",
-        "enum { RELATION, UPPER, LOWER, SLIDE }; /* kinds of margins */\n",
         f"#define DEFAULT_TOLERANCE {rtol!r}\n",
+        memory.declaration,
         *(f"extern {text};" for text, _ in tables),
         "",
-        *(f"{f.declaration};" for f in functions),
+        *(declaration(f"model_{name}") for name in functions),
         "const char *parameter_fault(int parameter, double value);",
         "const char *bound_fault(const double *p);",
         "\n#endif\n",
     ]
     body = [
-        '#include <stddef.h>\n#include "model.h"\n',
+        '#include <math.h>\n#include <stddef.h>\n#include "model.h"\n',
         *(f"{text} = {value};" for text, value in tables),
         "",
         _faults(interface.variables),
-        c_text(functions),
-        _bound_faults(interface.system),
+        *(c_text(operations, f"model_{name}") for name, operations in functions.items()),
+        _bound_faults(system),
+        memory.definition,
     ]
-    operations = sum(f.function.n_instructions() for f in functions)
-    return {"model.h": "\n".join(header), "model.c": "\n".join(body)}, operations
+    files = {"model.h": "\n".join(head), "model.c": "\n".join(body), **_loop_files()}
+    return files, sum(len(operations.table) for operations in functions.values())
 
 
-def _functions(interface: Interface) -> list[CFunction]:
+@cache
+def _loop_files() -> dict[str, str]:
+    """The time loop; the same for all models."""
+    told = (
+        "/* The time loop of lumped, translated from lumped/kernel; it is the same in all units. */"
+    )
+    names = [*_STATUS, *_POSITIONS]
+    found = {**vars(run), **vars(plant)}
+    listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
+    declared = f"{told}\n#ifndef LOOP_H\n#define LOOP_H\n\n{header(_ENTRIES)}\n"
+    return {
+        "loop.c": f"{told}\n{as_c(_ENTRIES)}",
+        "loop.h": f"{declared}\nenum {{\n{listed}\n}};\n\n#endif\n",
+    }
+
+
+def _operations(name: str, system: System, results: Sequence[ca.SX]) -> Operations:
+    """A function with the inputs of a system."""
+    return operations_of(ca.Function(name, system._inputs, [ca.densify(r) for r in results]))
+
+
+def _own_functions(interface: Interface) -> dict[str, Operations]:
+    """What the interface needs beside the functions of the plant, one result after the other."""
     system, form = interface.system, interface.form
-    here = system._inputs
-    p, all_states = here[1], system._values.states
-
-    def usual(name: str, results: Sequence[ca.SX], outputs: Sequence[str]) -> CFunction:
-        return CFunction(name, here, results, _HERE, outputs)
-
+    _, p, time, m = system._inputs
+    all_states, v, all_clocks = system._values.states, system._values, clocks(system)
     jacobian = ca.jacobian(form.miss, all_states)
-    if form.rows:
-        jacobian = jacobian[form.rows, form.columns]
-    empty = ca.SX(0, 1)
-    margins = system.margins(*here) if system.switching else (empty, empty)
-    slopes = system.margin_rates(*here) if system.switching else empty
-    v, all_clocks = system._values, clocks(system)
-    places = ca.vertcat(empty, *(c.condition.argument for c in all_clocks))
+    jacobian = jacobian[form.rows, form.columns] if form.rows else ca.SX(0, 1)
+    places = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in all_clocks))
     speeds = ca.densify(ca.jacobian(places, v.time))
-    return [
-        usual("model_rates", [system.rates], ["rates"]),
-        usual("model_look", [system.look(*here)], ["look"]),
-        usual("model_margins", list(margins), ["margins", "tolerances"]),
-        usual("model_margin_rates", [slopes], ["slopes"]),
-        usual("model_outputs", [interface.output_expressions], ["outputs"]),
-        usual("model_closure", list(system.closure(*here)), ["found", "step"]),
-        usual("model_followers", [followers(system)[1](*here)], ["values"]),
-        usual("model_levers", [levers(system)[1](*here)], ["ratios"]),
-        CFunction(
-            "model_clocks",
-            [v.time, p, here[3]],
-            [places, speeds],
-            ["t", "p", "m"],
-            ["places", "slopes"],
-        ),
-        CFunction("model_bound", [p], [_bound(interface.system)], ["p"], ["values"]),
-        CFunction("model_start", [p], [form.states], ["p"], ["states"]),
-        CFunction(
-            "model_targets",
-            [all_states, *here[1:]],
-            [form.miss, jacobian],
-            ["all", "p", "t", "m"],
-            ["miss", "jacobian"],
-        ),
-    ]
+    targets = ca.Function(
+        "targets", [all_states, p, time, m], [ca.densify(form.miss), ca.vec(ca.densify(jacobian))]
+    )
+    return {
+        "outputs": _operations("outputs", system, [interface.output_expressions]),
+        "clocks": _operations("clocks", system, [places, speeds]),
+        "bound": _operations("bound", system, [_bound(system)]),
+        "start": _operations("start", system, [form.states]),
+        "targets": operations_of(targets),
+    }
 
 
-def _sizes(interface: Interface, rtol: float) -> dict[str, int]:
+def _sizes(interface: Interface, timed: int) -> dict[str, int]:
     system, form, s = interface.system, interface.form, interface.system.switching
     return {
         "N_STATES": len(system.states),
         "N_ALL_STATES": len(system._reduced.states),
         "N_PARAMETERS": system._inputs[1].numel(),
         "N_MODES": system._flat.mode_count,
-        "N_GUESSES": len(system._values.implicit),
+        "N_IMPLICIT": len(system._values.implicit),
+        "N_SETTINGS": system._inputs[3].numel(),
         "N_OUTPUTS": len(interface.outputs),
         "N_MARGINS": interface.margins,
-        "N_RELATIONS": len(s.relation_modes),
+        "N_CONDITIONS": len(s.relation_modes),
         "N_CLOCKS": len(s.timed),
+        "N_TIMED": timed,
         "CLOCK_LEVELS": _levels(s.needs),
         "N_HOLDS": len(s.first_modes),
-        "N_JUMPS": len(s.jumps),
-        "N_JUMP_VALUES": s.values.numel(),
         "N_TARGETS": form.miss.numel(),
         "N_SOLVED": len(form.rows),
-        "N_FOLLOWERS": len(followers(system)[0]),
+        "N_FOLLOWERS": len(followers(system)[0]) if s.timed else 0,
         "N_LEVERS": len(levers(system)[0]),
         "HAS_SWITCHING": int(bool(s)),
     }
@@ -130,49 +189,37 @@ def _sizes(interface: Interface, rtol: float) -> dict[str, int]:
 def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
     """Declarations and values; one entry more than needed, as C has no empty arrays."""
     system, form, s = interface.system, interface.form, interface.system.switching
-    place = {node: i for i, node in enumerate(system.states)}
     parameters = [v for v in interface.variables if v.role in ("parameter", "input")]
-    uses = _grouped(*system.speed_uses, len(s.speeds)) if s.speeds else ([0], [])
-    jumped = [place.get(node, -1) for jump in s.jumps for node in jump.nodes]
-    signs = [sign for jump in s.jumps for sign in jump.signs]
-    begins = np.cumsum([0, *(len(jump.nodes) for jump in s.jumps)]).tolist()
     leads = [
         f"{system._node_name(follower)} should lead instead of {system._node_name(leader)}"
         for follower, leader in levers(system)[0]
     ]
-    kinds = [kind.upper() for kind, _ in s.rows] if interface.margins else []
-    numbers = [number for _, number in s.rows] if interface.margins else []
+    implicit = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+    sides = [c.relation.sides for c in s.conditions]
+    texts: list[str] = []
+    for k, c in enumerate(s.conditions):
+        both = ("", "") if c.pieces else (s.relation_text(k, mode)[1] for mode in (0.0, 1.0))
+        texts += both
     return [
         ("const char *const model_name", _quoted(system.name)),
         ("const char *const model_token", _quoted(token)),
+        ("const char *const implicit_names", _quoted(implicit)),
         _texts("parameter_names", [v.name for v in parameters]),
         _array("double", "parameter_starts", system._flat.parameters.defaults.tolist()),
         _array("bool", "parameter_tunable", [v.tunable for v in parameters]),
+        _texts("state_names", system.state_names),
         _array("double", "state_nominal", nominals(system).tolist()),
         _array("int", "state_place", system._in_use),
         _array("bool", "state_settable", interface.settable_states),
-        _array("double", "guess_starts", form.guesses.tolist()),
-        *_conditions(s),
-        _texts("hold_names", s.names),
-        _array("int", "hold_modes", s.first_modes.tolist()),
-        _array("int", "hold_engaged", s.engaged.tolist()),
-        _array("int", "hold_state", [place.get(node, -1) for node in s.speeds]),
-        _array("bool", "hold_has_upper", s.has_upper.tolist()),
-        _array("bool", "hold_has_lower", s.has_lower.tolist()),
-        _array("bool", "hold_has_forward", s.has_forward.tolist()),
-        _array("bool", "hold_has_backward", s.has_backward.tolist()),
-        _array("bool", "hold_has_gap", s.has_gap.tolist()),
-        _array("int", "hold_uses_begin", uses[0]),
-        _array("int", "hold_uses", uses[1]),
-        _array("int", "margin_kind", kinds),
-        _array("int", "margin_number", numbers),
-        _array("int", "jump_mode", [jump.mode for jump in s.jumps]),
-        _array("int", "jump_begin", begins),
-        _array("int", "jump_state", jumped),
-        _array("double", "jump_sign", signs),
+        _array("double", "implicit_starts", form.guesses.tolist()),
+        _texts("change_names", [*(c.name for c in s.conditions), *s.names]),
+        _texts("condition_sides", [str(left) for left, _ in sides]),
+        _texts("condition_texts", texts),
+        *_clocks(s),
+        _texts("gap_units", s.gap_units),
         _array("int", "solved_row", form.rows),
         _array("int", "solved_state", form.columns),
-        _texts("follower_names", followers(system)[0]),
+        _texts("follower_names", followers(system)[0] if s.timed else []),
         _texts("lever_names", leads),
     ]
 
@@ -185,31 +232,22 @@ def _levels(needs: list[list[int]]) -> int:
     return max(levels, default=0)
 
 
-def _conditions(s: Switching) -> list[tuple[str, str]]:
-    """Tables of the conditions and of the functions of time, and the rows of both."""
-    found: list[tuple[str, str]] = []
-    rows: list[float] = []
-    for name, conditions in (("relation", s.conditions), ("clock", s.timed)):
-        firsts, tables = [], [c.pieces for c in conditions]
-        for pieces in tables:
-            firsts.append(len(rows))
-            rows += [] if pieces is None else pieces.table.ravel().tolist()
-        found += [
-            _array("int", f"{name}_mode", [c.mode for c in conditions]),
-            _array("bool", f"{name}_strict", [c.relation.strict for c in conditions]),
-            _array("int", f"{name}_count", [p.count if p else 0 for p in tables]),
-            _array("int", f"{name}_first", firsts),
-            _array("int", f"{name}_width", [p.width if p else 1 for p in tables]),
-        ]
-    periods = [c.pieces.period or 0.0 if c.pieces else 0.0 for c in s.timed]
-    return [*found, _array("double", "clock_period", periods), _array("double", "piece_rows", rows)]
-
-
-def _grouped(rows: np.ndarray, columns: np.ndarray, count: int) -> tuple[list[int], list[int]]:
-    """Columns of each row, one row after the other, and where each begins."""
-    order = np.argsort(rows, kind="stable")
-    begins = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))])
-    return begins.tolist(), columns[order].tolist()
+def _clocks(s: Switching) -> list[tuple[str, str]]:
+    """Tables of the functions of time."""
+    tables = [c.pieces for c in s.timed]
+    counts = [p.count if p else 0 for p in tables]
+    widths = [p.width if p else 1 for p in tables]
+    firsts = np.cumsum([0, *(n * w for n, w in zip(counts, widths, strict=True))])[:-1]
+    rows = [value for p in tables if p for value in p.table.ravel().tolist()]
+    return [
+        _array("int", "clock_setting", [c.mode for c in s.timed]),
+        _array("bool", "clock_strict", [c.relation.strict for c in s.timed]),
+        _array("int", "clock_count", counts),
+        _array("int", "clock_first", firsts.tolist()),
+        _array("int", "clock_width", widths),
+        _array("double", "clock_period", [p.period or 0.0 if p else 0.0 for p in tables]),
+        _array("double", "clock_rows", rows),
+    ]
 
 
 def _array(kind: str, name: str, values: Iterable[object]) -> tuple[str, str]:
@@ -279,33 +317,7 @@ def _bound_faults(system: System) -> str:
     size = len(p.declared) + len(p.ordered) + 1
     head = ["const char *bound_fault(const double *p)", "{"]
     if lines:
-        head += [f"    double values[{size}];", "    model_bound(p, values);"]
+        head += [f"    double values[{size}];", "    model_bound(NULL, p, 0.0, NULL, values);"]
     else:
         head.append("    (void)p;")
     return "\n".join([*head, *lines, "    return NULL;", "}\n"])
-
-
-def coefficients() -> str:
-    """Text of ``dop853.h``: coefficients of the method as SciPy publishes them."""
-    d = scipy.integrate.DOP853
-    tables = {
-        "a": np.asarray(d.A),
-        "b": np.asarray(d.B),
-        "c": np.asarray(d.C),
-        "e3": np.asarray(d.E3),
-        "e5": np.asarray(d.E5),
-        "ax": np.asarray(d.A_EXTRA),
-        "cx": np.asarray(d.C_EXTRA),
-        "d": np.asarray(d.D),
-    }
-    lines = ["/* Coefficients of DOP853 (Hairer, Norsett, Wanner, vol. I, II.5). */"]
-    for name, values in tables.items():
-        size = "".join(f"[{n}]" for n in values.shape)
-        lines.append(f"static const double dop853_{name}{size} = {_nested(values)};")
-    return "\n".join(lines) + "\n"
-
-
-def _nested(values: np.ndarray) -> str:
-    if values.ndim == 1:
-        return "{" + ", ".join(repr(float(v)) for v in values) + "}"
-    return "{\n" + ",\n".join(_nested(row) for row in values) + "}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import re
@@ -16,12 +17,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Literal
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError, OptionError
-from lumped.exchange.c_tables import coefficients, model_files
+from lumped.exchange.c_tables import model_files
 from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface
+from lumped.kernel import code_cache
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.guards import may_be_unfit
@@ -29,12 +32,15 @@ from lumped.timeloop.instants import Clock, clocks
 
 __all__ = ["ExportedFMU", "export_fmu"]
 
-_SOURCES = ("access.c", "events.c", "holds.c", "integrate.c", "pieces.c", "settle.c", "start.c")
-_HEADERS = ("holds.h", "lumped.h")
-_OWN = {
-    "2.0": (("fmi2.c",), ("fmi2_types.h",)),
-    "3.0": (("fmi3.c", "fmi3_absent.c"), ("fmi3.h", "fmi3_types.h")),
+_SOURCES = ("access.c", "clocks.c", "events.c", "faults.c", "start.c", "steps.c")
+_LICENCE = "fmi-licence.txt"
+"""Of the headers of the Modelica Association."""
+_OWN = {"2.0": ("fmi2.c",), "3.0": ("fmi3.c", "fmi3_absent.c")}
+_HEADERS = {
+    "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    "3.0": ("fmi3.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
+"""Those of the Modelica Association, and one of ours."""
 _KINDS = ("model_exchange", "co_simulation")
 _LARGE = 40_000
 """Operations from which on a compiler takes too long to optimise."""
@@ -88,13 +94,15 @@ def export_fmu(
     outputs: Iterable[Name] = (),
     start: Changes | None = None,
     rtol: float = 1e-6,
+    method: Literal["auto", "explicit", "implicit"] = "auto",
 ) -> ExportedFMU:
     """Write a model as an FMU for other tools.
 
-    The functions of the system become C by CasADi's code generator; a small runtime in C adds the
-    interface, events, the search for modes that fit (sticking and sliding, impacts, jumps), and for
-    co-simulation the method DOP853 with events located inside steps. All sources are in the file;
-    they are compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
+    The file holds C sources: the time loop that `simulate` uses, the functions of the system, and
+    the interface. Co-simulation makes the steps of `simulate` and finds the same events; from the
+    same start and at the same tolerance its states are the same to the last bit. Steps do not end
+    at communication points; where an input is set, integration starts anew. The sources are
+    compiled by the compiler of this machine (``CC``, or ``cc``) if there is one.
 
     Parameters of the model can be set before the run, and during it if no equation that holds them
     was differentiated. States can be set before the run where they follow from nothing else.
@@ -111,13 +119,16 @@ def export_fmu(
         With the integrator of the importing tool, or with an own one.
     inputs : iterable of names
         Parameters, or inputs given as numbers, that vary from outside. Co-simulation holds them
-        within a step.
+        from one communication point to the next.
     outputs : iterable of names
         Quantities to give out. States are always visible.
     start : mapping of name to float, optional
         Start values to set or change, as for `simulate`.
     rtol : float
         Relative tolerance of co-simulation where the importing tool gives none.
+    method : {"auto", "explicit", "implicit"}
+        Of co-simulation: "explicit" is DOP853, "implicit" Rodas5P, "auto" the first until the
+        second pays, as "steps" of `simulate`.
 
     Returns
     -------
@@ -147,15 +158,14 @@ def export_fmu(
         system = system.without_foresight()
     interface = Interface(system, inputs, outputs, start or {})
     identifier = re.sub(r"\W", "_", system.name)
-    files, operations = model_files(interface, "{token}", rtol)
+    files, operations = model_files(interface, "{token}", rtol, method)
     token = "{" + str(uuid.uuid5(uuid.NAMESPACE_OID, version + "".join(files.values()))) + "}"
     files["model.c"] = files["model.c"].replace("{token}", token, 1)
-    files["dop853.h"] = coefficients()
-    own, headers = _OWN[version]
     folder = resources.files("lumped.exchange") / "c"
-    for name in (*_SOURCES, *_HEADERS, *own, *headers):
+    own = (*_SOURCES, *_OWN[version])
+    for name in (*own, "lumped.h", *_HEADERS[version], _LICENCE):
         files[name] = (folder / name).read_text()
-    sources = ("model.c", *_SOURCES, *own)
+    sources = ("loop.c", "model.c", *own)
     described = model_description(
         interface,
         version=version,
@@ -168,7 +178,7 @@ def export_fmu(
     if version == "3.0":
         files["buildDescription.xml"] = build_description(identifier, sources)
     place, suffix = _platform(version)
-    library = _compiled(files, sources, "-O0" if operations > _LARGE else "-O1", suffix)
+    library = _compiled(files, sources, "-O1" if operations > _LARGE else "-O2", suffix)
     path = Path(path)
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", described)
@@ -237,14 +247,36 @@ def _compiled(
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
             (Path(folder) / name).write_text(text)
-        options = ["-std=c99", level, "-fPIC", "-fvisibility=hidden", "-shared"]
-        command = [*compiler.split(), *options, "-o", f"model{suffix}", *sources, "-lm"]
-        try:
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        except OSError as error:
-            raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
-        if done.returncode:
-            raise ExportError(
-                f"export_fmu: {compiler} refuses the sources:\n{done.stderr.strip()[:2000]}"
-            )
+        own = compiler.split()
+        command = [*own, "-std=c99", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden"]
+        _compile_loop(
+            [*command, "-O2"], _call([*own, "--version"], folder), files["loop.c"], folder
+        )
+        others = ["loop.o", *(name for name in sources if name != "loop.c")]
+        _call([*command, level, "-shared", "-o", f"model{suffix}", *others, "-lm"], folder)
         return (Path(folder) / f"model{suffix}").read_bytes()
+
+
+def _compile_loop(command: list[str], version: str, text: str, folder: str) -> None:
+    """Object code of the time loop, which is the same in all units: compiled once and kept."""
+    made = Path(folder) / "loop.o"
+    key = hashlib.sha256("|".join([version, *command, text]).encode()).hexdigest()
+    code = code_cache.load(code_cache.loop_name() + key)
+    if code is None:
+        _call([*command, "-c", "loop.c", "-o", "loop.o"], folder)
+        code_cache.save(code_cache.loop_name() + key, made.read_bytes())
+    else:
+        made.write_bytes(code)
+
+
+def _call(command: list[str], folder: str) -> str:
+    """What a compiler says."""
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise ExportError(f"export_fmu: the compiler cannot be run: {error}") from None
+    if done.returncode:
+        raise ExportError(
+            f"export_fmu: {command[0]} refuses the sources:\n{done.stderr.strip()[:2000]}"
+        )
+    return done.stdout

@@ -25,7 +25,7 @@ from lumped.kernel.run import (
 from lumped.kernel.steps import advance, is_unfit
 from lumped.kernel.words import Numbers, kernel
 
-__all__ = ["loop"]
+__all__ = ["loop", "must_jump"]
 
 _STORM_WITHIN = 1e-9
 """Of the size of all times: changes that follow each other closer make a storm."""
@@ -75,7 +75,7 @@ def _settle(run: Run) -> int:
 
 
 @kernel
-def _must_jump(run: Run) -> bool:
+def must_jump(run: Run) -> bool:
     """Whether bodies would have to follow a jump of a prescribed motion."""
     plant, old, new = run.plant, run.followed_before, run.followed_after
     if plant.followers == 0:
@@ -99,7 +99,7 @@ def _begin_segment(run: Run) -> int:
         run.m[run.timed_setting[i]] = run.timed_values[k * run.timed + i]
     run.instant.fired_count = 0
     run.phase = OPEN_SEGMENT
-    if k > 0 and _must_jump(run):
+    if k > 0 and must_jump(run):
         return JUMPS
     return _settle(run)
 

@@ -25,7 +25,8 @@ tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: 
 to follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
-"""Where a run goes on."""
+WAITING = 7
+"""Where a run goes on. WAITING: in a step that was accepted and of which more may be wanted."""
 
 
 class Look(Record):
@@ -223,8 +224,10 @@ class Run(Record):
     interpreted: int
     pause: int
 
-    # whether it returns as soon as all times that are wanted are recorded
+    # whether it returns as soon as all times that are wanted are recorded, and stays in that step;
+    # whether positions change in the step
     waits: int
+    is_crossed: int
 
     # times of the last changes of position
     changed: Annotated[Numbers, str(STORM_SIZE)]

@@ -21,6 +21,7 @@ from lumped.kernel.run import (
     STEPPING,
     TOO_MANY,
     UNFIT,
+    WAITING,
     Run,
 )
 from lumped.kernel.words import Numbers, kernel, sqrt
@@ -234,11 +235,22 @@ def _attempt(run: Run) -> int:
         run.m[plant.settings - plant.implicit + i] = run.found[i]
     if not run.is_implicit:
         _note_stiffness(run)
-    if plant.margins > 0 and is_suspected(run) and find_crossing(run):
-        record(run, run.t_cross, True)
+    run.is_crossed = plant.margins > 0 and is_suspected(run) and find_crossing(run)
+    return _leave_step(run)
+
+
+@kernel
+def _leave_step(run: Run) -> int:
+    """Record what is wanted of an accepted step and move on; why the loop returns."""
+    output = run.output
+    record(run, run.t_cross if run.is_crossed else run.t_new, run.is_crossed != 0)
+    run.phase = STEPPING
+    if run.waits and output.grid_next >= output.grid_size:
+        run.phase = WAITING
+        return FULL
+    if run.is_crossed:
         run.phase = CROSS
         return GOES_ON
-    record(run, run.t_new, False)
     _move_on(run)
     return UNFIT if is_unfit(run) else GOES_ON
 
@@ -257,9 +269,7 @@ def advance(run: Run) -> int:
     while run.t < run.end:
         if not has_room(output) or run.steps + run.rejected >= run.pause:
             return FULL
-        if run.waits and output.grid_next >= output.grid_size:
-            return FULL
-        status = _attempt(run)
+        status = _leave_step(run) if run.phase == WAITING else _attempt(run)
         if status != GOES_ON:
             return status
         if run.steps + run.rejected > run.max_steps:

@@ -11,7 +11,7 @@ from lumped.kernel.records import Field, Record
 from lumped.kernel.translate import TranslationError, Value, Writer, reached
 from lumped.kernel.words import Kernel
 
-__all__ = ["as_c", "declared_records", "number"]
+__all__ = ["as_c", "declared_records", "header", "number"]
 
 _TYPES = {"int": "int64_t ", "float": "double ", "bool": "bool ", "void": "void "}
 _TYPES |= {"ints": "int64_t *", "numbers": "double *"}
@@ -19,7 +19,18 @@ _ELEMENT = {"ints": "int", "numbers": "float"}
 _HEAD = """#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+#if defined(_MSC_VER)
+#pragma fp_contract(off)
+#elif defined(__clang__) || !defined(__GNUC__)
 #pragma STDC FP_CONTRACT OFF
+#endif
+
+/* an address that takes 64 bits, on machines with shorter ones too */
+#if UINTPTR_MAX < UINT64_MAX
+#define AT(declared, name) declared; int32_t name##_rest
+#else
+#define AT(declared, name) declared
+#endif
 
 typedef void (*Called)(const double *x, const double *p, double t, const double *m, double *out);
 
@@ -47,6 +58,15 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
 
 
+def header(functions: Mapping[str, Callable[..., object]]) -> str:
+    """Declarations of such functions and of the records that they take."""
+    kernels: Any = list(functions.values())
+    names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
+    found = [_Function(kernel, names) for kernel in kernels]
+    records = declared_records(kind for f in found for _, kind in f.arguments)
+    return "\n".join([_HEAD, records, *(f"{f.head};" for f in found), ""])
+
+
 def declared_records(kinds: Iterable[Any]) -> str:
     """Types of records, with those that they point to."""
     waiting: list[type[Record]] = [kind for kind in kinds if isinstance(kind, type)]
@@ -61,12 +81,11 @@ def declared_records(kinds: Iterable[Any]) -> str:
 
 
 def _record(kind: type[Record]) -> str:
-    # each field takes 64 bits, on machines with shorter addresses too
     rows = []
     for field in kind.fields.values():
         text = f"{_type(field.kind)}{field.name}"
         if field.kind not in ("int", "float"):
-            text = f"union {{ {text}; int64_t {field.name}_word; }}"
+            text = f"AT({text}, {field.name})"
         rows.append(f"    {text};")
     return f"struct {kind.__name__} {{\n" + "\n".join(rows) + "\n};"
 
@@ -103,9 +122,10 @@ class _Function(Writer):
         given = dict(self.arguments)
         own = [(n, k) for n, k in self.variables.items() if n not in given]
         declared = [f"    {_type(kind)}{name};" for name, kind in own]
-        return "\n".join(
-            [*self._tables.values(), f"{self.head}", "{", *declared, *self._lines, "}\n"]
-        )
+        used = set(re.findall(r"\w+", "\n".join(self._lines)))
+        declared += [f"    (void){name};" for name in given if name not in used]
+        body = [*declared, *self._lines]
+        return "\n".join([*self._tables.values(), self.head, "{", *body, "}\n"])
 
     def _line(self, text: str) -> None:
         self._lines.append("    " * self._depth + text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -20,12 +20,38 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Instant, Look, Matrix, Pattern, Run
 from lumped.timeloop.guards import followers, levers
 
-__all__ = ["Executable", "evaluated", "executable", "smooth_executable", "span"]
+__all__ = [
+    "Executable",
+    "Parts",
+    "evaluated",
+    "executable",
+    "parts_of",
+    "smooth_executable",
+    "span",
+]
 
 _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
+
+
+class Parts(NamedTuple):
+    """What a plant is made of.
+
+    Attributes
+    ----------
+    functions : dict of str to Function
+        Functions of the plant by the names of its fields, but for the Jacobian.
+    sizes : dict of str to int
+        States, settings, parameters, and so on (see `lumped.kernel.run`).
+    fields : dict of str to int or ndarray
+        All other fields of the plant: its sizes and tables.
+    """
+
+    functions: dict[str, ca.Function]
+    sizes: dict[str, int]
+    fields: dict[str, Any]
 
 
 class Executable:
@@ -223,6 +249,12 @@ def evaluated(
 
 
 def _made(system: System) -> Executable:
+    functions, sizes, fields = parts_of(system)
+    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields))
+
+
+def parts_of(system: System) -> Parts:
+    """Functions and tables of a system as a plant has them."""
     s, implicit = system.switching, len(system._values.implicit)
     functions = {"rates": system.rhs}
     if s:
@@ -252,16 +284,16 @@ def _made(system: System) -> Executable:
         "followers": len(names),
     }
     uses = system.speed_uses
-    plant = Plant(
+    fields = {
         **_given(sizes),
-        speed_uses=len(uses[0]),
-        use_hold=_integers(uses[0]),
-        use_state=_integers(uses[1]),
-        any_demand=np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
-        any_direction=_any_direction(implicit),
+        "speed_uses": len(uses[0]),
+        "use_hold": _integers(uses[0]),
+        "use_state": _integers(uses[1]),
+        "any_demand": np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
+        "any_direction": _any_direction(implicit),
         **_tables(s, system.states),
-    )
-    return Executable(functions, lambda: system.jacobian, sizes, plant)
+    }
+    return Parts(functions, sizes, fields)
 
 
 def _given(sizes: dict[str, int]) -> dict[str, Any]:

@@ -1,6 +1,7 @@
-"""The reference cases are described in a folder of their own."""
+"""Reference cases, scenes of the machines and random nets stand in folders of their own."""
 
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1] / "msl"))
+for folder in ("msl", "kernel", "components"):
+    sys.path.append(str(Path(__file__).parents[1] / folder))

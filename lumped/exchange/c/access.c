@@ -1,132 +1,157 @@
-/* What both versions of the interface share: values by their references, events. */
+/* What both versions of the interface share: values by their references, events, saved states. */
 #include <string.h>
 #include "lumped.h"
 
-/* Modes and quantities of linkages at the present states. */
-static bool closed_at(Run *run, double *m)
+/* Settings at the present states: quantities of linkages follow them. */
+static bool closed_at(Unit *unit, double *m)
 {
-    memcpy(m, run->m, sizeof run->m);
-    if (!close_guesses(run, run->x, run->t, m)) return false;
-    memcpy(run->m + N_MODES, m + N_MODES, N_GUESSES * sizeof(double));
+    memcpy(m, unit->m, N_SETTINGS * sizeof(double));
+    if (!kernel_close(&unit->memory.run, unit->x, unit->t, m)) {
+        unit->memory.run.t = unit->t;
+        return unit_fault(unit, NOT_CLOSED);
+    }
+    memcpy(unit->m + N_MODES, m + N_MODES, N_IMPLICIT * sizeof(double));
     return true;
 }
 
-bool rates_of(Run *run, double *rates)
+bool unit_rates(Unit *unit, double *rates)
 {
-    double m[N_MODES + N_GUESSES + 1];
-    if (!ensure_started(run) || !closed_at(run, m)) return false;
-    model_rates(run->x, run->p, &run->t, m, rates);
+    double m[N_SETTINGS + 1];
+    if (!unit_start(unit) || !closed_at(unit, m)) return false;
+    model_rates(unit->x, unit->memory.run.p, unit->t, m, rates);
     return true;
 }
 
-bool get_values(Run *run, const uint32_t *references, size_t count, double *values)
+/* Margins with their tolerances: negative where a position must change. */
+static void indicators(const Unit *unit, const double *m, double *z)
 {
-    double m[N_MODES + N_GUESSES + 1], rates[N_STATES + 1], outputs[N_OUTPUTS + 1];
+    double tolerances[N_MARGINS + 1];
+    unit_margins(unit, m, z, tolerances);
+    for (int i = 0; i < N_MARGINS; i++) z[i] += tolerances[i];
+}
+
+bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *values)
+{
+    double m[N_SETTINGS + 1], rates[N_STATES + 1], outputs[N_OUTPUTS + 1];
     double z[N_MARGINS + 1];
     bool rates_known = false, outputs_known = false, z_known = false;
-    if (!ensure_started(run) || !closed_at(run, m)) return false;
+    if (!unit_start(unit) || !closed_at(unit, m)) return false;
     for (size_t k = 0; k < count; k++) {
         int r = (int)references[k];
         if (references[k] >= END_OF_VALUES)
-            return fail(run, "no variable has the value reference %u", references[k]);
+            return unit_fail(unit, "no variable has the value reference %u", references[k]);
         if (r >= FIRST_INDICATOR) {
-            if (!z_known) indicators(run, run->x, run->t, m, z);
+            if (!z_known) indicators(unit, m, z);
             z_known = true;
             values[k] = z[r - FIRST_INDICATOR];
         } else if (r >= FIRST_OUTPUT) {
-            if (!outputs_known) model_outputs(run->x, run->p, &run->t, m, outputs);
+            if (!outputs_known) model_outputs(unit->x, unit->memory.run.p, unit->t, m, outputs);
             outputs_known = true;
             values[k] = outputs[r - FIRST_OUTPUT];
         } else if (r >= FIRST_RATE) {
-            if (!rates_known) model_rates(run->x, run->p, &run->t, m, rates);
+            if (!rates_known) model_rates(unit->x, unit->memory.run.p, unit->t, m, rates);
             rates_known = true;
             values[k] = rates[r - FIRST_RATE];
         } else if (r >= FIRST_STATE) {
-            values[k] = run->x[r - FIRST_STATE];
+            values[k] = unit->x[r - FIRST_STATE];
         } else {
-            values[k] = r ? run->p[r - FIRST_PARAMETER] : run->t;
+            values[k] = r ? unit->memory.run.p[r - FIRST_PARAMETER] : unit->t;
         }
     }
     return true;
 }
 
 /* Parameters and inputs; states only before the run. */
-bool set_values(Run *run, const uint32_t *references, size_t count, const double *values)
+bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values)
 {
-    bool before = run->phase == INSTANTIATED || run->phase == INITIALIZING;
+    bool before = unit->phase == INSTANTIATED || unit->phase == INITIALIZING;
     for (size_t k = 0; k < count; k++) {
         int r = (int)references[k];
         if (references[k] >= FIRST_PARAMETER && references[k] < FIRST_STATE) {
             int i = r - FIRST_PARAMETER;
-            if (run->p[i] == values[k]) continue;
+            if (unit->memory.run.p[i] == values[k]) continue;
             if (parameter_fault(i, values[k]))
-                return fail(run, "%s = %g is out of range: it %s", parameter_names[i], values[k],
+                return unit_fail(unit, "%s = %g is out of range: it %s", parameter_names[i], values[k],
                             parameter_fault(i, values[k]));
             if (!before && !parameter_tunable[i])
-                return fail(run, "%s is fixed and can be set before the run only",
+                return unit_fail(unit, "%s is fixed and can be set before the run only",
                             parameter_names[i]);
-            run->p[i] = values[k];
-            run->inputs_new = true;
-            if (before) run->started = false;
+            unit->memory.run.p[i] = values[k];
+            unit->inputs_new = true;
+            if (before) unit->started = false;
         } else if (before && references[k] >= FIRST_STATE && references[k] < FIRST_RATE
                    && state_settable[r - FIRST_STATE]) {
-            run->given[r - FIRST_STATE] = values[k];
-            run->is_given[r - FIRST_STATE] = true;
-            run->started = false;
+            unit->given[r - FIRST_STATE] = values[k];
+            unit->is_given[r - FIRST_STATE] = true;
+            unit->started = false;
         } else {
-            return fail(run, "the variable with value reference %d cannot be set now", r);
+            return unit_fail(unit, "the variable with value reference %d cannot be set now", r);
         }
     }
     return true;
 }
 
 /* What an importer tells about the run. */
-void experiment(Run *run, bool tolerance_defined, double tolerance, double start, bool stop_defined,
+void unit_experiment(Unit *unit, bool tolerance_defined, double tolerance, double start, bool stop_defined,
                 double stop)
 {
-    run->start = run->t = start;
-    if (tolerance_defined && tolerance > 0) run->rtol = tolerance;
-    if (stop_defined && stop > start) run->span = stop - start;
-    run->started = false;
+    unit->start = unit->t = start;
+    if (tolerance_defined && tolerance > 0) unit_tolerance(unit, tolerance);
+    unit->stop_known = stop_defined && stop > start;
+    unit->stop = unit->stop_known ? stop : start + 1.0;
+    unit->started = false;
 }
 
 /* Handle the events of an instant, once; whether states jumped, and the next instant. */
-bool update(Run *run, bool *moved, double *next)
+bool unit_update(Unit *unit, bool *moved, double *next)
 {
     double x[N_STATES + 1];
     bool fired[N_MARGINS + 1] = {false}, well = true;
-    memcpy(x, run->x, sizeof x);
-    if (!run->settled || run->inputs_new) {
-        fired_now(run, fired);
-        well = change(run, fired, early_by(run->t));
-        run->settled = true;
+    memcpy(x, unit->x, sizeof x);
+    if (!unit->settled || unit->inputs_new) {
+        unit_fired(unit, fired);
+        well = unit_change(unit, fired, unit_early(unit->t));
+        unit->settled = true;
     }
-    *moved = memcmp(x, run->x, N_STATES * sizeof(double)) != 0;
-    *next = next_instant(run, early_by(run->t));
+    *moved = memcmp(x, unit->x, N_STATES * sizeof(double)) != 0;
+    *next = unit_next_instant(unit, unit->m, unit->t, unit_early(unit->t));
     return well;
 }
 
 /* A step of the importer is accepted; whether it must handle an event. */
-bool step_completed(Run *run, bool *event)
+bool unit_step_completed(Unit *unit, bool *event)
 {
     double z[N_MARGINS + 1];
     *event = false;
-    if (!fit_to_lead(run) || !watch(run, z)) return false;
+    Run *run = &unit->memory.run;
+    run->t = unit->t;
+    memcpy(run->x, unit->x, N_STATES * sizeof(double));
+    memcpy(run->m, unit->m, N_SETTINGS * sizeof(double));
+    if (kernel_is_unfit(run)) return unit_fault(unit, UNFIT);
+    if (!unit_watch(unit, z)) return false;
     for (int i = 0; i < N_MARGINS; i++) *event |= z[i] < 0;
     return true;
 }
 
 /* Event indicators, and margins that are clear of zero noted. */
-bool watch(Run *run, double *z)
+bool unit_watch(Unit *unit, double *z)
 {
-    double m[N_MODES + N_GUESSES + 1];
-    if (!ensure_started(run) || !closed_at(run, m)) return false;
-    indicators(run, run->x, run->t, m, z);
+    const Plant *plant = unit->memory.run.plant;
+    double m[N_SETTINGS + 1];
+    if (!unit_start(unit) || !closed_at(unit, m)) return false;
+    indicators(unit, m, z);
     for (int i = 0; i < N_MARGINS; i++) {
-        z[i] += run->bias[i];
+        z[i] += unit->bias[i];
         /* bodies that meet nearly where they met before lose no height from bounce to bounce */
-        if (margin_kind[i] == SLIDE && hold_has_gap[margin_number[i]]) z[i] -= 0.99 * CONTACT;
+        if (plant->margin_kind[i] == SLIDE && plant->has_gap[plant->margin_number[i]]) z[i] -= 0.99 * CONTACT;
     }
-    arm(run);
+    unit_arm(unit);
     return true;
+}
+
+/* Save a state, or take it up again. */
+void unit_copy(const Unit *from, Unit *to)
+{
+    memcpy(to, from, sizeof *to);
+    model_bind(&to->memory);
 }

@@ -2,106 +2,84 @@
 #include <string.h>
 #include "lumped.h"
 
-static const double MOST_LEVERAGE = 1e3;
-/* ratio of a dependent motion to the state that leads it from which on the state is unfit */
-
-/* Margins with their tolerances: negative where a mode must change. */
-void indicators(const Run *run, const double *x, double t, const double *m, double *z)
+/* Margins at the present point, and their tolerances. */
+void unit_margins(const Unit *unit, const double *m, double *margins, double *tolerances)
 {
-    double tolerances[N_MARGINS + 1];
-    model_margins(x, run->p, &t, m, z, tolerances);
-    for (int i = 0; i < N_MARGINS; i++) z[i] += tolerances[i];
+    double found[2 * N_MARGINS + 1];
+    model_margin(unit->x, unit->memory.run.p, unit->t, m, found);
+    memcpy(margins, found, N_MARGINS * sizeof(double));
+    memcpy(tolerances, found + N_MARGINS, N_MARGINS * sizeof(double));
 }
 
 /* Note which margins are clear of zero, so that they count as used up when they come back. */
-void arm(Run *run)
+void unit_arm(Unit *unit)
 {
     double z[N_MARGINS + 1], tolerances[N_MARGINS + 1];
     if (!N_MARGINS) return;
-    model_margins(run->x, run->p, &run->t, run->m, z, tolerances);
-    for (int i = 0; i < N_MARGINS; i++) run->armed[i] |= z[i] > 1e3 * tolerances[i];
+    unit_margins(unit, unit->m, z, tolerances);
+    for (int i = 0; i < N_MARGINS; i++) unit->armed[i] |= z[i] > 1e3 * tolerances[i];
 }
 
 /* Begin anew after an event. What an importer sees starts above zero, so that a margin that rises
    from zero and falls again within its first step is not overlooked. */
-void rearm(Run *run)
+void unit_rearm(Unit *unit)
 {
     double z[N_MARGINS + 1], tolerances[N_MARGINS + 1];
-    memset(run->armed, 0, sizeof run->armed);
+    memset(unit->armed, 0, sizeof unit->armed);
     if (!N_MARGINS) return;
-    model_margins(run->x, run->p, &run->t, run->m, z, tolerances);
+    unit_margins(unit, unit->m, z, tolerances);
     for (int i = 0; i < N_MARGINS; i++)
-        run->bias[i] = z[i] > -1e3 * tolerances[i] ? fmax(-z[i], 0.0) : 0.0;
-    arm(run);
+        unit->bias[i] = z[i] > -1e3 * tolerances[i] ? fmax(-z[i], 0.0) : 0.0;
+    unit_arm(unit);
 }
 
 /* Margins used up at the present point: below zero, or at zero and falling since they were armed. */
-void fired_now(Run *run, bool *fired)
+void unit_fired(const Unit *unit, bool *fired)
 {
     double z[N_MARGINS + 1], tolerances[N_MARGINS + 1], slopes[N_MARGINS + 1];
+    double soon = unit_early(unit->t);
     if (!N_MARGINS) return;
-    model_margins(run->x, run->p, &run->t, run->m, z, tolerances);
-    model_margin_rates(run->x, run->p, &run->t, run->m, slopes);
-    double soon = early_by(run->t);
+    unit_margins(unit, unit->m, z, tolerances);
+    model_margin_rate(unit->x, unit->memory.run.p, unit->t, unit->m, slopes);
     for (int i = 0; i < N_MARGINS; i++) {
         bool close = z[i] <= fmax(tolerances[i], -slopes[i] * soon);
-        fired[i] = z[i] < -tolerances[i] || (run->armed[i] && slopes[i] < 0 && close);
+        fired[i] = z[i] < -tolerances[i] || (unit->armed[i] && slopes[i] < 0 && close);
     }
 }
 
 /* How much early an importer may stop at an event: rounding of its clock. */
-double early_by(double t)
+double unit_early(double t)
 {
     return 2e-12 * fmax(1.0, fabs(t));
 }
 
-/* Refuse positions and speeds that bodies would have to follow at a jump. */
-static bool followed(Run *run, const double *before)
+/* Change what changes at the present instant: functions of time, margins that fired, inputs. */
+bool unit_change(Unit *unit, const bool *fired, double early)
 {
-    double old[N_FOLLOWERS + 1], new[N_FOLLOWERS + 1];
-    if (!N_FOLLOWERS) return true;
-    model_followers(run->x, run->p, &run->t, before, old);
-    model_followers(run->x, run->p, &run->t, run->m, new);
-    for (int i = 0; i < N_FOLLOWERS; i++)
-        if (fabs(new[i] - old[i]) > 1e-9 * fmax(1.0, fabs(old[i])))
-            return fail(run, "%s would have to jump from %g to %g at t = %g s, because a prescribed "
-                        "motion jumps or has a kink there", follower_names[i], old[i], new[i],
-                        run->t);
-    return true;
-}
-
-/* Change what changes at the present instant: functions of time, modes that fired, inputs. */
-bool change(Run *run, const bool *fired, double early)
-{
-    double before[N_MODES + N_GUESSES + 1];
+    Run *run = &unit->memory.run;
+    Instant *instant = run->instant;
     bool timed = false;
-    memcpy(before, run->m, sizeof before);
-    if (run->inputs_new) {
-        const char *fault = bound_fault(run->p);
-        if (fault) return fail(run, "%s", fault);
-        run->yielding = run->independent = -1;
+    unit_enter(unit);
+    memcpy(instant->before, run->m, N_SETTINGS * sizeof(double));
+    unit_set_clocks(unit, run->t + early, run->m);
+    for (int i = 0; i < N_TIMED; i++) {
+        int64_t place = run->timed_setting[i];
+        timed |= run->m[place] != instant->before[place];
     }
-    set_clocks(run, run->t + early);
-    for (int k = 0; k < N_CLOCKS; k++) timed |= run->m[clock_mode[k]] != before[clock_mode[k]];
-    if (timed && !followed(run, before)) return false;
-    if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    if (HAS_SWITCHING && !settle(run, before, fired)) return false;
-    if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    rearm(run);
-    run->inputs_new = false;
-    run->next_step = 0.0;
-    return true;
-}
-
-/* Refuse to go on where a state hardly leads what depends on it, as near a dead centre. */
-bool fit_to_lead(Run *run)
-{
-    double ratios[N_LEVERS + 1];
-    if (!N_LEVERS) return true;
-    model_levers(run->x, run->p, &run->t, run->m, ratios);
-    for (int i = 0; i < N_LEVERS; i++)
-        if (!(fabs(ratios[i]) <= MOST_LEVERAGE))
-            return fail(run, "at t = %.9g s %s; this exchange format cannot change states, so the "
-                        "run ends here", run->t, lever_names[i]);
+    if (timed && kernel_must_jump(run)) return unit_fault(unit, JUMPS);
+    if (unit->inputs_new) {
+        const char *fault = bound_fault(run->p);
+        if (fault) return unit_fail(unit, "%s", fault);
+        kernel_watch_redundancy(run);
+    }
+    instant->fired_count = 0;
+    for (int i = 0; i < N_MARGINS; i++)
+        if (fired[i]) instant->fired[instant->fired_count++] = i;
+    int64_t why = kernel_find_positions(run);
+    if (why != GOES_ON) return unit_fault(unit, why);
+    memcpy(unit->x, instant->x, N_STATES * sizeof(double));
+    memcpy(unit->m, instant->m, N_SETTINGS * sizeof(double));
+    unit_rearm(unit);
+    unit->inputs_new = unit->is_ahead = false;
     return true;
 }

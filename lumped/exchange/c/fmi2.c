@@ -2,18 +2,16 @@
 #include <stdlib.h>
 #include <string.h>
 #include "lumped.h"
-#ifndef fmi2Functions_h
-#include "fmi2_types.h"
-#endif
+#include "fmi2Functions.h"
 
 typedef struct {
-    Run run;
+    Unit unit;
     fmi2CallbackFunctions callbacks;
     char *name;
     fmi2Type type;
 } Instance;
 
-#define RUN(c) (&((Instance *)(c))->run)
+#define UNIT(c) (&((Instance *)(c))->unit)
 
 static fmi2Status told(fmi2Component c, bool well)
 {
@@ -21,27 +19,27 @@ static fmi2Status told(fmi2Component c, bool well)
     if (well) return fmi2OK;
     if (instance->callbacks.logger) /* not by "%s": many importers read no further arguments */
         instance->callbacks.logger(instance->callbacks.componentEnvironment, instance->name,
-                                   fmi2Error, "error", instance->run.message);
+                                   fmi2Error, "error", instance->unit.message);
     return fmi2Error;
 }
 
 /* Of functions for what this model does not have. */
 static fmi2Status none(fmi2Component c, size_t count)
 {
-    return told(c, count == 0 || fail(RUN(c), "all variables are real, continuous in time"));
+    return told(c, count == 0 || unit_fail(UNIT(c), "all variables are real, continuous in time"));
 }
 
-FMI2 const char *fmi2GetTypesPlatform(void) { return "default"; }
-FMI2 const char *fmi2GetVersion(void) { return "2.0"; }
+FMI2_Export const char *fmi2GetTypesPlatform(void) { return "default"; }
+FMI2_Export const char *fmi2GetVersion(void) { return "2.0"; }
 
-FMI2 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
+FMI2_Export fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
                                     const fmi2String categories[])
 {
     (void)c, (void)on, (void)count, (void)categories;
     return fmi2OK;
 }
 
-FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
+FMI2_Export fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
                                    fmi2String resources, const fmi2CallbackFunctions *functions,
                                    fmi2Boolean visible, fmi2Boolean logging)
 {
@@ -58,68 +56,68 @@ FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gu
     instance->name = calloc(strlen(name) + 1, 1);
     if (instance->name) strcpy(instance->name, name);
     instance->type = type;
-    reset(&instance->run);
+    unit_reset(&instance->unit);
     return instance;
 }
 
-FMI2 void fmi2FreeInstance(fmi2Component c)
+FMI2_Export void fmi2FreeInstance(fmi2Component c)
 {
     if (c) free(((Instance *)c)->name);
     free(c);
 }
 
-FMI2 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined,
+FMI2_Export fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined,
                                     fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
                                     fmi2Real stop)
 {
-    experiment(RUN(c), tolerance_defined, tolerance, start, stop_defined, stop);
+    unit_experiment(UNIT(c), tolerance_defined, tolerance, start, stop_defined, stop);
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+FMI2_Export fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    RUN(c)->phase = INITIALIZING;
+    UNIT(c)->phase = INITIALIZING;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    bool well = ensure_started(RUN(c));
-    RUN(c)->phase = ((Instance *)c)->type == fmi2ModelExchange ? EVENTS : STEPPING;
+    bool well = unit_start(UNIT(c));
+    UNIT(c)->phase = ((Instance *)c)->type == fmi2ModelExchange ? EVENTS : STEPPING;
     return told(c, well);
 }
 
-FMI2 fmi2Status fmi2Terminate(fmi2Component c)
+FMI2_Export fmi2Status fmi2Terminate(fmi2Component c)
 {
-    RUN(c)->phase = TERMINATED;
+    UNIT(c)->phase = TERMINATED;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2Reset(fmi2Component c)
+FMI2_Export fmi2Status fmi2Reset(fmi2Component c)
 {
-    reset(RUN(c));
+    unit_reset(UNIT(c));
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[])
+FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[])
 {
-    return told(c, get_values(RUN(c), r, n, v));
+    return told(c, unit_get(UNIT(c), r, n, v));
 }
 
-FMI2 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n,
+FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n,
                             const fmi2Real v[])
 {
-    return told(c, set_values(RUN(c), r, n, v));
+    return told(c, unit_set(UNIT(c), r, n, v));
 }
 
 #define NO_VALUES(name, type)                                                                      \
-    FMI2 fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+    FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
                                   type v[])                                                        \
     {                                                                                              \
         (void)r, (void)v;                                                                          \
         return none(c, n);                                                                         \
     }                                                                                              \
-    FMI2 fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
+    FMI2_Export fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference r[], size_t n,         \
                                   const type v[])                                                  \
     {                                                                                              \
         (void)r, (void)v;                                                                          \
@@ -130,21 +128,21 @@ NO_VALUES(Integer, fmi2Integer)
 NO_VALUES(Boolean, fmi2Boolean)
 NO_VALUES(String, fmi2String)
 
-FMI2 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+FMI2_Export fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) *state = malloc(sizeof(Unit));
     if (!*state) return fmi2Error;
-    memcpy(*state, RUN(c), sizeof(Run));
+    unit_copy(UNIT(c), *state);
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+FMI2_Export fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    memcpy(RUN(c), state, sizeof(Run));
+    unit_copy(state, UNIT(c));
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+FMI2_Export fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
     free(*state);
@@ -152,52 +150,53 @@ FMI2 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+FMI2_Export fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     (void)c, (void)state;
-    *size = sizeof(Run);
+    *size = sizeof(Unit);
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
+FMI2_Export fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[],
                                       size_t size)
 {
-    if (size < sizeof(Run)) return told(c, fail(RUN(c), "too few bytes for a state"));
-    memcpy(bytes, state, sizeof(Run));
+    if (size < sizeof(Unit)) return told(c, unit_fail(UNIT(c), "too few bytes for a state"));
+    memcpy(bytes, state, sizeof(Unit));
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
+FMI2_Export fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                         fmi2FMUstate *state)
 {
-    if (size != sizeof(Run)) return told(c, fail(RUN(c), "these are not the bytes of a state"));
-    if (!*state) *state = malloc(sizeof(Run));
+    if (size != sizeof(Unit)) return told(c, unit_fail(UNIT(c), "these are not the bytes of a state"));
+    if (!*state) *state = malloc(sizeof(Unit));
     if (!*state) return fmi2Error;
-    memcpy(*state, bytes, sizeof(Run));
+    memcpy(*state, bytes, sizeof(Unit));
+    model_bind(&((Unit *)*state)->memory);
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
+FMI2_Export fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
                                              size_t unknowns, const fmi2ValueReference known[],
                                              size_t knowns, const fmi2Real seed[],
                                              fmi2Real sensitivity[])
 {
     (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)sensitivity;
-    return told(c, fail(RUN(c), "directional derivatives are not provided"));
+    return told(c, unit_fail(UNIT(c), "directional derivatives are not provided"));
 }
 
 /* ---- model exchange ----------------------------------------------------------------------- */
 
-FMI2 fmi2Status fmi2EnterEventMode(fmi2Component c)
+FMI2_Export fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
-    RUN(c)->phase = EVENTS;
-    RUN(c)->settled = false;
+    UNIT(c)->phase = EVENTS;
+    UNIT(c)->settled = false;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+FMI2_Export fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
-    bool moved, well = update(RUN(c), &moved, &info->nextEventTime);
+    bool moved, well = unit_update(UNIT(c), &moved, &info->nextEventTime);
     info->newDiscreteStatesNeeded = fmi2False;
     info->terminateSimulation = !well;
     info->nominalsOfContinuousStatesChanged = fmi2False;
@@ -206,54 +205,54 @@ FMI2 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     return told(c, well);
 }
 
-FMI2 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+FMI2_Export fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 {
-    RUN(c)->phase = CONTINUOUS;
+    UNIT(c)->phase = CONTINUOUS;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
+FMI2_Export fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_prior,
                                             fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
 {
-    bool event, well = step_completed(RUN(c), &event);
+    bool event, well = unit_step_completed(UNIT(c), &event);
     (void)no_set_prior;
     *enter_event_mode = event;
     *terminate = !well;
     return told(c, well);
 }
 
-FMI2 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t)
+FMI2_Export fmi2Status fmi2SetTime(fmi2Component c, fmi2Real t)
 {
-    RUN(c)->t = t;
+    UNIT(c)->t = t;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
+FMI2_Export fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n)
 {
-    memcpy(RUN(c)->x, x, n * sizeof(double));
+    memcpy(UNIT(c)->x, x, n * sizeof(double));
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n)
+FMI2_Export fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n)
 {
     (void)n;
-    return told(c, rates_of(RUN(c), rates));
+    return told(c, unit_rates(UNIT(c), rates));
 }
 
-FMI2 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
+FMI2_Export fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
 {
     (void)n;
-    return told(c, watch(RUN(c), z));
+    return told(c, unit_watch(UNIT(c), z));
 }
 
-FMI2 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
+FMI2_Export fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n)
 {
-    bool well = ensure_started(RUN(c));
-    memcpy(x, RUN(c)->x, n * sizeof(double));
+    bool well = unit_start(UNIT(c));
+    memcpy(x, UNIT(c)->x, n * sizeof(double));
     return told(c, well);
 }
 
-FMI2 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n)
+FMI2_Export fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominals[], size_t n)
 {
     (void)c;
     memcpy(nominals, state_nominal, n * sizeof(double));
@@ -262,39 +261,39 @@ FMI2 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nomi
 
 /* ---- co-simulation ------------------------------------------------------------------------ */
 
-FMI2 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_prior)
+FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_prior)
 {
     (void)no_set_prior;
-    return told(c, ensure_started(RUN(c)) && advance(RUN(c), t + step));
+    return told(c, unit_start(UNIT(c)) && unit_advance(UNIT(c), t + step));
 }
 
-FMI2 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+FMI2_Export fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
                                             const fmi2Integer order[], const fmi2Real v[])
 {
     (void)r, (void)order, (void)v;
-    return told(c, n == 0 || fail(RUN(c), "inputs are constant within a step"));
+    return told(c, n == 0 || unit_fail(UNIT(c), "inputs are constant within a step"));
 }
 
-FMI2 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[],
+FMI2_Export fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[],
                                              size_t n, const fmi2Integer order[], fmi2Real v[])
 {
     (void)r, (void)order, (void)v;
-    return told(c, n == 0 || fail(RUN(c), "derivatives of outputs are not provided"));
+    return told(c, n == 0 || unit_fail(UNIT(c), "derivatives of outputs are not provided"));
 }
 
-FMI2 fmi2Status fmi2CancelStep(fmi2Component c)
+FMI2_Export fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return told(c, fail(RUN(c), "a step is over when its function returns"));
+    return told(c, unit_fail(UNIT(c), "a step is over when its function returns"));
 }
 
-FMI2 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+FMI2_Export fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
-    *value = RUN(c)->t;
+    *value = UNIT(c)->t;
     return fmi2OK;
 }
 
-FMI2 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+FMI2_Export fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
     (void)c;
     if (kind != fmi2Terminated) return fmi2Discard;
@@ -303,7 +302,7 @@ FMI2 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind,
 }
 
 #define NO_STATUS(name, type)                                                                      \
-    FMI2 fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
+    FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind kind, type *value)         \
     {                                                                                              \
         (void)c, (void)kind, (void)value;                                                          \
         return fmi2Discard;                                                                        \

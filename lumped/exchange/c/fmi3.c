@@ -8,7 +8,7 @@ fmi3Status told3(fmi3Instance c, bool well)
     Instance *instance = c;
     if (well) return fmi3OK;
     if (instance->log)
-        instance->log(instance->environment, fmi3Error, "error", instance->run.message);
+        instance->log(instance->environment, fmi3Error, "error", instance->unit.message);
     return fmi3Error;
 }
 
@@ -26,20 +26,20 @@ static fmi3Instance instance_of(fmi3String token, bool exchange, fmi3InstanceEnv
     instance->environment = environment;
     instance->log = log;
     instance->exchange = exchange;
-    reset(&instance->run);
+    unit_reset(&instance->unit);
     return instance;
 }
 
-FMI3 const char *fmi3GetVersion(void) { return "3.0"; }
+FMI3_Export const char *fmi3GetVersion(void) { return "3.0"; }
 
-FMI3 fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
+FMI3_Export fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n,
                                     const fmi3String categories[])
 {
     (void)c, (void)on, (void)n, (void)categories;
     return fmi3OK;
 }
 
-FMI3 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
+FMI3_Export fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token,
                                                fmi3String resources, fmi3Boolean visible,
                                                fmi3Boolean logging,
                                                fmi3InstanceEnvironment environment,
@@ -49,7 +49,7 @@ FMI3 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token
     return instance_of(token, true, environment, log);
 }
 
-FMI3 fmi3Instance fmi3InstantiateCoSimulation(
+FMI3_Export fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3Boolean event_mode_used, fmi3Boolean early_return_allowed,
     const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment environment,
@@ -60,7 +60,7 @@ FMI3 fmi3Instance fmi3InstantiateCoSimulation(
     return instance_of(token, false, environment, log);
 }
 
-FMI3 fmi3Instance fmi3InstantiateScheduledExecution(
+FMI3_Export fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
@@ -71,77 +71,77 @@ FMI3 fmi3Instance fmi3InstantiateScheduledExecution(
     return NULL;
 }
 
-FMI3 void fmi3FreeInstance(fmi3Instance c)
+FMI3_Export void fmi3FreeInstance(fmi3Instance c)
 {
     free(c);
 }
 
-FMI3 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined,
+FMI3_Export fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined,
                                             fmi3Float64 tolerance, fmi3Float64 start,
                                             fmi3Boolean stop_defined, fmi3Float64 stop)
 {
-    experiment(RUN(c), tolerance_defined, tolerance, start, stop_defined, stop);
-    RUN(c)->phase = INITIALIZING;
+    unit_experiment(UNIT(c), tolerance_defined, tolerance, start, stop_defined, stop);
+    UNIT(c)->phase = INITIALIZING;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
+FMI3_Export fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
-    bool well = ensure_started(RUN(c));
-    RUN(c)->phase = ((Instance *)c)->exchange ? EVENTS : STEPPING;
+    bool well = unit_start(UNIT(c));
+    UNIT(c)->phase = ((Instance *)c)->exchange ? EVENTS : STEPPING;
     return told3(c, well);
 }
 
-FMI3 fmi3Status fmi3EnterEventMode(fmi3Instance c)
+FMI3_Export fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
-    RUN(c)->phase = EVENTS;
-    RUN(c)->settled = false;
+    UNIT(c)->phase = EVENTS;
+    UNIT(c)->settled = false;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3Terminate(fmi3Instance c)
+FMI3_Export fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    RUN(c)->phase = TERMINATED;
+    UNIT(c)->phase = TERMINATED;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3Reset(fmi3Instance c)
+FMI3_Export fmi3Status fmi3Reset(fmi3Instance c)
 {
-    reset(RUN(c));
+    unit_reset(UNIT(c));
     return fmi3OK;
 }
 
 /* ---- values ------------------------------------------------------------------------------- */
 
-FMI3 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
+FMI3_Export fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
                                fmi3Float64 values[], size_t n_values)
 {
     (void)n_values;
-    return told3(c, get_values(RUN(c), r, n, values));
+    return told3(c, unit_get(UNIT(c), r, n, values));
 }
 
-FMI3 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
+FMI3_Export fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n,
                                const fmi3Float64 values[], size_t n_values)
 {
     (void)n_values;
-    return told3(c, set_values(RUN(c), r, n, values));
+    return told3(c, unit_set(UNIT(c), r, n, values));
 }
 
-FMI3 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
+FMI3_Export fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
-    if (!*state) *state = malloc(sizeof(Run));
+    if (!*state) *state = malloc(sizeof(Unit));
     if (!*state) return fmi3Error;
-    memcpy(*state, RUN(c), sizeof(Run));
+    unit_copy(UNIT(c), *state);
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
+FMI3_Export fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
-    memcpy(RUN(c), state, sizeof(Run));
+    unit_copy(state, UNIT(c));
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
+FMI3_Export fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     (void)c;
     free(*state);
@@ -149,106 +149,107 @@ FMI3 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
+FMI3_Export fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
     (void)c, (void)state;
-    *size = sizeof(Run);
+    *size = sizeof(Unit);
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[],
+FMI3_Export fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[],
                                       size_t size)
 {
-    if (size < sizeof(Run)) return told3(c, fail(RUN(c), "too few bytes for a state"));
-    memcpy(bytes, state, sizeof(Run));
+    if (size < sizeof(Unit)) return told3(c, unit_fail(UNIT(c), "too few bytes for a state"));
+    memcpy(bytes, state, sizeof(Unit));
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
+FMI3_Export fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                         fmi3FMUState *state)
 {
-    if (size != sizeof(Run)) return told3(c, fail(RUN(c), "these are not the bytes of a state"));
-    if (!*state) *state = malloc(sizeof(Run));
+    if (size != sizeof(Unit)) return told3(c, unit_fail(UNIT(c), "these are not the bytes of a state"));
+    if (!*state) *state = malloc(sizeof(Unit));
     if (!*state) return fmi3Error;
-    memcpy(*state, bytes, sizeof(Run));
+    memcpy(*state, bytes, sizeof(Unit));
+    model_bind(&((Unit *)*state)->memory);
     return fmi3OK;
 }
 
 /* ---- model exchange ----------------------------------------------------------------------- */
 
-FMI3 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update,
+FMI3_Export fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *needs_update,
                                          fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
                                          fmi3Boolean *values_changed, fmi3Boolean *next_defined,
                                          fmi3Float64 *next)
 {
-    bool well = update(RUN(c), values_changed, next);
+    bool well = unit_update(UNIT(c), values_changed, next);
     *needs_update = *nominals_changed = false;
     *terminate = !well;
     *next_defined = isfinite(*next);
     return told3(c, well);
 }
 
-FMI3 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
+FMI3_Export fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 {
-    RUN(c)->phase = CONTINUOUS;
+    UNIT(c)->phase = CONTINUOUS;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
+FMI3_Export fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_prior,
                                             fmi3Boolean *enter_event_mode, fmi3Boolean *terminate)
 {
-    bool well = step_completed(RUN(c), enter_event_mode);
+    bool well = unit_step_completed(UNIT(c), enter_event_mode);
     (void)no_set_prior;
     *terminate = !well;
     return told3(c, well);
 }
 
-FMI3 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t)
+FMI3_Export fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t)
 {
-    RUN(c)->t = t;
+    UNIT(c)->t = t;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n)
+FMI3_Export fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n)
 {
-    memcpy(RUN(c)->x, x, n * sizeof(double));
+    memcpy(UNIT(c)->x, x, n * sizeof(double));
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n)
+FMI3_Export fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n)
 {
     (void)n;
-    return told3(c, rates_of(RUN(c), rates));
+    return told3(c, unit_rates(UNIT(c), rates));
 }
 
-FMI3 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
+FMI3_Export fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
 {
     (void)n;
-    return told3(c, watch(RUN(c), z));
+    return told3(c, unit_watch(UNIT(c), z));
 }
 
-FMI3 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n)
+FMI3_Export fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n)
 {
-    bool well = ensure_started(RUN(c));
-    memcpy(x, RUN(c)->x, n * sizeof(double));
+    bool well = unit_start(UNIT(c));
+    memcpy(x, UNIT(c)->x, n * sizeof(double));
     return told3(c, well);
 }
 
-FMI3 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
+FMI3_Export fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominals[], size_t n)
 {
     (void)c;
     memcpy(nominals, state_nominal, n * sizeof(double));
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
+FMI3_Export fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
 {
     (void)c;
     *n = N_MARGINS;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
+FMI3_Export fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
 {
     (void)c;
     *n = N_STATES;
@@ -257,20 +258,20 @@ FMI3 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n)
 
 /* ---- co-simulation ------------------------------------------------------------------------ */
 
-FMI3 fmi3Status fmi3EnterStepMode(fmi3Instance c)
+FMI3_Export fmi3Status fmi3EnterStepMode(fmi3Instance c)
 {
-    RUN(c)->phase = STEPPING;
+    UNIT(c)->phase = STEPPING;
     return fmi3OK;
 }
 
-FMI3 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 step,
+FMI3_Export fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 step,
                            fmi3Boolean no_set_prior, fmi3Boolean *event_needed,
                            fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached)
 {
-    bool well = ensure_started(RUN(c)) && advance(RUN(c), t + step);
+    bool well = unit_start(UNIT(c)) && unit_advance(UNIT(c), t + step);
     (void)no_set_prior;
     *event_needed = *early = false;
     *terminate = !well;
-    *reached = RUN(c)->t;
+    *reached = UNIT(c)->t;
     return told3(c, well);
 }

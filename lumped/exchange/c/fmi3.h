@@ -3,18 +3,16 @@
 #define LUMPED_FMI3_H
 
 #include "lumped.h"
-#ifndef fmi3Functions_h
-#include "fmi3_types.h"
-#endif
+#include "fmi3Functions.h"
 
 typedef struct {
-    Run run;
+    Unit unit;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
     bool exchange;
 } Instance;
 
-#define RUN(c) (&((Instance *)(c))->run)
+#define UNIT(c) (&((Instance *)(c))->unit)
 
 fmi3Status told3(fmi3Instance c, bool well);
 

@@ -1,8 +1,8 @@
-/* A model with its state: what the parts of the runtime share.
+/* A model with its state: what the parts of the interface share.
 
-   model.h, made for one model, gives sizes, tables and functions. Conditions, holds and jumps are
-   those of lumped: a condition has one mode, a hold five (stuck, forward, backward, compliance,
-   demanded acceleration). A margin is negative as soon as a mode must change. */
+   loop.c is the time loop of lumped, the same in all units, with its records (Run, Plant, ...).
+   model.c, made for one model, gives sizes, tables and functions. A margin is negative as soon as
+   a condition or hold must change its position. */
 #ifndef LUMPED_H
 #define LUMPED_H
 
@@ -13,6 +13,9 @@
 #include "model.h"
 
 #define CONTACT 1e-13 /* gap of bodies that touch */
+#define SAME 1e-13    /* distance of instants that are one, relative to the size of all times */
+
+enum { MOST_STEPS = 10000000 }; /* of the loop from one communication point to the next */
 
 /* Value references: time, parameters and inputs, states, their derivatives, outputs, indicators. */
 enum {
@@ -26,78 +29,66 @@ enum {
 
 typedef enum { INSTANTIATED, INITIALIZING, EVENTS, CONTINUOUS, STEPPING, TERMINATED } Phase;
 
-/* Everything that a run changes; no pointers, so a copy is a saved state. */
+/* Everything that a run changes. A saved state is a copy; `model_bind` lets it point to itself. */
 typedef struct {
     Phase phase;
-    double t, start, span, rtol;
-    double x[N_STATES + 1], p[N_PARAMETERS + 1];
-    double m[N_MODES + N_GUESSES + 1]; /* modes, then implicit quantities */
-    double given[N_STATES + 1];        /* start values set from outside */
+    double start, stop, rtol;
+    bool stop_known;
+    /* the point that importers see: time, states, positions and implicit quantities */
+    double t, x[N_STATES + 1], m[N_SETTINGS + 1];
+    double given[N_STATES + 1]; /* start values set from outside */
     bool is_given[N_STATES + 1];
-    bool started;     /* states follow from the parameters as they are */
-    bool inputs_new;  /* parameters or inputs were set since the last settling */
-    bool settled;     /* events of this instant were handled */
-    bool armed[N_MARGINS + 1];  /* margins that were positive since the last settling */
-    double bias[N_MARGINS + 1]; /* rounding below zero of margins at the last settling */
-    /* while modes settle */
-    bool was_stuck[N_HOLDS + 1], halted[N_HOLDS + 1], moved;
-    bool calm;        /* nothing collides: only positions are asked for */
-    double yielding;  /* compliance of redundant holds, negative if not known */
-    int independent;  /* whether all holds are, negative if not known */
-    double next_step; /* that the integrator would make, zero if not known */
-    char message[800];
-} Run;
+    bool started;    /* states follow from the parameters as they are */
+    bool inputs_new; /* parameters or inputs were set since positions were found */
+    bool settled;    /* events of this instant were handled */
+    bool armed[N_MARGINS + 1];  /* margins that were positive since positions were found */
+    double bias[N_MARGINS + 1]; /* rounding below zero of margins when they were found */
+    /* co-simulation: the loop is ahead of the point, whether functions of time change at the end of
+       its segment, and why it could not go on from the point */
+    bool is_ahead, is_instant;
+    int64_t pending;
+    int32_t changed[STORM_SIZE]; /* what changed last: holds after conditions */
+    int64_t changed_count;
+    char message[2000];
+    Memory memory; /* of the loop, with the parameters */
+} Unit;
+
+/* faults.c: words for what went wrong; all give false */
+bool unit_fail(Unit *unit, const char *format, ...);
+bool unit_fault(Unit *unit, int64_t why);
+
+/* clocks.c: functions of time */
+void unit_set_clocks(const Unit *unit, double later, double *m);
+double unit_next_instant(const Unit *unit, const double *m, double t, double early);
 
 /* start.c */
-bool fail(Run *run, const char *format, ...);
-void reset(Run *run);
-bool ensure_started(Run *run);
-bool close_guesses(Run *run, const double *x, double t, double *m);
-
-/* pieces.c */
-bool outside(const Run *run, int k, double run_of, double slack);
-void turn(Run *run, int k, double run_of);
-void look_up(Run *run, int k, double greater, double less, double slack);
-void set_clocks(Run *run, double later);
-double next_instant(const Run *run, double early);
-
-/* settle.c: false with a message if no modes fit */
-bool settle_start(Run *run);
-bool positions(Run *run);
-bool settle(Run *run, const double *before, const bool *fired);
+void unit_reset(Unit *unit);
+void unit_span(Unit *unit, double size);
+void unit_enter(Unit *unit);
+void unit_tolerance(Unit *unit, double rtol);
+bool unit_start(Unit *unit);
 
 /* events.c */
-bool change(Run *run, const bool *fired, double early);
-void arm(Run *run);
-void rearm(Run *run);
-void fired_now(Run *run, bool *fired);
-void indicators(const Run *run, const double *x, double t, const double *m, double *z);
-double early_by(double t);
-bool fit_to_lead(Run *run);
+bool unit_change(Unit *unit, const bool *fired, double early);
+void unit_arm(Unit *unit);
+void unit_rearm(Unit *unit);
+void unit_fired(const Unit *unit, bool *fired);
+void unit_margins(const Unit *unit, const double *m, double *margins, double *tolerances);
+double unit_early(double t);
 
-/* integrate.c */
-bool advance(Run *run, double end);
+/* steps.c */
+bool unit_advance(Unit *unit, double end);
+int64_t unit_loop(Unit *unit);
 
 /* access.c */
-void experiment(Run *run, bool tolerance_defined, double tolerance, double start, bool stop_defined,
-                double stop);
-bool update(Run *run, bool *moved, double *next);
-bool step_completed(Run *run, bool *event);
-bool watch(Run *run, double *z);
-bool get_values(Run *run, const uint32_t *references, size_t count, double *values);
-bool set_values(Run *run, const uint32_t *references, size_t count, const double *values);
-bool rates_of(Run *run, double *rates);
-
-
-/* functions that the shared library shows */
-#if defined(_WIN32)
-#define SHOWN __declspec(dllexport)
-#elif defined(__GNUC__)
-#define SHOWN __attribute__((visibility("default")))
-#else
-#define SHOWN
-#endif
-#define FMI2 SHOWN
-#define FMI3 SHOWN
+void unit_experiment(Unit *unit, bool tolerance_defined, double tolerance, double start,
+                     bool stop_defined, double stop);
+bool unit_update(Unit *unit, bool *moved, double *next);
+bool unit_step_completed(Unit *unit, bool *event);
+bool unit_watch(Unit *unit, double *z);
+bool unit_get(Unit *unit, const uint32_t *references, size_t count, double *values);
+bool unit_set(Unit *unit, const uint32_t *references, size_t count, const double *values);
+bool unit_rates(Unit *unit, double *rates);
+void unit_copy(const Unit *from, Unit *to);
 
 #endif

@@ -1,50 +1,51 @@
 /* States at the start, from parameters and from what was set. */
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 #include "lumped.h"
 
-enum { MOST_ITERATIONS = 50, MOST_CLOSING = 20, MOST_POSITIONS = 30 };
+enum { MOST_ITERATIONS = 50, MOST_POSITIONS = 30 };
 
-bool fail(Run *run, const char *format, ...)
+/* Tell the size of all times, s; what happens at once is relative to it. */
+void unit_span(Unit *unit, double size)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    int count = snprintf(run->message, sizeof run->message, "%s: ", model_name);
-    vsnprintf(run->message + count, sizeof run->message - (size_t)count, format, arguments);
-    va_end(arguments);
-    for (char *c = run->message; *c; c++) /* loggers take it for a format */
-        if (*c == '%') *c = ' ';
-    return false;
+    Run *run = &unit->memory.run;
+    run->span = size;
+    run->soon = 1e-12 * size;
+    run->shortest = 1e-10 * size;
 }
 
-void reset(Run *run)
+void unit_tolerance(Unit *unit, double rtol)
 {
-    memset(run, 0, sizeof *run);
+    Run *run = &unit->memory.run;
+    run->rtol = unit->rtol = rtol;
+    for (int i = 0; i < N_STATES; i++) run->atol[i] = fmax(rtol * 1e-3, 1e-12) * state_nominal[i];
+}
+
+void unit_reset(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    memset(unit, 0, sizeof *unit);
+    model_bind(&unit->memory);
     memcpy(run->p, parameter_starts, N_PARAMETERS * sizeof(double));
-    run->span = 1.0;
-    run->rtol = DEFAULT_TOLERANCE;
-    run->phase = INSTANTIATED;
+    unit_tolerance(unit, DEFAULT_TOLERANCE);
+    unit->stop = 1.0;
+    run->chooses_method = MAY_CHOOSE;
+    run->is_implicit = IS_IMPLICIT;
+    run->has_matrix = MAY_CHOOSE || IS_IMPLICIT;
+    run->longest = run->sampled_to = INFINITY;
+    run->yielding = -1.0;
+    run->pause = INT64_MAX;
+    run->max_steps = INT64_MAX;
+    run->waits = run->output->is_on_grid = 1;
 }
 
-/* Quantities of closed linkages in m, by Newton's method from where they are. */
-bool close_guesses(Run *run, const double *x, double t, double *m)
+/* Let the loop stand at the point that importers see. */
+void unit_enter(Unit *unit)
 {
-    double step[N_GUESSES + 1], *guess = m + N_MODES;
-    if (!N_GUESSES) return true;
-    for (int round = 0; round < MOST_CLOSING; round++) {
-        double found[N_GUESSES + 1], size = 0.0, last = 0.0;
-        model_closure(x, run->p, &t, m, found, step);
-        for (int i = 0; i < N_GUESSES; i++) {
-            guess[i] = found[i];
-            size = fmax(size, fabs(found[i]));
-            last = isfinite(found[i]) ? fmax(last, fabs(step[i])) : INFINITY;
-        }
-        if (last <= 1e-12 * (1 + size)) return true;
-        if (!isfinite(last)) break;
-    }
-    return fail(run, "a closed linkage cannot be closed at t = %.9g s; check its lengths, and take "
-                "shorter steps", t);
+    Run *run = &unit->memory.run;
+    run->t = unit->t;
+    memcpy(run->x, unit->x, N_STATES * sizeof(double));
+    memcpy(run->m, unit->m, N_SETTINGS * sizeof(double));
+    unit->pending = GOES_ON;
 }
 
 /* Solve matrix * step = right in place by elimination with row pivots. */
@@ -76,26 +77,32 @@ static bool solve(double *matrix, double *right, int n)
     return true;
 }
 
-static void used_states(const double *all, double *x)
+static void used_states(Unit *unit, const double *all)
 {
-    for (int i = 0; i < N_STATES; i++) x[i] = all[state_place[i]];
+    for (int i = 0; i < N_STATES; i++) unit->x[i] = all[state_place[i]];
+}
+
+static bool closed(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    return kernel_close(run, unit->x, unit->t, unit->m) || unit_fault(unit, NOT_CLOSED);
 }
 
 /* Meet start values of quantities that are no states, and initial equations. */
-static bool meet_targets(Run *run, double *all)
+static bool meet_targets(Unit *unit, double *all)
 {
-    double miss[N_TARGETS + 1], jacobian[N_SOLVED * N_SOLVED + 1], right[N_SOLVED + 1];
-    double x[N_STATES + 1], time = run->t;
+    double found[N_TARGETS + N_SOLVED * N_SOLVED + 1], *jacobian = found + N_TARGETS;
+    double right[N_SOLVED + 1];
     for (int round = 0; round < MOST_ITERATIONS; round++) {
         double worst = 0.0, moved = 0.0;
-        used_states(all, x);
-        if (!close_guesses(run, x, run->t, run->m)) return false;
-        model_targets(all, run->p, &time, run->m, miss, jacobian);
+        used_states(unit, all);
+        if (!closed(unit)) return false;
+        model_targets(all, unit->memory.run.p, unit->t, unit->m, found);
         for (int i = 0; i < N_TARGETS; i++)
-            worst = isfinite(miss[i]) ? fmax(worst, fabs(miss[i])) : INFINITY;
+            worst = isfinite(found[i]) ? fmax(worst, fabs(found[i])) : INFINITY;
         if (worst <= 1e-9) return true; /* relative to what is wanted where that is above one */
         if (!isfinite(worst)) break;
-        for (int i = 0; i < N_SOLVED; i++) right[i] = miss[solved_row[i]];
+        for (int i = 0; i < N_SOLVED; i++) right[i] = found[solved_row[i]];
         if (!solve(jacobian, right, N_SOLVED)) break;
         for (int i = 0; i < N_SOLVED; i++) {
             double *state = &all[solved_state[i]];
@@ -104,73 +111,109 @@ static bool meet_targets(Run *run, double *all)
         }
         if (moved <= 1e-14 && worst <= 1e-6) return true; /* rounding of terms that cancel */
     }
-    return fail(run, "the start values cannot be met with these parameters");
+    return unit_fail(unit, "the start values cannot be met with these parameters");
 }
 
-/* Modes of functions of time at the start; all others are zero. */
-static void timed_modes(Run *run)
+/* Settings of functions of time at the start; all other positions are zero. */
+static void timed_modes(Unit *unit)
 {
-    memset(run->m, 0, N_MODES * sizeof(double));
-    set_clocks(run, nextafter(run->t, INFINITY));
+    memset(unit->m, 0, N_MODES * sizeof(double));
+    unit_set_clocks(unit, nextafter(unit->t, INFINITY), unit->m);
+}
+
+/* Positions of conditions and holds before anything collides; states stay as they are. */
+static bool positions(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    unit_enter(unit);
+    int64_t why = kernel_calm_positions(run);
+    if (why != GOES_ON) return unit_fault(unit, why);
+    memcpy(unit->m, run->instant->m, N_SETTINGS * sizeof(double));
+    return true;
 }
 
 /* Whether conditions and holds are where they were. */
-static bool same_positions(const double *now, const double *before)
+static bool same_positions(const Unit *unit, const double *before)
 {
+    const Plant *plant = unit->memory.run.plant;
     for (int i = 0; i < N_MODES; i++)
-        if ((now[i] != 0) != (before[i] != 0)) return false;
-    for (int k = 0; k < N_RELATIONS; k++)
-        if (now[relation_mode[k]] != before[relation_mode[k]]) return false;
+        if ((unit->m[i] != 0) != (before[i] != 0)) return false;
+    for (int k = 0; k < N_CONDITIONS; k++)
+        if (unit->m[plant->condition_setting[k]] != before[plant->condition_setting[k]])
+            return false;
     return true;
 }
 
 /* Meet them in the positions of conditions and holds that follow from it. */
-static bool meet_in_positions(Run *run, double *all)
+static bool meet_in_positions(Unit *unit, double *all)
 {
     double first[N_ALL_STATES + 1], before[N_MODES + 1];
     memcpy(first, all, N_ALL_STATES * sizeof(double));
-    used_states(all, run->x);
-    if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    if (!HAS_SWITCHING) return meet_targets(run, all);
-    if (!positions(run)) timed_modes(run);
+    used_states(unit, all);
+    if (!closed(unit)) return false;
+    if (!HAS_SWITCHING) return meet_targets(unit, all);
+    if (!positions(unit)) timed_modes(unit);
     for (int round = 0; round < MOST_POSITIONS; round++) {
-        memcpy(before, run->m, N_MODES * sizeof(double));
-        if (!meet_targets(run, all)) {
+        memcpy(before, unit->m, N_MODES * sizeof(double));
+        if (!meet_targets(unit, all)) {
             memcpy(all, first, N_ALL_STATES * sizeof(double));
-            if (!meet_targets(run, all)) return false;
+            if (!meet_targets(unit, all)) return false;
         }
-        used_states(all, run->x);
-        timed_modes(run);
-        if (!positions(run)) return false;
-        if (same_positions(run->m, before)) return true;
+        used_states(unit, all);
+        timed_modes(unit);
+        if (!positions(unit)) return false;
+        if (same_positions(unit, before)) return true;
     }
-    return fail(run, "the start values cannot hold in the positions of conditions, friction and "
-                "contacts that follow from them");
+    return unit_fail(unit, "the start values cannot hold in the positions of conditions, friction "
+                     "and contacts that follow from them");
+}
+
+/* Positions at the start, and what collides there; then the loop's first look at them. */
+static bool settle(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    unit_enter(unit);
+    if (HAS_SWITCHING) {
+        int64_t why = kernel_begin(run);
+        if (why != GOES_ON) return unit_fault(unit, why);
+        memcpy(run->x, run->instant->x, N_STATES * sizeof(double));
+        memcpy(run->m, run->instant->m, N_SETTINGS * sizeof(double));
+    }
+    unit_span(unit, fmax(fabs(unit->start), fabs(unit->stop)));
+    kernel_watch_redundancy(run);
+    for (int i = 0; i < N_TIMED; i++) run->timed_values[i] = run->m[run->timed_setting[i]];
+    run->segment = 0;
+    run->segments = 1;
+    run->edges[0] = run->edges[1] = unit->t;
+    run->phase = BEGIN_SEGMENT;
+    int64_t why = unit_loop(unit);
+    if (why != DONE) return unit_fault(unit, why);
+    memcpy(unit->x, run->x, N_STATES * sizeof(double));
+    memcpy(unit->m, run->m, N_SETTINGS * sizeof(double));
+    return true;
 }
 
 /* Make states at the start follow from parameters and what was set, if they do not yet. */
-bool ensure_started(Run *run)
+bool unit_start(Unit *unit)
 {
+    Run *run = &unit->memory.run;
     double all[N_ALL_STATES + 1];
-    if (run->started) return true;
+    if (unit->started) return true;
     const char *fault = bound_fault(run->p);
-    if (fault) return fail(run, "%s", fault);
-    run->t = run->start;
-    run->yielding = run->independent = -1;
-    timed_modes(run);
-    memcpy(run->m + N_MODES, guess_starts, N_GUESSES * sizeof(double));
-    model_start(run->p, all);
+    if (fault) return unit_fail(unit, "%s", fault);
+    unit->t = unit->start;
+    unit_span(unit, 1.0);
+    timed_modes(unit);
+    memcpy(unit->m + N_MODES, implicit_starts, N_IMPLICIT * sizeof(double));
+    model_start(NULL, run->p, unit->t, unit->m, all);
     for (int i = 0; i < N_STATES; i++)
-        if (run->is_given[i]) all[state_place[i]] = run->given[i];
-    if (N_TARGETS && !meet_in_positions(run, all)) return false;
-    timed_modes(run);
-    used_states(all, run->x);
-    if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    if (HAS_SWITCHING && !settle_start(run)) return false;
-    if (!close_guesses(run, run->x, run->t, run->m)) return false;
-    run->next_step = 0.0;
-    run->inputs_new = false;
-    run->started = run->settled = true;
-    rearm(run);
+        if (unit->is_given[i]) all[state_place[i]] = unit->given[i];
+    if (N_TARGETS && !meet_in_positions(unit, all)) return false;
+    timed_modes(unit);
+    used_states(unit, all);
+    if (!settle(unit)) return false;
+    unit->inputs_new = unit->is_ahead = false;
+    unit->started = unit->settled = true;
+    unit_rearm(unit);
     return true;
 }

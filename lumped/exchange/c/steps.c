@@ -1,0 +1,130 @@
+/* Co-simulation: the loop goes its own steps, at most one ahead of the point that importers see. */
+#include <string.h>
+#include "lumped.h"
+
+enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
+
+/* Let the loop go on until it returns; notes what changed, and the positions of the point. */
+int64_t unit_loop(Unit *unit)
+{
+    Run *run = &unit->memory.run;
+    Output *output = run->output;
+    int64_t why = kernel_loop(run);
+    for (int64_t i = 0; i < output->changes; i++) {
+        const int64_t *change = output->change + 4 * i;
+        int32_t which = (int32_t)(change[0] ? N_CONDITIONS + change[1] : change[1]);
+        unit->changed[unit->changed_count++ % STORM_SIZE] = which;
+    }
+    for (int64_t k = 0; k < output->pieces; k++) /* pieces that began before the last row */
+        if (output->piece_row[k] < output->grid_size)
+            memcpy(unit->m, output->piece_settings + k * N_MODES, N_MODES * sizeof(double));
+    output->changes = output->pieces = 0;
+    return why;
+}
+
+/* Open a segment where the loop stands; it ends where functions of time change, or at the stop. */
+static void open(Unit *unit, int64_t phase)
+{
+    Run *run = &unit->memory.run;
+    double m[N_SETTINGS + 1], early = SAME * run->span;
+    memcpy(m, run->m, N_SETTINGS * sizeof(double));
+    unit_set_clocks(unit, run->t + early, m);
+    for (int i = 0; i < N_TIMED; i++) run->timed_values[N_TIMED + i] = m[run->timed_setting[i]];
+    double instant = unit_next_instant(unit, m, run->t, early);
+    unit->is_instant = instant <= unit->stop + early;
+    run->end = unit->is_instant && instant < unit->stop - early ? instant : unit->stop;
+    run->segment = 1;
+    run->segments = 2;
+    run->edges[1] = run->t;
+    run->edges[2] = run->end;
+    run->phase = phase;
+}
+
+/* A later stop, if the run goes on beyond it. */
+static void extend(Unit *unit, double end)
+{
+    unit->stop = fmax(end, unit->start + 2 * (unit->stop - unit->start));
+    unit_span(unit, fmax(fabs(unit->start), fabs(unit->stop)));
+}
+
+/* Begin to step at the point that importers see. */
+static void set_out(Unit *unit, double end)
+{
+    Run *run = &unit->memory.run;
+    if (!unit->stop_known) {
+        unit->stop = unit->t + STEPS_IN_RUN * (end - unit->t);
+        unit->stop_known = true;
+        unit_span(unit, fmax(fabs(unit->start), fabs(unit->stop)));
+    }
+    if (!N_STATES) { /* only functions of time, looked at in short pieces */
+        if (N_IMPLICIT) run->longest = (end - unit->t) / FOLLOWED;
+        if (N_MARGINS) run->longest = fmin(run->longest, (unit->stop - unit->start) / LOOKS);
+    }
+    unit_enter(unit);
+    open(unit, RESTART);
+    unit->is_ahead = true;
+}
+
+/* Take the point where the loop stands. */
+static void take(Unit *unit)
+{
+    memcpy(unit->x, unit->memory.run.x, N_STATES * sizeof(double));
+    memcpy(unit->m, unit->memory.run.m, N_SETTINGS * sizeof(double));
+}
+
+static bool reach(Unit *unit, double end)
+{
+    Run *run = &unit->memory.run;
+    Output *output = run->output;
+    /* where it sets out is wanted too, as it is in a run that begins there */
+    output->grid[0] = unit->t;
+    output->grid_next = output->rows = 0;
+    output->grid_size = run->phase == RESTART && run->t == unit->t ? 2 : 1;
+    output->grid[output->grid_size - 1] = end;
+    run->max_steps = run->steps + run->rejected + MOST_STEPS;
+    memcpy(unit->m, run->m, N_MODES * sizeof(double));
+    for (;;) {
+        int64_t why = unit_loop(unit);
+        if (output->rows == output->grid_size) {
+            int64_t last = output->rows - 1;
+            const double *implicit = output->implicit + last * N_IMPLICIT;
+            memcpy(unit->x, output->x + last * N_STATES, N_STATES * sizeof(double));
+            memcpy(unit->m + N_MODES, implicit, N_IMPLICIT * sizeof(double));
+            return true;
+        }
+        if (why == FULL) continue;
+        if (why == DONE && unit->is_instant) {
+            open(unit, BEGIN_SEGMENT);
+        } else if (why == DONE && end > unit->stop) {
+            extend(unit, end);
+            open(unit, RESTART);
+        } else if (why == DONE) {
+            take(unit);
+            return true;
+        } else if (run->t == end) { /* only what follows cannot be done */
+            unit->pending = why;
+            take(unit);
+            return true;
+        } else {
+            return unit_fault(unit, why);
+        }
+    }
+}
+
+/* Advance to a time, through all events on the way. */
+bool unit_advance(Unit *unit, double end)
+{
+    bool fired[N_MARGINS + 1] = {false};
+    if (unit->inputs_new) {
+        unit_fired(unit, fired);
+        if (!unit_change(unit, fired, SAME * unit->memory.run.span)) return false;
+    }
+    if (end <= unit->t) return true;
+    if (!unit->is_ahead) set_out(unit, end);
+    if (unit->pending != GOES_ON) return unit_fault(unit, unit->pending);
+    if (fabs(end - unit->stop) <= SAME * unit->memory.run.span) end = unit->stop;
+    if (!reach(unit, end)) return false;
+    unit->t = end;
+    unit_arm(unit);
+    return true;
+}

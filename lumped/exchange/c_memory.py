@@ -1,0 +1,134 @@
+"""The memory of a run in C: the records of the time loop with all that they point to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from lumped.kernel.plant import Function, Plant
+from lumped.kernel.records import Field, Record
+from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
+
+__all__ = ["Memory"]
+
+_ROWS = _PIECES = 8
+"""Room for rows and pieces: the loop returns as soon as one row is recorded."""
+
+_RECORDS: dict[str, type[Record]] = {
+    "run": Run,
+    "instant": Instant,
+    "seen": Look,
+    "at_rest": Look,
+    "pushed": Look,
+    "after": Look,
+    "output": Output,
+    "matrix": Matrix,
+    "pattern": Pattern,
+    "plant": Plant,
+}
+_OUTPUT = {
+    "t": "rows",
+    "x": "rows * states",
+    "implicit": "rows * implicit",
+    "piece_row": "pieces",
+    "piece_settings": "pieces * modes",
+    "change": "4 * changes",
+    "change_time": "2 * changes",
+    "grid": "2",
+}
+_SEGMENTS = {"edges": "3", "timed_values": "2 * timed"}
+
+
+class Memory:
+    """One block for a run; as all lengths are known, it is no more than a struct.
+
+    Parameters
+    ----------
+    sizes : mapping of str to int
+        What the lengths of fields are made of.
+    values : mapping of str to mapping of str to int or ndarray
+        For some records what their fields hold: numbers, and tables that do not change.
+    functions : iterable of str
+        Functions of the plant that there are.
+    """
+
+    def __init__(
+        self,
+        sizes: Mapping[str, int],
+        values: Mapping[str, Mapping[str, int | np.ndarray]],
+        functions: list[str],
+    ) -> None:
+        changes = sizes["conditions"] + sizes["holds"] + 1
+        modes = sizes["settings"] - sizes["implicit"]
+        more = {"rows": _ROWS, "pieces": _PIECES, "changes": changes, "modes": modes}
+        self._sizes = {**sizes, **more, "work": 1}
+        self._counts = {"numbers": 0, "integers": 0}
+        self._functions = functions
+        self.tables: list[str] = []
+        self._lines: list[str] = []
+        for name, kind in _RECORDS.items():
+            for field in kind.fields.values():
+                self._field(name, field, values.get(name, {}))
+        limits = {"most_rows": _ROWS, "most_pieces": _PIECES, "most_changes": changes}
+        self._lines += [f"    memory->output.{name} = {n};" for name, n in limits.items()]
+
+    def _field(self, record: str, field: Field, values: Mapping[str, int | np.ndarray]) -> None:
+        place, name = f"memory->{record}.{field.name}", field.name
+        if isinstance(field.kind, type):
+            if field.kind is Function:
+                self._lines.append(f"    {place} = &memory->functions[FUNCTION_{name}];")
+            else:
+                self._lines.append(f"    {place} = &memory->{name};")
+        elif name in values:
+            self._given(record, field, values[name])
+        elif field.kind in ("numbers", "ints"):
+            given = _OUTPUT if record == "output" else _SEGMENTS if record == "run" else {}
+            length = field.length or given.get(name, "")
+            if length:
+                block = "numbers" if field.kind == "numbers" else "integers"
+                first = self._counts[block]
+                self._lines.append(f"    {place} = memory->{block} + {first};")
+                self._counts[block] += int(eval(length, {"max": max}, self._sizes))
+
+    def _given(self, record: str, field: Field, value: int | np.ndarray) -> None:
+        place = f"memory->{record}.{field.name}"
+        if isinstance(value, np.ndarray):
+            kind, symbol = "double" if field.kind == "numbers" else "int64_t", field.name
+            listed = ", ".join(repr(v) for v in [*value.tolist(), 0])
+            listed = listed.replace("inf", "INFINITY").replace("nan", "NAN")
+            self.tables.append(f"static const {kind} {record}_{symbol}[] = {{{listed}}};")
+            self._lines.append(f"    {place} = ({kind} *){record}_{symbol};")
+        else:
+            self._lines.append(f"    {place} = {value};")
+
+    @property
+    def declaration(self) -> str:
+        """The struct."""
+        records = [f"    {kind.__name__} {name};" for name, kind in _RECORDS.items()]
+        names = [f.name for f in Plant.fields.values() if f.kind is Function]
+        listed = ",\n".join(f"    FUNCTION_{name}" for name in names)
+        head = "/* A run with all that it points to; a copy is whole as soon as it is bound. */"
+        return "\n".join(
+            [
+                f"enum {{\n{listed}\n}};\n",
+                head,
+                "typedef struct {",
+                *records,
+                f"    Function functions[{len(names)}];",
+                f"    double numbers[{max(self._counts['numbers'], 1)}];",
+                f"    int64_t integers[{max(self._counts['integers'], 1)}];",
+                "} Memory;\n",
+                "void model_bind(Memory *memory);\n",
+            ]
+        )
+
+    @property
+    def definition(self) -> str:
+        """The function that lets all point to where it is."""
+        addresses = [
+            f"    memory->functions[FUNCTION_{name}].address = (int64_t)(intptr_t)model_{name};"
+            for name in self._functions
+        ]
+        head = ["void model_bind(Memory *memory)", "{"]
+        return "\n".join([*self.tables, "", *head, *self._lines, *addresses, "}\n"])

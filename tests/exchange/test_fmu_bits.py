@@ -1,0 +1,174 @@
+"""Exported models make the same run as `simulate`, to the last bit."""
+
+import numpy as np
+import pytest
+from bits import STEPS, Unit, reachable, states_of_run, states_of_unit
+from machine_scenes import SCENES
+from random_drives import RandomDrive
+from test_friction_random import CROWDED, Net
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, SpringDamper, Torque
+from lumped.ops import sin, where
+from lumped.timeloop.instants import clocks
+
+METHODS = ("auto", "implicit")
+
+
+def assert_same(folder, system, times, *, method="auto", version="2.0", start=None, rtol=1e-6):
+    path = folder / "unit.fmu"
+    options = {"version": version, "kind": "co_simulation", "method": method}
+    lp.export_fmu(system, path, start=start or {}, **options)
+    if any(clock.moves and not clock.even for clock in clocks(system)):
+        system = system.without_foresight()
+    times = reachable(times)
+    expected, run = states_of_run(system, times, method=method, rtol=rtol, start=start or {})
+    received = states_of_unit(path, system, times, rtol=rtol)
+    np.testing.assert_array_equal(received, expected)
+    return run
+
+
+@pytest.mark.parametrize(
+    ("seed", "freewheels"), [*((100 + i, 0.0) for i in range(8)), *((i, 0.4) for i in CROWDED)]
+)
+def test_random_nets_of_friction(tmp_path, seed, freewheels):
+    net = Net(seed, freewheels)
+    count = len(net.J)
+    w, rates = net.rng.uniform(-3.0, 3.0, count), net.rng.uniform(2.0, 9.0, count)
+    if freewheels:
+        w, rates = np.ones(count), 3.0 + np.arange(count)
+    drives = [q * sin(b * lp.time) for q, b in zip(net.Q.tolist(), rates.tolist(), strict=True)]
+    system = lp.assemble(net.model(w.tolist(), drives))
+    method = METHODS[seed % 2]
+    assert_same(tmp_path, system, np.linspace(0.0, 2.0, 21), method=method)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_drives(tmp_path, seed):
+    drive = RandomDrive(seed)
+    names = [f"body{i}.phi" for i in range(len(drive.shafts))]
+    system = lp.assemble(drive.model(), keep=names)
+    times = np.linspace(0.0, 1.5, 61)
+    assert_same(tmp_path, system, times, method=METHODS[seed // 2 % 2], version="3.0")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SCENES)
+def test_the_five_machines(tmp_path, monkeypatch, name, method):
+    asked = {}
+    simulate = lp.simulate
+
+    def noted(system, **options):
+        asked.update(options, system=system)
+        return simulate(system, **options)
+
+    monkeypatch.setattr(lp, "simulate", noted)
+    SCENES[name](rtol=1e-8, grid=100, method=STEPS[method])
+    system = lp.assemble(asked["system"].model.with_(dict(asked.get("parameters") or {})))
+    times = np.linspace(0.0, asked["until"], 101)
+    assert_same(tmp_path, system, times, method=method, start=asked.get("start"), rtol=1e-8)
+
+
+def chain_of(bodies, drive):
+    return lp.compose(
+        drive=Torque(tau=drive),
+        body=[Inertia(J=1e-3) for _ in range(bodies)],
+        shaft=[SpringDamper(c=1e4, d=100.0) for _ in range(bodies)],
+        wall=Fixed(),
+        connections=lambda m: lp.chain(
+            m.drive, *(p for pair in zip(m.body, m.shaft, strict=True) for p in pair), m.wall
+        ),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stiff_drive_with_many_states(tmp_path, method):
+    """By itself the unit changes over to implicit steps, with sparse factors."""
+    system = lp.assemble(chain_of(60, 10.0 * sin(lp.time)))
+    assert len(system.states) >= 120
+    run = assert_same(tmp_path, system, np.linspace(0.0, 3.0, 31), method=method)
+    assert run.statistics.method.endswith("implicit")
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_communication_points_at_instants_and_many_in_one_step(tmp_path, version):
+    """Before, at and after an instant; a point at an instant shows what holds after it."""
+    torque = where(lp.time >= 0.5, where(lp.time >= 1.0, 0.3, -2.0), 1.0)
+    system = lp.assemble(chain_of(3, torque))
+    close = [0.5 - 1e-9, 0.5, 0.5 + 1e-9, 0.75, 1.0]
+    times = np.sort(np.concatenate([np.linspace(0.0, 0.4, 401), close]))
+    assert_same(tmp_path, system, times, version=version)
+    assert_same(tmp_path, system, np.array([0.0, 1.0]), version=version)
+
+
+# -- what only a unit does -------------------------------------------------------------------------
+
+
+def driven(tmp_path, **options):
+    path = tmp_path / "unit.fmu"
+    system = lp.assemble(chain_of(2, 1.0))
+    lp.export_fmu(system, path, version="2.0", inputs=["drive.tau"], **options)
+    return path, system
+
+
+def test_an_input_that_is_set_acts_from_its_communication_point_on(tmp_path):
+    """The unit is ahead of its importer by then; the model itself has a step of the torque."""
+    path, system = driven(tmp_path)
+    unit = Unit(path, stop=2.0, rtol=1e-10)
+    times = reachable(np.linspace(0.0, 2.0, 41))
+    rows = []
+    for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
+        if begin == times[7]:
+            unit.set({"drive.tau": -3.0})
+        unit.step(begin, end)
+        rows.append(unit.get(system.state_names))
+    unit.close()
+    model = chain_of(2, where(lp.time >= float(times[7]), -3.0, 1.0))
+    run = lp.simulate(lp.assemble(model), until=2.0, grid=times, rtol=1e-10)
+    expected = run.table(system.state_names)[1:]
+    assert np.abs(np.array(rows) - expected).max() <= 1e-8 * np.abs(expected).max()
+
+
+def test_a_unit_that_is_set_back_goes_the_same_way_again(tmp_path):
+    path, system = driven(tmp_path)
+    unit = Unit(path, stop=1.0)
+    names = system.state_names
+
+    def steps(times):
+        found = []
+        for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
+            unit.step(begin, end)
+            found.append(unit.get(names))
+        return np.array(found)
+
+    first, second = reachable(np.linspace(0, 0.5, 6)), reachable(np.linspace(0.5, 1.0, 51))
+    before = steps(first)
+    kept = unit.fmu.getFMUState()
+    stored = unit.fmu.serializeFMUState(kept)
+    once = steps(second)
+    unit.fmu.setFMUState(kept)
+    np.testing.assert_array_equal(steps(second), once)
+    unit.fmu.setFMUState(unit.fmu.deSerializeFMUstate(stored))
+    np.testing.assert_array_equal(steps(second), once)
+    unit.fmu.freeFMUState(kept)
+    unit.fmu.reset()
+    unit.fmu.setupExperiment(startTime=0.0, stopTime=1.0)
+    unit.fmu.enterInitializationMode()
+    unit.fmu.exitInitializationMode()
+    np.testing.assert_array_equal(steps(first), before)
+    np.testing.assert_array_equal(steps(second), once)
+    unit.close()
+
+
+def test_a_run_goes_on_beyond_its_stop_time(tmp_path):
+    """Or without one."""
+    path, system = driven(tmp_path)
+    run = lp.simulate(system, until=2.0, grid=[2.0], rtol=1e-11)
+    expected = run.table(system.state_names)[-1]
+    for stop in (None, 0.7):
+        unit = Unit(path, stop=stop, rtol=1e-10)
+        for begin, end in ((0.0, 0.5), (0.5, 1.0), (1.0, 2.0)):
+            unit.step(begin, end)
+        received = unit.get(system.state_names)
+        unit.close()
+        assert np.abs(received - expected).max() <= 1e-8 * np.abs(expected).max()
