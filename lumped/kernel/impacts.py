@@ -178,7 +178,8 @@ def halt(run: Run, seen: Look) -> None:
 def _closes(run: Run, seen: Look, h: int) -> bool:
     """Whether a constraint without limit closes at a speed."""
     plant, instant = run.plant, run.instant
-    m, v, rest = instant.m[plant.hold_setting[h] :], seen.speed[h], instant.rest_speed[h]
+    m, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
+    rest = max(instant.rest_speed[h], _ROUNDING * instant.fastest)
     acts = m[STUCK] > 0.5 or m[FORWARD] > 0.5 or m[BACKWARD] > 0.5
     near = not plant.has_gap[h] or seen.gap[h] <= TOUCHING or instant.is_halted[h]
     comes = v < -rest and not plant.has_backward[h] and near
@@ -270,6 +271,8 @@ def collide(run: Run, seen: Look) -> bool:
     plant, instant = run.plant, run.instant
     standstills(plant, instant)
     closes = False
+    for h in range(plant.holds):
+        instant.fastest = max(instant.fastest, abs(seen.speed[h]))
     for h in range(plant.holds):
         instant.is_closing[h] = _closes(run, seen, h)
         instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0

@@ -236,6 +236,7 @@ def _prepare(run: Run) -> None:
     for k in range(plant.jumps):
         instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
     instant.has_moved = 0
+    instant.fastest = 0.0
     instant.fewest_conditions = instant.fewest_holds = _MANY
     instant.patience_conditions = instant.patience_holds = PATIENCE
 

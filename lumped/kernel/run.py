@@ -67,6 +67,7 @@ class Instant(Record):
     is_struck: Annotated[Integers, "holds"]
     loss: Annotated[Numbers, "holds"]
     has_moved: int
+    fastest: float
 
     # how many were wrong at best, and rounds left in which all of them change
     fewest_conditions: int
