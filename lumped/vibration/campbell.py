@@ -160,8 +160,8 @@ def campbell(
         Excitations for each turn of the shaft.
     at : OperatingPoint or callable, optional
         Where to linearise; default is the start point. If frequencies depend on the speed, a
-        function of it, such as ``lambda w: start_point(system, parameters={"bearing.c": stiffness(w)})`` or
-        ``lambda w: equilibrium(system, start={"motor.w": w})``.
+        function of it, such as ``lambda w: equilibrium(system, start={"motor.w": w})`` or
+        ``lambda w: start_point(system, parameters={"bearing.c": stiffness(w)})``.
 
     Returns
     -------
