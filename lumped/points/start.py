@@ -140,7 +140,8 @@ def by_name(start: object) -> Changes:
         raise OptionError(
             f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "
             "lp.simulate, lp.simulation.work_precision and what takes at= can go on. Here start "
-            "values by name are needed, such as {'rotor.w': 100.0}; what depends on them begins at t = 0."
+            "values by name are needed, such as {'rotor.w': 100.0}; what depends on them begins at "
+            "t = 0."
         )
     raise OptionError(
         f"start = {start!r}: start values by name are needed, such as {{'rotor.w': 100.0}}, or "

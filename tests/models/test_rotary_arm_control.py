@@ -219,7 +219,7 @@ def test_a_slow_speed_control_rests_the_mandrel_on_the_table_until_the_torque_su
     # table and journals hold the same motion: redundant, so that they yield by a part in 1e9
     assert np.abs(run["arm.trays.w"][rests]).max() < 1e-8
     assert run["arm.phi"][rests] == pytest.approx(P, abs=1e-9)
-    assert run["arm.table.tau"][rests].max() < 1e-6
+    assert run["arm.table.tau"][rests].max() < 1e-5  # of 127 kN.m
     assert run["arm.phi"].min() >= BEGIN - 1e-12
     torque = run["motor.tau"][np.abs(run.t - leaves).argmin()]
     assert torque == pytest.approx((gravity(P, 1) + friction(1)) / 42.5, rel=1e-6)
