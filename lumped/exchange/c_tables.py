@@ -130,11 +130,11 @@ def _loop_files() -> dict[str, str]:
     names = [*_STATUS, *_POSITIONS]
     found = {**vars(run), **vars(plant)}
     listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
-    gap = "/* of bodies that touch */"
+    gap = f"#define CONTACT {TOUCHING!r} /* of bodies that touch */"
     declared = f"{told}\n#ifndef LOOP_H\n#define LOOP_H\n\n{header(_ENTRIES)}\n"
     return {
         "loop.c": f"{told}\n{as_c(_ENTRIES)}",
-        "loop.h": f"{declared}\n#define CONTACT {TOUCHING!r} {gap}\nenum {{\n{listed}\n}};\n\n#endif\n",
+        "loop.h": f"{declared}\n{gap}\nenum {{\n{listed}\n}};\n\n#endif\n",
     }
 
 
