@@ -15,6 +15,7 @@ from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
 from lumped.kernel import plant, run
 from lumped.kernel.emit_c import c_text, declaration
+from lumped.kernel.holds import TOUCHING
 from lumped.kernel.linkages import close
 from lumped.kernel.loop import loop, must_jump
 from lumped.kernel.operations import Operations, operations_of
@@ -129,10 +130,11 @@ def _loop_files() -> dict[str, str]:
     names = [*_STATUS, *_POSITIONS]
     found = {**vars(run), **vars(plant)}
     listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
+    gap = f"#define CONTACT {TOUCHING!r} /* of bodies that touch */"
     declared = f"{told}\n#ifndef LOOP_H\n#define LOOP_H\n\n{header(_ENTRIES)}\n"
     return {
         "loop.c": f"{told}\n{as_c(_ENTRIES)}",
-        "loop.h": f"{declared}\nenum {{\n{listed}\n}};\n\n#endif\n",
+        "loop.h": f"{declared}\n{gap}\nenum {{\n{listed}\n}};\n\n#endif\n",
     }
 
 

@@ -12,8 +12,7 @@
 #include <stdint.h>
 #include "model.h"
 
-#define CONTACT 1e-13 /* gap of bodies that touch */
-#define SAME 1e-13    /* distance of instants that are one, relative to the size of all times */
+#define SAME 1e-13 /* distance of instants that are one, relative to the size of all times */
 
 enum { MOST_STEPS = 10000000 }; /* of the loop from one communication point to the next */
 
