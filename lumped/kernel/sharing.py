@@ -21,7 +21,10 @@ _ASKED = 64
 """Holds, evenly chosen, that are asked for the compliance of what they hold."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
-_ROUNDS = 100
+_GOAL = (0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999)
+_GOALS = len(_GOAL)
+"""Parts of the limits within which a distribution is sought, so that it lasts for a while."""
+_ROUNDS = 50
 """Most rounds in which what is overloaded yields more."""
 _OVER = 1.00001
 """What makes an overload end below its limit, not at it."""
@@ -117,14 +120,44 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
     for h in range(plant.holds):
         instant.weight[h] = m[plant.hold_setting[h] + COMPLIANCE]
+    look_at(run, x, m, look)
+    if not _is_overloaded(run, m, look, 1.0):
+        return
+    for k in range(_GOALS):
+        if _is_borne(run, x, m, _GOAL[k]):
+            return
+        for h in range(plant.holds):
+            m[plant.hold_setting[h] + COMPLIANCE] = instant.weight[h]
+
+
+@kernel
+def _is_borne(run: Run, x: Numbers, m: Numbers, part: float) -> bool:
+    """Let what would carry more than a part of its limit yield more, until nothing does."""
+    look = run.instant.at_rest
     for _ in range(_ROUNDS):
         look_at(run, x, m, look)
-        if not _yields_more(run, m, look):
-            return
+        if not _is_overloaded(run, m, look, part):
+            return True
+        _yield_more(run, m, look, part)
         if not _still_holds(run, m):
-            break
-    for h in range(plant.holds):
-        m[plant.hold_setting[h] + COMPLIANCE] = instant.weight[h]
+            return False
+    return False
+
+
+@kernel
+def _is_overloaded(run: Run, m: Numbers, look: Look, part: float) -> bool:
+    for h in range(run.plant.holds):
+        if is_held(run.plant, m, h) and _use(look, h) > part:
+            return True
+    return False
+
+
+@kernel
+def _use(look: Look, h: int) -> float:
+    """What a hold carries over what it can; zero where it can carry nothing."""
+    reaction = look.reaction[h]
+    limit = look.upper[h] if reaction > 0.0 else look.lower[h]
+    return abs(reaction) / abs(limit) if limit != 0.0 else 0.0
 
 
 @kernel
@@ -138,15 +171,10 @@ def _still_holds(run: Run, m: Numbers) -> bool:
 
 
 @kernel
-def _yields_more(run: Run, m: Numbers, look: Look) -> bool:
-    """Let what is overloaded yield more; whether there was any."""
-    plant, is_over = run.plant, False
+def _yield_more(run: Run, m: Numbers, look: Look, part: float) -> None:
+    """Let what is overloaded yield more."""
+    plant = run.plant
     for h in range(plant.holds):
-        reaction = look.reaction[h]
-        limit = look.upper[h] if reaction > 0.0 else look.lower[h]
-        over = is_held(plant, m, h) and limit != 0.0 and abs(reaction) > abs(limit)
-        if over:
-            is_over = True
-            share_of_limit = abs(reaction) / abs(limit)
-            m[plant.hold_setting[h] + COMPLIANCE] *= _OVER * share_of_limit * share_of_limit
-    return is_over
+        over = _use(look, h) / part
+        if is_held(plant, m, h) and over > 1.0:
+            m[plant.hold_setting[h] + COMPLIANCE] *= _OVER * over * over
