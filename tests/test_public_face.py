@@ -16,7 +16,7 @@ import lumped as lp
 from lumped.support.lazy_names import sources
 
 ROOT = Path(__file__).resolve().parents[1]
-INTERNAL = {"cli", "compiler", "kernel", "language", "numerics", "support", "timeloop"}
+INTERNAL = {"cli", "code", "compiler", "kernel", "language", "numerics", "support", "timeloop"}
 HEAVY = {"casadi", "matplotlib", "networkx", "numpy", "pandas", "scipy"}
 
 
@@ -127,7 +127,7 @@ def test_listing_a_theme_loads_none_of_its_analyses():
 
 def test_components_load_no_analysis():
     found = loaded("from lumped.components import Inertia")
-    late = {*THEMES, "compiler", "kernel", "models", "numerics", "timeloop"}
+    late = {*THEMES, "code", "compiler", "kernel", "models", "numerics", "timeloop"}
     assert "lumped.components.gears" in found
     assert not [name for name in found if name.startswith("lumped.") and name.split(".")[1] in late]
     assert not {"matplotlib", "networkx", "scipy.optimize", "scipy.linalg"} & found

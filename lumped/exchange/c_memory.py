@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from lumped.code.records import Field, Record
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.records import Field, Record
 from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
 
 __all__ = ["Memory"]

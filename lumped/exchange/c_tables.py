@@ -9,22 +9,22 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from lumped.code.emit_c import c_text, declaration
+from lumped.code.operations import Operations, operations_of
+from lumped.code.to_c import as_c, header
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
 from lumped.kernel import plant, run
-from lumped.kernel.emit_c import c_text, declaration
 from lumped.kernel.holds import TOUCHING
 from lumped.kernel.linkages import close
 from lumped.kernel.loop import loop, must_jump
-from lumped.kernel.operations import Operations, operations_of
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Pattern
 from lumped.kernel.sharing import watch_redundancy
 from lumped.kernel.steps import is_unfit
-from lumped.kernel.to_c import as_c, header
 from lumped.timeloop.executable import parts_of
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.instants import clocks

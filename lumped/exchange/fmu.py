@@ -19,12 +19,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
+from lumped.code import code_cache
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError, OptionError
 from lumped.exchange.c_tables import model_files
 from lumped.exchange.fmu_description import build_description, model_description
 from lumped.exchange.interface import Interface
-from lumped.kernel import code_cache
 from lumped.support.arguments import checked
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.guards import may_be_unfit

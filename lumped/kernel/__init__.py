@@ -1,1 +1,1 @@
-"""The time loop in machine code, and the small language in which it is written."""
+"""The time loop."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.plant import Plant
 from lumped.kernel.run import Instant, Look, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["PATIENCE", "jump", "set_by_sides", "slack", "turn", "turn_wrong"]
 

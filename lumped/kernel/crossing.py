@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853, rodas5p
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import COMPLIANCE, LOWER, SLIDE, UPPER
 from lumped.kernel.run import STORM_SIZE, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["find_crossing", "inside", "is_suspected"]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from lumped.code.words import Numbers, kernel, sqrt, written
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
-from lumped.kernel.words import Numbers, kernel, sqrt, written
 from lumped.numerics import dop853 as tableau
 
 __all__ = ["dense_error", "dense_output", "interpolate", "step"]

@@ -19,11 +19,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lumped.kernel import code_cache
-from lumped.kernel.machine_code import Code, built
-from lumped.kernel.records import Record
-from lumped.kernel.to_c import as_c
-from lumped.kernel.to_llvm import as_llvm
+from lumped.code import code_cache
+from lumped.code.machine_code import Code, built
+from lumped.code.records import Record
+from lumped.code.to_c import as_c
+from lumped.code.to_llvm import as_llvm
 
 __all__ = ["call", "using"]
 
@@ -79,7 +79,7 @@ def time_loop() -> Code:
 
 
 def _kernels() -> dict[str, Any]:
-    # they load SciPy's coefficients, which what is compiled does not need
+    # they are read where the loop is compiled only
     from lumped.kernel.entries import ENTRIES
 
     return ENTRIES

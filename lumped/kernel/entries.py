@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
@@ -11,7 +12,6 @@ from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Run
 from lumped.kernel.sharing import watch_redundancy
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["ENTRIES"]
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK, Plant
 from lumped.kernel.run import Instant, Look, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = [
     "TOUCHING",

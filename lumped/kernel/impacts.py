@@ -10,12 +10,12 @@ impulses have the sign that the constraint can give; one or the other is zero.
 
 from __future__ import annotations
 
+from lumped.code.words import kernel
 from lumped.kernel.conditions import PATIENCE
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
 from lumped.kernel.plant import BACKWARD, DEMAND, FORWARD, FREE, STUCK
 from lumped.kernel.run import Look, Run
 from lumped.kernel.sharing import share
-from lumped.kernel.words import kernel
 
 __all__ = ["collide", "halt"]
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import casadi as ca
 
-from lumped.kernel.plant import Function
-from lumped.kernel.run import Run
-from lumped.kernel.words import (
+from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
+from lumped.code.words import (
     Numbers,
     acos,
     acosh,
@@ -43,11 +42,10 @@ from lumped.kernel.words import (
     tan,
     tanh,
 )
+from lumped.kernel.plant import Function
+from lumped.kernel.run import Run
 
 __all__ = ["evaluate"]
-
-STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
-"""Operations that read an input or write a result; all others are CasADi's."""
 
 
 @kernel

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["DIRECTIONS", "close", "converge", "follow"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
 from lumped.kernel.plant import BACKWARD, FORWARD, FREE, STUCK, Plant
@@ -23,7 +24,6 @@ from lumped.kernel.run import (
     Run,
 )
 from lumped.kernel.steps import advance, is_unfit
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["loop", "must_jump"]
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.crossing import inside
 from lumped.kernel.run import Output, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
 

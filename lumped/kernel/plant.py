@@ -11,8 +11,8 @@ begin.
 
 from __future__ import annotations
 
-from lumped.kernel.records import Record
-from lumped.kernel.words import Integers, Numbers
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers
 
 __all__ = ["Function", "Plant"]
 

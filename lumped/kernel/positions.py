@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.conditions import PATIENCE, jump, set_by_sides, turn, turn_wrong
 from lumped.kernel.holds import (
     TOUCHING,
@@ -29,7 +30,6 @@ from lumped.kernel.plant import (
 )
 from lumped.kernel.run import GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, Instant, Look, Run
 from lumped.kernel.sharing import share, watch_redundancy
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["begin", "calm_positions", "find_positions"]
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 from lumped.kernel.sparse_lu import factorise, is_solved, solve
-from lumped.kernel.words import Numbers, kernel, sqrt
 from lumped.numerics import rodas5p as tableau
 
 __all__ = ["dense_error", "dense_output", "interpolate", "step"]

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Plant
-from lumped.kernel.records import Record
-from lumped.kernel.words import Integers, Numbers
 
 __all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Run"]
 

@@ -8,10 +8,10 @@ compensation of Mackenzie and Boyle, International Journal of Pressure Vessels a
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.holds import copy_settings, is_held, look_at, put
 from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK
 from lumped.kernel.run import Look, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["share", "watch_redundancy"]
 

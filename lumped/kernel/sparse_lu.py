@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.run import Matrix, Pattern, Run
-from lumped.kernel.words import Numbers, kernel
 
 __all__ = ["factorise", "is_solved", "solve"]
 

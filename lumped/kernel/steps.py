@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from lumped.code.words import Numbers, kernel, sqrt
 from lumped.kernel import dop853, rodas5p
 from lumped.kernel.crossing import find_crossing, is_suspected
 from lumped.kernel.interpret import evaluate
@@ -24,7 +25,6 @@ from lumped.kernel.run import (
     WAITING,
     Run,
 )
-from lumped.kernel.words import Numbers, kernel, sqrt
 
 __all__ = ["advance", "is_unfit"]
 

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.code.functions import compiled_functions, known_functions
+from lumped.code.operations import Operations, operations_of
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel import engine
-from lumped.kernel.functions import compiled_functions, known_functions
 from lumped.kernel.linkages import DIRECTIONS
-from lumped.kernel.operations import Operations, operations_of
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Instant, Look, Matrix, Pattern, Run

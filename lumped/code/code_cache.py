@@ -43,7 +43,9 @@ def own() -> str:
     """Hash of what all code depends on in this package."""
     here = Path(__file__).parent
     numerics = here.parent / "numerics"
-    files = [*sorted(here.glob("*.py")), numerics / "rodas5p.py", numerics / "dop853.py"]
+    kernels = sorted((here.parent / "kernel").glob("*.py"))
+    files = [*sorted(here.glob("*.py")), *kernels]
+    files += [numerics / "rodas5p.py", numerics / "dop853.py"]
     return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()
 
 

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from lumped.kernel import code_cache
+from lumped.code import code_cache
 
 SCRIPT = """
 import lumped as lp

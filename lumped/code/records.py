@@ -23,7 +23,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_origin, g
 
 import numpy as np
 
-from lumped.kernel.words import Integers, Numbers
+from lumped.code.words import Integers, Numbers
 
 __all__ = ["Field", "Record"]
 

@@ -8,9 +8,16 @@ from __future__ import annotations
 
 import casadi as ca
 
-from lumped.kernel.interpret import PARAMETER, RESULT, SETTING, STATE, TIME
-from lumped.kernel.operations import Operations, UnsupportedError
-from lumped.kernel.to_c import number
+from lumped.code.operations import (
+    PARAMETER,
+    RESULT,
+    SETTING,
+    STATE,
+    TIME,
+    Operations,
+    UnsupportedError,
+)
+from lumped.code.to_c import number
 
 __all__ = ["c_text", "declaration"]
 

@@ -9,9 +9,11 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.kernel.interpret import PARAMETER, RESULT, SETTING, STATE, TIME
-
 __all__ = ["Operations", "UnsupportedError", "operations_of"]
+
+
+STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
+"""Operations that read an input or write a result; all others are CasADi's."""
 
 
 class UnsupportedError(Exception):

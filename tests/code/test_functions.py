@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from machine_scenes import SCENES
 
+from lumped.code.functions import compiled_functions
+from lumped.code.operations import UnsupportedError, operations_of
 from lumped.kernel import engine
-from lumped.kernel.functions import compiled_functions
-from lumped.kernel.operations import UnsupportedError, operations_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Run
 
@@ -148,7 +148,7 @@ def test_operations_of_two_numbers(name, symbols):
 @pytest.mark.parametrize("on_stack", [True, False])
 def test_a_function_longer_than_a_chunk_hands_its_numbers_on(on_stack, symbols, monkeypatch):
     if not on_stack:
-        monkeypatch.setattr("lumped.kernel.emit_llvm._MOST_ON_STACK", 0)
+        monkeypatch.setattr("lumped.code.emit_llvm._MOST_ON_STACK", 0)
     x, p, t, m = symbols
     values, rng = [x[0], x[1], p, t, m], np.random.default_rng(3 + on_stack)
     for _ in range(3000):

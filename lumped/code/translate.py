@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
-from lumped.kernel import words
-from lumped.kernel.records import Field, Record
-from lumped.kernel.words import Kernel
+from lumped.code import words
+from lumped.code.records import Field, Record
+from lumped.code.words import Kernel
 
 __all__ = ["TranslationError", "Value", "Writer", "reached"]
 

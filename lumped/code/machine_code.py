@@ -10,7 +10,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from lumped.kernel import code_cache
+from lumped.code import code_cache
 
 __all__ = ["Code", "built", "compiled", "kept"]
 

@@ -10,9 +10,16 @@ from collections.abc import Callable
 
 import casadi as ca
 
-from lumped.kernel.interpret import PARAMETER, RESULT, SETTING, STATE, TIME
-from lumped.kernel.operations import Operations, UnsupportedError
-from lumped.kernel.to_llvm import literal
+from lumped.code.operations import (
+    PARAMETER,
+    RESULT,
+    SETTING,
+    STATE,
+    TIME,
+    Operations,
+    UnsupportedError,
+)
+from lumped.code.to_llvm import literal
 
 __all__ = ["assembly"]
 

@@ -7,9 +7,9 @@ import struct
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from lumped.kernel.records import Field
-from lumped.kernel.translate import TranslationError, Value, Writer, reached
-from lumped.kernel.words import Kernel
+from lumped.code.records import Field
+from lumped.code.translate import TranslationError, Value, Writer, reached
+from lumped.code.words import Kernel
 
 __all__ = ["as_llvm", "literal"]
 

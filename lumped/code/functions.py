@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 
-from lumped.kernel import code_cache
-from lumped.kernel.emit_llvm import assembly
-from lumped.kernel.machine_code import Code, built, kept
-from lumped.kernel.operations import Operations
+from lumped.code import code_cache
+from lumped.code.emit_llvm import assembly
+from lumped.code.machine_code import Code, built, kept
+from lumped.code.operations import Operations
 
 __all__ = ["compiled_functions", "known_functions"]
 

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from lumped.kernel.records import Field, Record
-from lumped.kernel.translate import TranslationError, Value, Writer, reached
-from lumped.kernel.words import Kernel
+from lumped.code.records import Field, Record
+from lumped.code.translate import TranslationError, Value, Writer, reached
+from lumped.code.words import Kernel
 
 __all__ = ["as_c", "declared_records", "header", "number"]
 

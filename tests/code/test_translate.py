@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from lumped.kernel.machine_code import Code, compiled
-from lumped.kernel.records import Record
-from lumped.kernel.to_c import as_c
-from lumped.kernel.to_llvm import as_llvm
-from lumped.kernel.translate import TranslationError
-from lumped.kernel.words import Integers, Kernel, Numbers, kernel, sqrt
+from lumped.code.machine_code import Code, compiled
+from lumped.code.records import Record
+from lumped.code.to_c import as_c
+from lumped.code.to_llvm import as_llvm
+from lumped.code.translate import TranslationError
+from lumped.code.words import Integers, Kernel, Numbers, kernel, sqrt
 
 TABLE = (0.5, -1.25, 3e-7, 1e300)
 OFFSET = 3

@@ -1,0 +1,1 @@
+"""The small language of the time loop, and its back ends: LLVM, C."""
