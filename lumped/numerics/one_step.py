@@ -8,7 +8,7 @@ Jacobian. Both have dense output.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import casadi as ca
 import numpy as np
@@ -72,7 +72,7 @@ def implicit_dense(increments: list[ca.MX]) -> ca.MX:
     return ca.horzcat(*(combined(increments, np.array(row)) for row in rodas5p.H))
 
 
-def combined(stages: Sequence[ca.MX], weights: np.ndarray) -> ca.MX:
+def combined(stages: Sequence[ca.MX], weights: Iterable[float]) -> ca.MX:
     """Sum of the stages with their weights."""
     terms = [float(w) * k for k, w in zip(stages, weights, strict=False) if w]
     total = terms[0]
