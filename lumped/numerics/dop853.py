@@ -1,7 +1,8 @@
 """Coefficients of DOP853.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5. ``A``, ``B`` and ``C`` are those of the step, ``E3`` and ``E5`` of its two error estimates,
-``A_EXTRA``, ``C_EXTRA`` and ``D`` of the three more stages and four columns of dense output.
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5. ``A``, ``B`` and ``C`` are
+those of the step, ``E3`` and ``E5`` of its two error estimates, ``A_EXTRA``, ``C_EXTRA`` and ``D``
+of the three more stages and four columns of dense output.
 """
 
 __all__ = ["A_EXTRA", "C_EXTRA", "E3", "E5", "E6", "A", "B", "C", "D"]
