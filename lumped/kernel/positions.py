@@ -178,7 +178,8 @@ def _share_anew(run: Run) -> None:
             is_shared = True
     if not is_shared:
         return
-    share(run, instant.x, instant.m)
+    if not share(run, instant.x, instant.m):
+        return
     look_at(run, instant.x, instant.m, instant.seen)
     for i in range(instant.fired_count):
         kind, h = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]

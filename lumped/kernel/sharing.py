@@ -21,13 +21,11 @@ _ASKED = 64
 """Holds, evenly chosen, that are asked for the compliance of what they hold."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
-_GOAL = (0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999)
+_GOAL = (0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-5, 1 - 1e-6, 1 - 1e-7, 1 - 1e-8)
 _GOALS = len(_GOAL)
 """Parts of the limits within which a distribution is sought, so that it lasts for a while."""
 _ROUNDS = 50
 """Most rounds in which what is overloaded yields more."""
-_OVER = 1.00001
-"""What makes an overload end below its limit, not at it."""
 _MOST = 1e3
 """Times that what is overloaded may yield more than at first."""
 _AGREE = 1e-6
@@ -91,18 +89,21 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
 
 
 @kernel
-def share(run: Run, x: Numbers, m: Numbers) -> None:
-    """Let what sticks yield a little if it is redundant; the stronger one carries more."""
+def share(run: Run, x: Numbers, m: Numbers) -> bool:
+    """Let what sticks yield a little if it is redundant; the stronger one carries more.
+
+    Gives whether all limits bear that.
+    """
     plant, instant = run.plant, run.instant
     any_stuck = False
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = 0.0
         any_stuck = any_stuck or is_held(plant, m, h)
     if not (run.may_be_redundant and any_stuck):
-        return
+        return True
     copy_settings(plant, m, instant.sole)
     if not _is_redundant(run, x, instant.sole):
-        return
+        return True
     if run.yielding < 0.0:
         run.yielding = _COMPLIANCE * _softest(run, x, instant.sole)
     for h in range(plant.holds):
@@ -122,12 +123,13 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
         instant.weight[h] = m[plant.hold_setting[h] + COMPLIANCE]
     look_at(run, x, m, look)
     if not _is_overloaded(run, m, look, 1.0):
-        return
+        return True
     for k in range(_GOALS):
         if _is_borne(run, x, m, _GOAL[k]):
-            return
+            return True
         for h in range(plant.holds):
             m[plant.hold_setting[h] + COMPLIANCE] = instant.weight[h]
+    return False
 
 
 @kernel
@@ -177,4 +179,5 @@ def _yield_more(run: Run, m: Numbers, look: Look, part: float) -> None:
     for h in range(plant.holds):
         over = _use(look, h) / part
         if is_held(plant, m, h) and over > 1.0:
-            m[plant.hold_setting[h] + COMPLIANCE] *= _OVER * over * over
+            beyond = 1.0 + 0.5 * (1.0 - part)  # so that it ends below its limit, not at it
+            m[plant.hold_setting[h] + COMPLIANCE] *= beyond * over * over
