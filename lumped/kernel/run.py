@@ -215,6 +215,7 @@ class Run(Record):
     stiff_steps: int
     patience: int
     next_patience: int
+    untried_steps: int
     may_be_redundant: int
     yielding: float
 

@@ -37,8 +37,8 @@ _NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
 at 6.1 (Hairer's code), and its interpolation a little before."""
 _STIFF_AFTER, _LONGER = 4, 3.0
 """Steps near the limit before it is tried if an implicit one may be so many times longer."""
-_FIRST_PATIENCE, _MOST_PATIENCE = 8, 256
-"""Steps after a trial in vain before the next one."""
+_FIRST_PATIENCE, _MOST_PATIENCE, _UNTRIED = 8, 256, 500
+"""Steps after a trial in vain before the next one; most steps without any."""
 
 _HOPELESS = 1e3
 """Error of a step that is so far off that any shorter one is welcome."""
@@ -156,14 +156,20 @@ def _note_stiffness(run: Run) -> None:
     """Count the steps in a row that are near the limit of stability."""
     run.stiff_steps = run.stiff_steps + 1 if run.stiffness > _NEAR_LIMIT else 0
     run.patience = max(0, run.patience - 1)
+    run.untried_steps += 1
 
 
 @kernel
 def _is_trial_due(run: Run, h: float) -> bool:
-    """Whether it should be tried if implicit steps are longer."""
-    if run.is_implicit or not run.chooses_method or run.stiff_steps < _STIFF_AFTER:
+    """Whether it should be tried if implicit steps are longer.
+
+    Where nothing moves rounding hides the limit of stability, so once in a while it is tried anyway.
+    """
+    if run.is_implicit or not run.chooses_method or run.end - run.t <= _LONGER * h:
         return False
-    return run.patience == 0 and run.end - run.t > _LONGER * h
+    if run.untried_steps >= _UNTRIED:
+        return True
+    return run.stiff_steps >= _STIFF_AFTER and run.patience == 0
 
 
 @kernel
@@ -177,7 +183,7 @@ def _is_implicit_longer(run: Run, h: float) -> bool:
     error = _tried(run, _LONGER * h)
     pays = error <= _SAFETY ** (1.0 / _IMPLICIT_POWER) and _is_finite(run)
     run.is_implicit = pays
-    run.stiff_steps = 0
+    run.stiff_steps = run.untried_steps = 0
     if not pays:
         run.patience = run.next_patience
         run.next_patience = min(2 * run.next_patience, _MOST_PATIENCE)
