@@ -163,7 +163,7 @@ def _note_stiffness(run: Run) -> None:
 def _is_trial_due(run: Run, h: float) -> bool:
     """Whether it should be tried if implicit steps are longer.
 
-    Where nothing moves rounding hides the limit of stability, so once in a while it is tried anyway.
+    Where nothing moves, rounding hides the limit of stability: once in a while it is tried anyway.
     """
     if run.is_implicit or not run.chooses_method or run.end - run.t <= _LONGER * h:
         return False
