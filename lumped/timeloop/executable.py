@@ -32,6 +32,7 @@ __all__ = [
 
 _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
+_MAKING = threading.RLock()
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -206,8 +207,9 @@ def _instant(sizes: dict[str, int]) -> Instant:
 
 def executable(system: System) -> Executable:
     """The system, ready to be run; made once."""
-    if "executable" not in system.made:
-        system.made["executable"] = _made(system)
+    with _MAKING:
+        if "executable" not in system.made:
+            system.made["executable"] = _made(system)
     found: Executable = system.made["executable"]
     return found
 

@@ -318,10 +318,11 @@ def test_threads_make_the_same_runs_as_one(method):
         value = {name: 1.0 + 0.01 * (k % 5)}
         return lp.simulate(system, until=1.5, grid=50, method=method, parameters=value)
 
-    expected = [run(k) for k in range(5)]
     with ThreadPoolExecutor(8) as pool:
-        for k, found in enumerate(pool.map(run, range(100))):
-            assert_same(expected[k % 5], found)
+        threaded = list(pool.map(run, range(100)))
+    expected = [run(k) for k in range(5)]
+    for k, found in enumerate(threaded):
+        assert_same(expected[k % 5], found)
 
 
 @pytest.mark.parametrize("grid", [None, 50])
