@@ -22,8 +22,8 @@ from hybrid_reference import Contact, Drive, Line, Load, steady
 
 from lumped.errors import SolverError
 
-DRIVES = range(60)
-IMPACTS = range(300)
+DRIVES = range(40)
+IMPACTS = range(150)
 
 # Where lumped breaks the law, or gives up by name.
 
