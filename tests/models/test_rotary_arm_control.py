@@ -124,7 +124,8 @@ def test_from_rest_the_arm_waits_until_the_torque_suffices():
     row = [np.abs(run.t - t).argmin() for t in times[1:]]
     assert begin == pytest.approx(0.0054, abs=1e-4)
     assert next(e.time for e in run.events if e.component == "arm.journal") == pytest.approx(
-        begin, abs=1e-8  # shares of what table and journals bear are known to 1e-7
+        begin,
+        abs=1e-8,  # shares of what table and journals bear are known to 1e-7
     )
     for name, values in zip(COLUMNS, moving.y, strict=True):
         scale = 30 * J_m if name == "motor.x" else 1.0

@@ -32,7 +32,7 @@ _STORM = "friction and a contact hold the same motion; each change of one asks f
 FAILING_DRIVES = {29: _LABEL, 31: _STORM}
 
 _NONE = "no positions fit where impacts of redundant contacts contradict each other"
-FAILING_IMPACTS = dict.fromkeys((), _NONE)
+FAILING_IMPACTS = dict.fromkeys((14,), _NONE)
 FAILING_STORMS = dict[tuple[str, float, int], str]()
 
 
