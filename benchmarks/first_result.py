@@ -2,8 +2,8 @@
 
 The three masses of `time_loop`, 2 s, no options, and one quantity read: with nothing cached, when
 the time loop is compiled, and again, when its machine code is taken from the cache. Beside it the
-same with SciPy's DOP853 on NumPy. Each is the best of several new processes; the parts are those of
-the best.
+same with SciPy's DOP853 on NumPy. CPU times, the best of several new processes; the parts are
+those of the best.
 
     python -m benchmarks.first_result
 """
@@ -18,7 +18,7 @@ from lumped.support.text_table import table
 
 PARTS = ("import", "assemble", "machine code of the loop", "run and read")
 LUMPED = """
-from time import perf_counter as now
+from time import process_time as now
 times = [now()]
 import lumped as lp
 from lumped.components import Inertia, SpringDamper, Torque
@@ -44,7 +44,7 @@ times.append(now())
 print(*[b - a for a, b in zip(times, times[1:])])
 """
 SCIPY = """
-from time import perf_counter as now
+from time import process_time as now
 times = [now()]
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -67,7 +67,7 @@ print(times[1] - times[0], 0.0, 0.0, times[2] - times[1])
 
 def measured(program: str, cache: str) -> list[float]:
     """Parts of the time of a new process, s."""
-    environment = {**os.environ, "LUMPED_CACHE": cache}
+    environment = {**os.environ, "LUMPED_CACHE": cache, "OMP_NUM_THREADS": "1"}
     command = [sys.executable, "-c", program]
     told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     return [float(part) for part in told.stdout.split()]
@@ -84,8 +84,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         measured(LUMPED, folder)
         ways = {
-            "lumped, nothing cached": [empty(LUMPED) for _ in range(4)],
-            "lumped, cached": [measured(LUMPED, folder) for _ in range(8)],
+            "lumped, nothing cached": [empty(LUMPED) for _ in range(3)],
+            "lumped, cached": [measured(LUMPED, folder) for _ in range(6)],
             "SciPy DOP853, NumPy": [measured(SCIPY, folder) for _ in range(5)],
         }
     best = {way: min(runs, key=sum) for way, runs in ways.items()}

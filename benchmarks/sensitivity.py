@@ -22,7 +22,7 @@ from lumped import functionals
 from lumped.components import Inertia, SpringDamper, Torque
 from lumped.support.text_table import table
 
-COUNT, END, ROUNDS, RTOL = 100, 0.5, 40, 1e-8
+COUNT, END, ROUNDS, RTOL = 100, 0.5, 10, 1e-8
 RNG = np.random.default_rng(1)
 J = RNG.uniform(0.5, 2.0, COUNT)
 C = RNG.uniform(1e4, 5e4, COUNT - 1)

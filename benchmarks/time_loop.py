@@ -193,7 +193,7 @@ def compared(library: ctypes.CDLL | None) -> list[tuple[object, ...]]:
         best, inner, run = own(lambda s=system, o=options: lp.simulate(s, **o), rounds)
         x = np.array([run[each][-1] for each in wanted])
         ways += [("lumped, inside the loop", inner, x), ("lumped", best, x)]
-        ways.append(("SciPy, NumPy", *timed(other, 3 if n < 100 else 1)))
+        ways.append(("SciPy, NumPy", *timed(other, 10 if n < 100 else 3)))
         first = ways[0][1]
         rows += [
             (
