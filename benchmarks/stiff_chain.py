@@ -148,7 +148,7 @@ def measured() -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
         compiled = time.perf_counter() - begin
         if n in COMPARED:
             rows += compared(n, system)
-        seconds, run = own(system, "auto", 5)
+        seconds, run = own(system, "auto", 8)
         attempts = run.steps + run.statistics.rejected
         each = seconds / attempts / n
         base = min(base, each)
