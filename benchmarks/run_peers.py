@@ -1,12 +1,12 @@
 """How long does the same run take elsewhere?
 
-The smooth drive of three masses and the chain of 300 of `native`, by lumped and by other packages
-(the extra `bench`), each with the tolerance that brings its error near 1e-6, against the reference
-of `native`. Packages without components get the right-hand side of `native` in NumPy. SciPy has
-the method that it has there, the others the fastest found. Set-up goes from the description to the
-end of the first run, less the best time of a run and without the imports; lumped makes its machine
-code anew. What a package does again in each run counts as run. jaxonomy has the three masses
-alone: `flatten_time --peers` shows how its set-up grows.
+The smooth drive of three masses and the chain of 300 of `time_loop`, by lumped and by other
+packages (the extra `bench`), each with the tolerance that brings its error near 1e-6, against the
+reference of `time_loop`. Packages without components get the right-hand side of `time_loop` in
+NumPy. SciPy has the method that it has there, the others the fastest found. Set-up goes from the
+description to the end of the first run, less the best time of a run and without the imports; lumped
+makes its machine code anew, that of the time loop too. What a package does again in each run counts
+as run. jaxonomy has the three masses alone: `flatten_time --peers` shows how its set-up grows.
 Each row is the best of all runs in some seconds of a process of its own; read the ratios.
 
     python -m benchmarks.run_peers
@@ -29,8 +29,9 @@ import numpy as np
 
 import lumped as lp
 from benchmarks.hybrid import write
-from benchmarks.native import MASSES, Chain, Drive, by_scipy, chain, three
+from benchmarks.time_loop import MASSES, Chain, Drive, by_scipy, chain, three
 from lumped.support.text_table import table
+from lumped.timeloop.executable import executable
 
 SECONDS, ROUNDS, LIMIT = 4.0, 300, 90.0  # of the runs, at most so many; of the whole process
 
@@ -72,17 +73,15 @@ Way = tuple[Callable[[], Any], Callable[[Any], np.ndarray]]
 """A run, and what finds the twists and speeds at its end."""
 
 
-def in_lumped(problem: Problem, rtol: float, native: str) -> Way:
-    """Assembled, with explicit steps."""
-    os.environ["LUMPED_NATIVE"] = native
+def in_lumped(problem: Problem, rtol: float) -> Way:
+    """Assembled, with explicit steps and compiled functions."""
     system, until, n = lp.assemble(problem.model()), problem.edges[-1], len(problem.J)
     wanted = [f"shaft[{i}].phi_rel" for i in range(n - 1)] + [f"body[{i}].w" for i in range(n)]
 
+    executable(system).compile()
+
     def run() -> lp.Trajectory:
-        found = lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
-        if native == "1" and not found.statistics.native:
-            raise RuntimeError("no machine code; install the extra fast")
-        return found
+        return lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
 
     return run, lambda found: np.array([found[name][-1] for name in wanted])
 
@@ -311,8 +310,7 @@ Plan = tuple[str, str, Callable[..., Way], tuple[object, ...], dict[str, object]
 
 PLANS: dict[str, list[Plan]] = {
     "three masses, 2 s": [
-        ("lumped", "machine code", in_lumped, (1e-5, "1"), {}),
-        ("lumped", "virtual machine", in_lumped, (1e-5, "0"), {}),
+        ("lumped", "DOP853", in_lumped, (1e-5,), {}),
         ("scipy", "DOP853, NumPy", in_scipy, (1e-5,), {}),
         ("exudyn", "DOPRI5", in_exudyn, (1e-7, "EXUdense"), {}),
         ("rumoca", "rk-like", in_rumoca, (3e-7,), {}),
@@ -320,8 +318,7 @@ PLANS: dict[str, list[Plan]] = {
         ("scikit-sundae", "CVODE Adams, NumPy", in_cvode, (4e-6,), {}),
     ],
     "300 masses, 1 s": [
-        ("lumped", "machine code", in_lumped, (4e-8, "1"), {}),
-        ("lumped", "virtual machine", in_lumped, (4e-8, "0"), {}),
+        ("lumped", "DOP853", in_lumped, (4e-8,), {}),
         ("scipy", "DOP853, NumPy", in_scipy, (4e-8,), {}),
         ("exudyn", "DOPRI5, sparse", in_exudyn, (5e-8, "EigenSparse"), {}),
         ("rumoca", "rk-like", in_rumoca, (1e-7,), {}),

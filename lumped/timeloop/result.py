@@ -287,9 +287,14 @@ class Trajectory(Named):
             return self.t
         if key not in self._known:
             systems = {id(p.system): p.system for p in self.pieces}
-            functions = {place: system.function([key]) for place, system in systems.items()}
+            states = {
+                i: s.state_names.index(key) for i, s in systems.items() if key in s.state_names
+            }
+            functions = {i: s.function([key]) for i, s in systems.items() if i not in states}
             parts = [
-                functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
+                p.x[:, states[id(p.system)]]
+                if id(p.system) in states
+                else functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
                 for p in self.pieces
                 if len(p.t)
             ]

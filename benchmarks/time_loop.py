@@ -1,24 +1,20 @@
-"""How near does a run in machine code come to a loop written by hand in C?
+"""How near does a run come to a loop written by hand in C?
 
-Three problems, each solved with the same tolerances by `lumped` with and without machine code, by
-a C loop written by hand (`native_loops.c`, compiled with gcc -O2) and by SciPy on NumPy: a drive
-of three masses with steps of the load, a chain of 300 masses, and four bodies with three clutches.
-Errors are those at the end against SciPy at a tight tolerance. The other tables count what an event
-costs among many friction elements, what machine code brings to published machines, and what comes
-before the first result.
-Times are the best of several runs in one process; read the ratios.
+Three problems, each solved with the same tolerances by `lumped`, by a C loop written by hand
+(`time_loop.c`, compiled with gcc -O2) and by SciPy on NumPy: a drive of three masses with steps of
+the load, a chain of 300 masses, and four bodies with three clutches. Errors are those at the end
+against SciPy at a tight tolerance. The other tables count what an event costs among many friction
+elements, and what a run of each published machine takes as a whole and inside the loop.
+Times are the best of several runs in one process, with everything compiled; read the ratios.
 
-    python -m benchmarks.native
+    python -m benchmarks.time_loop
 """
 
 import ctypes
 import itertools
-import os
 import shutil
 import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -27,14 +23,12 @@ from scipy.integrate import DOP853, solve_ivp
 import lumped as lp
 from benchmarks.hybrid import END, ByHand, Coupled, rubbing, timed, write
 from lumped.components import Inertia, SpringDamper, Torque
-from lumped.models.eccentric_shear.scenes import free_run
-from lumped.models.pilger_mill.drive import start_up
-from lumped.models.reversing_mill.scenes import skidding
-from lumped.models.rotary_arm.control import controlled
+from lumped.models import MACHINES, machine
 from lumped.ops import sin, where
 from lumped.support.text_table import table
+from lumped.timeloop.executable import executable
 
-SOURCE = Path(__file__).with_name("native_loops.c")
+SOURCE = Path(__file__).with_name("time_loop.c")
 MASSES = 300
 
 
@@ -147,14 +141,13 @@ def by_scipy(rate, edges, n: int, rtol: float):
     return run
 
 
-def own(system: lp.System, until: float, rtol: float, choice: str, rounds: int):
-    """Best time of a run, the part of it inside the loop, and the states at the end."""
-    os.environ["LUMPED_NATIVE"] = choice
-    inner, run = np.inf, None
+def own(action, rounds: int) -> tuple[float, float, lp.Trajectory]:
+    """Best time of a run, the part of it inside the loop, and the run."""
+    inner = np.inf
 
     def once() -> lp.Trajectory:
         nonlocal inner
-        found = lp.simulate(system, until=until, rtol=rtol, grid=[until], method="steps")
+        found = action()
         inner = min(inner, found.statistics.seconds)
         return found
 
@@ -195,14 +188,12 @@ def compared(library: ctypes.CDLL | None) -> list[tuple[object, ...]]:
             tight = rtol * (0.05 if c_name == "clutches" else 1.0)
             run = by_c(library, c_name, atol, tight)
             ways.append(("C loop", *timed(run, rounds)))
-        for choice, label in (("1", "lumped, machine code"), ("0", "lumped, virtual machine")):
-            own(system, until, rtol, choice, 2)
-            best, inner, run = own(system, until, rtol, choice, rounds if choice == "1" else 5)
-            x = np.array([run[each][-1] for each in wanted])
-            if choice == "1":
-                ways.append(("its loop alone", inner, x))
-            ways.append((label, best, x))
-        ways.append(("SciPy, NumPy", *timed(other, 3 if n < 100 else 1)))
+        executable(system).compile()
+        options = {"until": until, "rtol": rtol, "grid": [until], "method": "steps"}
+        best, inner, run = own(lambda s=system, o=options: lp.simulate(s, **o), rounds)
+        x = np.array([run[each][-1] for each in wanted])
+        ways += [("lumped, inside the loop", inner, x), ("lumped", best, x)]
+        ways.append(("SciPy, NumPy", *timed(other, 10 if n < 100 else 3)))
         first = ways[0][1]
         rows += [
             (
@@ -222,8 +213,9 @@ def elements() -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
     for n in (1, 3, 10, 30, 100):
         system = lp.assemble(rubbing(n))
-        own(system, 10.0, 1e-6, "1", 1)
-        best, inner, run = own(system, 10.0, 1e-6, "1", 10)
+        executable(system).compile()
+        options = {"until": 10.0, "rtol": 1e-6, "grid": [10.0], "method": "steps"}
+        best, inner, run = own(lambda s=system, o=options: lp.simulate(s, **o), 10)
         changes = sum(event.after != "" for event in run.events)
         rows.append(
             (
@@ -239,87 +231,45 @@ def elements() -> list[tuple[object, ...]]:
     return rows
 
 
-SCENES = {
-    "shear, two turns": lambda **o: free_run(eps=0.1, **o),
-    "rotary arm, one cycle": lambda **o: controlled(**o),
-    "pilger mill, start-up": lambda **o: start_up(**o),
-    "reversing mill, skidding": lambda **o: skidding(**o),
-}
-
-
 def machines() -> list[tuple[object, ...]]:
-    """Runs of published machines with and without machine code: time of the stepping alone."""
+    """Runs of published machines from the start points of their scenes."""
     rows: list[tuple[object, ...]] = []
-    for name, scene in SCENES.items():
-        found = []
-        for choice in ("0", "1"):
-            os.environ["LUMPED_NATIVE"] = choice
-            runs = [scene(rtol=1e-8, grid=[0.0], method="steps") for _ in range(3)]
-            found.append(min(run.statistics.seconds for run in runs))
-        run = runs[-1]
-        slow, fast = found
+    for name, text in MACHINES.items():
+        scene = machine(name).scene(grid=1)
+        system, until = scene.system, float(scene.t[-1])
+        executable(system).compile()
+        options = {"start": scene.point(0.0), "until": until, "rtol": 1e-6, "grid": [until]}
+        options["method"] = "steps"
+        best, inner, run = own(lambda s=system, o=options: lp.simulate(s, **o), 30)
         rows.append(
             (
-                name,
-                len(run.system.states),
+                text,
+                len(system.states),
+                f"{until:.3g}",
                 run.steps,
                 len(run.events),
-                f"{slow * 1e3:.1f}",
-                f"{fast * 1e3:.2f}",
-                f"{slow / fast:.0f}",
+                f"{best * 1e3:.3f}",
+                f"{inner * 1e3:.3f}",
+                f"{best / inner:.2f}",
             )
         )
     return rows
 
 
-SETUP = """
-import time
-begin = time.perf_counter()
-import lumped as lp
-from benchmarks.native import Drive
-loaded = time.perf_counter()
-system = lp.assemble(Drive())
-run = lp.simulate(system, until=2.0, method="steps")
-run["body[2].w"]
-print(loaded - begin, time.perf_counter() - loaded, run.statistics.native)
-"""
-
-
-def setup() -> list[tuple[object, ...]]:
-    """What comes before the first result, in a new process."""
-    rows: list[tuple[object, ...]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        ways = (("virtual machine", "0"), ("machine code, first ever", "1"), ("again", "1"))
-        for label, choice in ways:
-            environment = {**os.environ, "LUMPED_NATIVE": choice, "LUMPED_CACHE": folder}
-            command = [sys.executable, "-c", SETUP]
-            told = subprocess.run(command, env=environment, capture_output=True, text=True)
-            imports, rest, method = told.stdout.split(maxsplit=2)
-            rows.append((label, f"{float(imports):.2f}", f"{float(rest):.3f}", method.strip()))
-    return rows
-
-
 def main() -> None:
     """Print the tables and write them beside this script."""
-    begin = time.perf_counter()
-    library = loops()
     head = ("problem", "way", "error", "ms", "ratio to the first")
-    rows = compared(library)
+    rows = compared(loops())
     print(table(head, rows))
-    write("native_loops.csv", head, rows)
+    write("time_loop_by_hand.csv", head, rows)
     head = ("elements", "changes", "steps", "ms", "ms in the loop", "us per change", "and element")
     rows = elements()
     print("\nBodies that rub on the ground, 10 s, rtol 1e-6\n" + table(head, rows))
-    write("native_elements.csv", head, rows)
-    head = ("machine", "states", "steps", "events", "ms in the virtual machine", "ms", "ratio")
+    write("time_loop_elements.csv", head, rows)
+    head = ("machine", "states", "until, s", "steps", "events", "ms", "ms in the loop", "ratio")
     rows = machines()
-    print("\nMachines, rtol 1e-8, stepping alone\n" + table(head, rows))
-    write("native_machines.csv", head, rows)
-    head = ("three masses, new process", "imports, s", "to the first result, s", "native")
-    rows = setup()
-    print("\n" + table(head, rows))
-    write("native_setup.csv", head, rows)
-    print(f"\n{time.perf_counter() - begin:.0f} s")
+    print("\nMachines, rtol 1e-6\n" + table(head, rows))
+    write("time_loop_machines.csv", head, rows)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-/* Loops written by hand for `benchmarks.native`: DOP853 for smooth drives, with the sums of the
+/* Loops written by hand for `benchmarks.time_loop`: DOP853 for smooth drives, with the sums of the
    stages in stages.h, and DOPRI5 with events for three clutches. */
 #include <math.h>
 

@@ -1,0 +1,103 @@
+"""How long does the first result of a new process take?
+
+The three masses of `time_loop`, 2 s, no options, and one quantity read: with nothing cached, when
+the time loop is compiled, and again, when its machine code is taken from the cache. Beside it the
+same with SciPy's DOP853 on NumPy. CPU times, the best of several new processes; the parts are
+those of the best.
+
+    python -m benchmarks.first_result
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+
+from benchmarks.hybrid import write
+from lumped.support.text_table import table
+
+PARTS = ("import", "assemble", "machine code of the loop", "run and read")
+LUMPED = """
+from time import process_time as now
+times = [now()]
+import lumped as lp
+from lumped.components import Inertia, SpringDamper, Torque
+from lumped.ops import sin, where
+lp.assemble, lp.simulate
+times.append(now())
+class Drive(lp.Component):
+    body = [Inertia(J=j) for j in (2.0, 0.5, 1.0)]
+    shaft = [SpringDamper(c=2e4, d=4.0), SpringDamper(c=1e4, d=3.0)]
+    motor: Torque = Torque(tau=40 * sin(30 * lp.time))
+    load: Torque = Torque(tau=where(lp.time < 0.5, 0, where(lp.time < 1.2, -100, -30)))
+    def connections(self):
+        b, s = self.body, self.shaft
+        yield from lp.chain(self.motor, b[0], s[0], b[1], s[1], b[2])
+        yield lp.connect(b[2].flange_b, self.load.flange)
+system = lp.assemble(Drive())
+times.append(now())
+from lumped.kernel.engine import time_loop
+time_loop()
+times.append(now())
+lp.simulate(system, until=2.0)["shaft[0].tau"]
+times.append(now())
+print(*[b - a for a, b in zip(times, times[1:])])
+"""
+SCIPY = """
+from time import process_time as now
+times = [now()]
+import numpy as np
+from scipy.integrate import solve_ivp
+times.append(now())
+def rate(t, x):
+    twisting = np.diff(x[2:])
+    torque = np.array([2e4, 1e4]) * x[:2] + np.array([4.0, 3.0]) * twisting
+    load = 0.0 if t < 0.5 else 100.0 if t < 1.2 else 30.0
+    ends = np.array([40 * np.sin(30 * t), 0.0, -load])
+    ends[:2] += torque
+    ends[1:] -= torque
+    return np.concatenate([twisting, ends / np.array([2.0, 0.5, 1.0])])
+x = np.zeros(5)
+for a, b in ((0, 0.5), (0.5, 1.2), (1.2, 2.0)):
+    x = solve_ivp(rate, (a, b), x, "DOP853", rtol=1e-6, atol=1e-9).y[:, -1]
+times.append(now())
+print(times[1] - times[0], 0.0, 0.0, times[2] - times[1])
+"""
+
+
+def measured(program: str, cache: str) -> list[float]:
+    """Parts of the time of a new process, s."""
+    environment = {**os.environ, "LUMPED_CACHE": cache, "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", program]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return [float(part) for part in told.stdout.split()]
+
+
+def empty(program: str) -> list[float]:
+    """The same with nothing cached."""
+    with tempfile.TemporaryDirectory() as folder:
+        return measured(program, folder)
+
+
+def main() -> None:
+    """Print the table and write it beside this script."""
+    with tempfile.TemporaryDirectory() as folder:
+        measured(LUMPED, folder)
+        ways = {
+            "lumped, nothing cached": [empty(LUMPED) for _ in range(3)],
+            "lumped, cached": [measured(LUMPED, folder) for _ in range(6)],
+            "SciPy DOP853, NumPy": [measured(SCIPY, folder) for _ in range(5)],
+        }
+    best = {way: min(runs, key=sum) for way, runs in ways.items()}
+    last = sum(best["SciPy DOP853, NumPy"])
+    rows = [
+        (way, *(f"{part:.3f}" for part in parts), f"{sum(parts):.3f}", f"{sum(parts) / last:.2f}")
+        for way, parts in best.items()
+    ]
+    head = ("new process", *(f"{part}, s" for part in PARTS), "all, s", "over SciPy")
+    print(table(head, rows))
+    write("first_result.csv", head, rows)
+
+
+if __name__ == "__main__":
+    main()
