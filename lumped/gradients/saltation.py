@@ -345,7 +345,16 @@ class Saltation:
                 run,
             )
         sizes = np.concatenate([1.0 + np.abs(old[0]), np.abs(run.theta)])
-        return _merged(causes, sizes)
+        return _merged(causes, sizes, self._shared_limits(old))
+
+    def _shared_limits(self, old: Side) -> set[int]:
+        """Margins of limits whose reaction redundant constraints share."""
+        s = self.system.switching
+        return {
+            i
+            for i, (kind, h) in enumerate(s.rows)
+            if kind in ("upper", "lower") and old[1][s.first_modes[h] + 3] > 0
+        }
 
     def _timed(self, run: Trajectory, point: _Place, changed: np.ndarray) -> list[_Cause]:
         """Functions of time that change their piece."""
@@ -487,14 +496,16 @@ class Saltation:
             yield jumps, None
 
 
-def _merged(causes: list[_Cause], sizes: np.ndarray) -> list[_Cause]:
-    """Causes whose instants move alike are one."""
+def _merged(causes: list[_Cause], sizes: np.ndarray, shared: set[int]) -> list[_Cause]:
+    """Causes whose instants move alike are one, and so are limits of one shared reaction."""
     found: list[_Cause] = []
     for cause in causes:
         for i, other in enumerate(found):
             both = np.abs(np.array([cause.row, other.row]) * sizes)
             apart = np.abs((cause.row - other.row) * sizes).max(initial=0.0)
-            if apart <= 1e-6 * (1e-6 + both.max(initial=0.0)):
+            alike = apart <= 1e-6 * (1e-6 + both.max(initial=0.0))
+            share = {*cause.used, *other.used} <= shared and cause.used and other.used
+            if alike or share:
                 names = tuple(dict.fromkeys((*other.names, *cause.names)))
                 modes = tuple(dict.fromkeys((*other.modes, *cause.modes)))
                 found[i] = _Cause((*other.used, *cause.used), other.row, names, modes)
