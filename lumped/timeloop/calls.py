@@ -30,16 +30,7 @@ class Call:
     """
 
     def __init__(self, function: ca.Function) -> None:
-        buffer: Any
-        buffer, self._run = function.buffer()
-        self._arguments = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        self._name, self._lock = function.name(), threading.Lock()
-        self._returned = buffer.ret
-        for i, argument in enumerate(self._arguments):
-            buffer.set_arg(i, argument.data)
-        for i, result in enumerate(self._results):
-            buffer.set_res(i, result.data)
+        self._function, self._own = function, threading.local()
 
     def __call__(self, *arguments: npt.ArrayLike) -> list[np.ndarray]:
         """Results as flat arrays, column after column.
@@ -49,13 +40,31 @@ class Call:
         RuntimeError
             If the evaluation fails.
         """
-        with self._lock:
-            for held, given in zip(self._arguments, arguments, strict=True):
-                held[:] = given
-            self._run()
-            if self._returned():
-                raise RuntimeError(f"{self._name} could not be evaluated")
-            return [result.copy() for result in self._results]
+        # a lock would stay closed where an interrupt comes between its two ends
+        room: _Room | None = getattr(self._own, "room", None)
+        if room is None:
+            room = self._own.room = _Room(self._function)
+        for held, given in zip(room.arguments, arguments, strict=True):
+            held[:] = given
+        room.run()
+        if room.returned():
+            raise RuntimeError(f"{self._function.name()} could not be evaluated")
+        return [result.copy() for result in room.results]
+
+
+class _Room:
+    """Where one thread puts arguments and finds results."""
+
+    def __init__(self, function: ca.Function) -> None:
+        buffer: Any
+        buffer, self.run = function.buffer()
+        self.arguments = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self.results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self.returned = buffer.ret
+        for i, argument in enumerate(self.arguments):
+            buffer.set_arg(i, argument.data)
+        for i, result in enumerate(self.results):
+            buffer.set_res(i, result.data)
 
 
 def expanded(function: ca.Function, system: System) -> ca.Function:

@@ -32,7 +32,6 @@ __all__ = [
 
 _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
-_MAKING = threading.RLock()
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -82,10 +81,10 @@ class Executable:
     ) -> None:
         self.sizes, self.plant, self._jacobian = sizes, plant, jacobian
         self._operations: dict[str, Operations] = {}
-        self._codes: list[object] = []
+        self._kept: list[object] = []  # what a run of another thread may still call
         self._interpreted, self._is_compiled = 0, False
         self._pattern: Pattern | None = None
-        self._lock, self._own = threading.Lock(), threading.local()
+        self._own = threading.local()
         none = Function()
         for name, field in Plant.fields.items():
             if field.kind is Function:
@@ -104,36 +103,34 @@ class Executable:
             )
             if code is not None:
                 made.address = code.addresses[name]
+            self._kept.append(made)
             setattr(self.plant, name, made)
         self._operations |= found
-        self._codes.append(code)
+        self._kept.append(code)
         self._is_compiled = code is not None
 
     def compile(self) -> None:
         """Make machine code of all functions now."""
-        with self._lock:
-            waiting = {
-                name: operations
-                for name, operations in self._operations.items()
-                if not getattr(self.plant, name).address
-            }
-            if waiting:
-                code = compiled_functions(waiting)
-                self._codes.append(code)
-                for name, address in code.addresses.items():
-                    getattr(self.plant, name).address = address
-            self._is_compiled = True
+        waiting = {
+            name: operations
+            for name, operations in self._operations.items()
+            if not getattr(self.plant, name).address
+        }
+        if waiting:
+            code = compiled_functions(waiting)
+            self._kept.append(code)
+            for name, address in code.addresses.items():
+                getattr(self.plant, name).address = address
+        self._is_compiled = True
 
     def account(self, run: Run) -> None:
         """Note what a run interpreted since it was asked last; compile when that is worth it."""
         if not run.interpreted:
             return
-        with self._lock:
-            self._interpreted += run.interpreted
-            total = sum(len(operations.table) for operations in self._operations.values())
-            is_worth = self._interpreted > _WORTH * total
+        self._interpreted += run.interpreted
         run.interpreted = 0
-        if is_worth and not self._is_compiled:
+        total = sum(len(operations.table) for operations in self._operations.values())
+        if self._interpreted > _WORTH * total and not self._is_compiled:
             self.compile()
 
     @property
@@ -157,13 +154,12 @@ class Executable:
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps."""
-        with self._lock:
-            if self._pattern is None:
-                function = self._jacobian()
-                self._add({"jacobian": function})
-                rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
-                pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
-                self._pattern = pattern
+        if self._pattern is None:
+            function = self._jacobian()
+            self._add({"jacobian": function})
+            rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
+            pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
+            self._pattern = pattern
         work = self._operations["jacobian"].work
         if len(run.work) < work:
             run.work = np.zeros(work)
@@ -207,9 +203,8 @@ def _instant(sizes: dict[str, int]) -> Instant:
 
 def executable(system: System) -> Executable:
     """The system, ready to be run; made once."""
-    with _MAKING:
-        if "executable" not in system.made:
-            system.made["executable"] = _made(system)
+    if "executable" not in system.made:
+        system.made.setdefault("executable", _made(system))
     found: Executable = system.made["executable"]
     return found
 
