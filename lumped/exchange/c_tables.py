@@ -44,6 +44,8 @@ _ENTRIES: dict[str, Any] = {
 }
 """What of the time loop the interface calls."""
 
+_LIMITS = ("MOST_LEVERAGE", "MOST_JUMP", "STORM_WITHIN")
+"""Limits of the loop that words of faults name."""
 _STATUS = (
     *("GOES_ON", "DONE", "FULL", "UNFIT", "NOT_FINITE", "GIVEN_UP", "TOO_MANY", "STORM"),
     *("NEEDS_MATRIX", "NO_FIT", "NOT_CLOSED", "JUMPS", "INSIDE"),
@@ -131,10 +133,11 @@ def _loop_files() -> dict[str, str]:
     found = {**vars(run), **vars(plant)}
     listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
     gap = f"#define CONTACT {TOUCHING!r} /* of bodies that touch */"
+    limits = "\n".join(f"#define {name} {found[name]!r}" for name in _LIMITS)
     declared = f"{told}\n#ifndef LOOP_H\n#define LOOP_H\n\n{header(_ENTRIES)}\n"
     return {
         "loop.c": f"{told}\n{as_c(_ENTRIES)}",
-        "loop.h": f"{declared}\n{gap}\nenum {{\n{listed}\n}};\n\n#endif\n",
+        "loop.h": f"{declared}\n{gap}\n{limits}\nenum {{\n{listed}\n}};\n\n#endif\n",
     }
 
 

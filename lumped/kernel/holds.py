@@ -8,6 +8,7 @@ from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK, Plant
 from lumped.kernel.run import Instant, Look, Run
 
 __all__ = [
+    "STANDSTILL",
     "TOUCHING",
     "copy_settings",
     "is_held",
@@ -21,7 +22,7 @@ __all__ = [
 TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""
 _INFINITE = float("inf")
-_STANDSTILL = 1e-9
+STANDSTILL = 1e-9
 """Speed, relative to those that it follows from, that is rounding of them."""
 
 
@@ -77,7 +78,7 @@ def standstills(plant: Plant, instant: Instant) -> None:
         h = plant.use_hold[i]
         rest[h] = max(rest[h], abs(instant.x[plant.use_state[i]]))
     for h in range(plant.holds):
-        rest[h] = 0.0 if plant.speed_state[h] >= 0 else _STANDSTILL * (1.0 + rest[h])
+        rest[h] = 0.0 if plant.speed_state[h] >= 0 else STANDSTILL * (1.0 + rest[h])
 
 
 @kernel

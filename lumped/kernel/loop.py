@@ -15,22 +15,19 @@ from lumped.kernel.run import (
     GOES_ON,
     JUMPS,
     LEAVE_SEGMENT,
+    MOST_JUMP,
     OPEN_CROSSING,
     OPEN_SEGMENT,
     RESTART,
     STORM,
     STORM_SIZE,
+    STORM_WITHIN,
     UNFIT,
     Run,
 )
 from lumped.kernel.steps import advance, is_unfit
 
 __all__ = ["loop", "must_jump"]
-
-_STORM_WITHIN = 1e-9
-"""Of the size of all times: changes that follow each other closer make a storm."""
-_JUMP = 1e-9
-"""Of what prescribed motions lead: change, relative and absolute, that is rounding."""
 
 
 @kernel
@@ -83,7 +80,7 @@ def must_jump(run: Run) -> bool:
     evaluate(plant.following, run, run.x, run.t, run.instant.before, old)
     evaluate(plant.following, run, run.x, run.t, run.m, new)
     for i in range(plant.followers):
-        if abs(new[i] - old[i]) > _JUMP * max(1.0, abs(old[i])):
+        if abs(new[i] - old[i]) > MOST_JUMP * max(1.0, abs(old[i])):
             return True
     return False
 
@@ -125,7 +122,7 @@ def _open_crossing(run: Run) -> int:
     run.changed[k % STORM_SIZE] = run.t
     run.changed_count = k + 1
     run.phase = RESTART
-    if k >= STORM_SIZE and run.t - run.changed[(k + 1) % STORM_SIZE] <= _STORM_WITHIN * run.span:
+    if k >= STORM_SIZE and run.t - run.changed[(k + 1) % STORM_SIZE] <= STORM_WITHIN * run.span:
         return STORM
     return GOES_ON
 

@@ -18,6 +18,16 @@ __all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Run"]
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
 
+STORM_WITHIN = 1e-9
+"""Of the size of all times: changes that follow each other closer make a storm."""
+
+MOST_LEVERAGE = 1e3
+"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
+to what this ratio is like elsewhere."""
+
+MOST_JUMP = 1e-9
+"""Of what prescribed motions lead: change, relative and absolute, that is rounding."""
+
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
 (NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
 """Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps shall be

@@ -16,6 +16,7 @@ from lumped.kernel.run import (
     GIVEN_UP,
     GOES_ON,
     LEAVE_SEGMENT,
+    MOST_LEVERAGE,
     NEEDS_MATRIX,
     NOT_FINITE,
     RESTART,
@@ -27,10 +28,6 @@ from lumped.kernel.run import (
 )
 
 __all__ = ["advance", "is_unfit"]
-
-_MOST_LEVERAGE = 1e3
-"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
-to what this ratio is like elsewhere."""
 
 _NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
 """Step times eigenvalue: from the first on stability may hold steps up; DOP853 ceases to be stable
@@ -56,7 +53,7 @@ def is_unfit(run: Run) -> bool:
         return False
     evaluate(run.plant.leverage, run, run.x, run.t, run.m, run.ratio)
     for i in range(count):
-        if not abs(run.ratio[i]) <= _MOST_LEVERAGE:
+        if not abs(run.ratio[i]) <= MOST_LEVERAGE:
             return True
     return False
 

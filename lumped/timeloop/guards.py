@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
+from lumped.kernel.run import MOST_JUMP, MOST_LEVERAGE
 
 if TYPE_CHECKING:
     from lumped.timeloop.result import Trajectory
@@ -21,13 +22,8 @@ __all__ = [
     "levers",
     "may_be_unfit",
     "shrinking_fault",
-    "singular_fault",
     "unfit_states",
 ]
-
-_MOST_LEVERAGE = 1e3
-"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
-to what this ratio is like elsewhere."""
 
 _ELSEWHERE = 25
 """Points at which it is looked at for that."""
@@ -76,7 +72,7 @@ def jump_fault(
     if not names:
         return None
     old, new = (np.asarray(function(x, theta, t, m)).ravel() for m in (before, after))
-    jump = np.abs(new - old) > 1e-9 * np.maximum(1.0, np.abs(old))
+    jump = np.abs(new - old) > MOST_JUMP * np.maximum(1.0, np.abs(old))
     if not jump.any():
         return None
     i = int(np.argmax(jump))
@@ -119,14 +115,6 @@ def shrinking_fault(
     )
 
 
-def singular_fault(t: float) -> str:
-    """The matrix of an implicit step has no inverse."""
-    return (
-        f"the linear equations of a step cannot be solved near t = {t:.9g} s. "
-        "Use method='explicit', or check the parameters."
-    )
-
-
 def may_be_unfit(system: System) -> bool:
     """Whether what a state leads varies at all."""
     return bool(levers(system)[0])
@@ -155,7 +143,7 @@ def unfit_states(
     settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
     ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings)))
     worst = np.where(np.isfinite(ratios), ratios, np.inf).max(axis=0)
-    beyond = np.flatnonzero(worst > _MOST_LEVERAGE)
+    beyond = np.flatnonzero(worst > MOST_LEVERAGE)
     if not len(beyond):
         return None
     point = int(beyond[0])

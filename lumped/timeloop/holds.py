@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
+from lumped.kernel.holds import STANDSTILL
 from lumped.timeloop.executable import evaluated
 
 __all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "hold_words", "turned"]
@@ -80,7 +81,7 @@ class Holds:
         size = np.zeros(len(self.switching.speeds))
         holds, states = self._speed_uses
         np.maximum.at(size, holds, np.abs(x[states]))
-        return 1e-9 * (1.0 + size)
+        return STANDSTILL * (1.0 + size)
 
     def stop(self, x: np.ndarray, which: np.ndarray) -> None:
         """Make speeds exactly zero where they are states."""

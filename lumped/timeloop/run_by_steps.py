@@ -24,6 +24,7 @@ from lumped.kernel.run import (
     RESTART,
     STORM,
     STORM_SIZE,
+    STORM_WITHIN,
     TOO_MANY,
     UNFIT,
     Output,
@@ -308,7 +309,7 @@ class RunBySteps(Run):
         """Stop where changes of modes follow each other without end."""
         recent = sorted({event.component for event in self.events[-STORM_SIZE:]})
         self.refuse(
-            f"{STORM_SIZE} changes of mode within {1e-9 * self.span:.2g} s before "
+            f"{STORM_SIZE} changes of mode within {STORM_WITHIN * self.span:.2g} s before "
             f"t = {t:.9g} s, in {', '.join(recent[:6])}. Conditions that switch each other: "
             "dry friction and contacts that can rest need lumped.hold, which finds a "
             "standstill; a condition on a speed cannot."

@@ -4,9 +4,6 @@
 #include <string.h>
 #include "lumped.h"
 
-static const double MOST_LEVERAGE = 1e3;
-/* ratio of a dependent motion to the state that leads it from which on the state is unfit */
-
 /* Add to a message what still fits. */
 static void add(Unit *unit, const char *format, va_list arguments)
 {
@@ -97,7 +94,7 @@ static bool jumps(Unit *unit)
 {
     const double *old = unit->memory.run.followed_before, *new = unit->memory.run.followed_after;
     for (int i = 0; i < N_FOLLOWERS; i++)
-        if (fabs(new[i] - old[i]) > 1e-9 * fmax(1.0, fabs(old[i])))
+        if (fabs(new[i] - old[i]) > MOST_JUMP * fmax(1.0, fabs(old[i])))
             return unit_fail(
                 unit, "%s would have to jump from %.6g to %.6g at t = %g s, because a prescribed "
                 "motion jumps or has a kink there that a body or damper must follow. Prescribe a "
@@ -113,7 +110,7 @@ static bool storm(Unit *unit)
     const Run *run = &unit->memory.run;
     const char *last = "";
     unit_fail(unit, "%d changes of mode within %.2g s before t = %.9g s, in ", (int)STORM_SIZE,
-              1e-9 * run->span, run->t);
+              STORM_WITHIN * run->span, run->t);
     for (int listed = 0; listed < 6; listed++) { /* names in their order, each once */
         const char *next = NULL;
         for (int64_t i = 0; i < STORM_SIZE && i < unit->changed_count; i++) {
