@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -204,9 +205,20 @@ def _instant(sizes: dict[str, int]) -> Instant:
 def executable(system: System) -> Executable:
     """The system, ready to be run; made once."""
     if "executable" not in system.made:
-        system.made.setdefault("executable", _made(system))
+        with _building(system):
+            if "executable" not in system.made:
+                system.made["executable"] = _made(system)
     found: Executable = system.made["executable"]
     return found
+
+
+def _building(system: System) -> AbstractContextManager[Any]:
+    """One thread at a time builds the symbols of a system, which share what they are made of.
+
+    An interrupt may leave it closed, but only for other threads and this one system.
+    """
+    lock: AbstractContextManager[Any] = system.made.setdefault("building", threading.RLock())
+    return lock
 
 
 def smooth_executable(
@@ -247,7 +259,12 @@ def evaluated(
 
 def _made(system: System) -> Executable:
     functions, sizes, fields = parts_of(system)
-    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields))
+
+    def jacobian() -> ca.Function:
+        with _building(system):
+            return system.jacobian
+
+    return Executable(functions, jacobian, sizes, Plant(**fields))
 
 
 def parts_of(system: System) -> Parts:
