@@ -1,5 +1,6 @@
 """Small drive trains that several tests use."""
 
+import signal
 from functools import cache
 
 import pytest
@@ -24,6 +25,9 @@ settings.register_profile(
     "long", settings.get_profile("default"), max_examples=1000, phases=tuple(Phase)
 )
 settings.load_profile("default")
+
+# Shells let what they start in the background ignore interrupts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class TwoMass(lp.Component):

@@ -192,6 +192,8 @@ def motion(law: Law, J: float, d: float, start: tuple, grid: np.ndarray, rtol=1e
         k, side = divmod(crossed, 2)
         pieces[k] += 1 if side else -1
         settle(law, place(t, y, pieces), k)
+        # others may be at their border, too
+        settle(law, place(t + AHEAD, y + AHEAD * rate(t, y), pieces), k)
         ahead = rate(t, y)
         x, borders = law.nodes[k]
         # must the argument go on across the border, or does the new piece send it back?

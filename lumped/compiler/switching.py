@@ -13,6 +13,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from lumped.compiler import hold_modes
 from lumped.compiler.evaluation import Values
 from lumped.compiler.flatten import Group
 from lumped.compiler.incidence import Occurrence
@@ -25,9 +26,6 @@ __all__ = ["Condition", "Switching", "is_even"]
 
 _SHARP, _COARSE = 1e-12, 1e-10
 """Relative tolerances of conditions and of limits of reactions, far above rounding."""
-
-_SHARED = 1e-7
-"""The same where redundant constraints share a reaction, above the rounding of the shares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +99,7 @@ class Switching:
         Their sides, far apart and in favour of the mode as it is where the condition does not
         matter; or the argument of a table, and the begin of the piece it is in.
     first_modes : ndarray of int, shape (h,)
-        First of the five modes of each hold (see `lumped.template.Stick`).
+        First mode of each hold (see `hold_modes`).
     engaged : ndarray of int, shape (h,)
         Mode of the condition under which a hold acts, -1 for always.
     has_upper, has_lower, has_forward, has_backward, has_gap : ndarray of bool, shape (h,)
@@ -333,6 +331,8 @@ class Switching:
     def positions(self, modes: np.ndarray) -> np.ndarray:
         """What tells the positions of conditions and holds apart: modes without their rounding."""
         found = np.asarray(modes != 0, dtype=float)
+        for first in self.first_modes.tolist():
+            found[first + hold_modes.DEMAND : first + hold_modes.COUNT] = 0.0
         for k, _ in self.tables:
             own = self.conditions[k].modes
             found[own] = 0.0
@@ -386,9 +386,8 @@ class Switching:
                 margin = k0 + run * (k1 + k2 * run)
             add(margin, _SHARP * size + 1e-13, "relation", k)
         for h, first in enumerate(self.first_modes.tolist()):
-            stuck, forward, backward, compliance = (modes[first + i] for i in range(4))
-            shared = ca.if_else(compliance > 0, _SHARED, 0)
-            least = ca.if_else(compliance > 0, 1e-9, 1e-13)  # as where modes settle
+            own = modes[first : first + hold_modes.COUNT]
+            stuck, forward, backward, compliance, _, _, slack, parted = ca.vertsplit(own)
             reaction = self.reaction[h]
             for kind, given, limit, sign in (
                 ("upper", self.has_upper[h], self.upper[h], 1),
@@ -396,15 +395,15 @@ class Switching:
             ):
                 if given:
                     size = ca.fabs(limit) + ca.fabs(reaction)
-                    room = sign * (limit - reaction) + shared * size
-                    tolerance = (_COARSE + shared) * size + least
+                    room = sign * (limit - reaction) + slack
+                    tolerance = _COARSE * size + 1e-13 + slack
                     add(ca.if_else(stuck, room, 1), tolerance, kind, h)
             if self.has_gap[h]:
-                add(ca.if_else(forward, self.gap[h], 1), ca.SX(1e-13), "slide", h)
+                add(ca.if_else(forward, self.gap[h] - parted, 1), ca.SX(1e-13), "slide", h)
             elif self.has_forward[h] or self.has_backward[h]:
                 sliding = (forward - backward) * self.speed[h]
                 free = 1 - forward - backward
-                add(sliding + free, least, "slide", h)
+                add(sliding + free, ca.if_else(compliance > 0, 1e-9, 1e-13), "slide", h)
         empty = ca.SX(0, 1)
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
 

@@ -13,6 +13,7 @@ import scipy
 
 from lumped.compiler.evaluation import Values
 from lumped.compiler.flatten import FlatModel, flatten
+from lumped.compiler.hold_modes import DEMAND, STUCK
 from lumped.compiler.locked_loops import locked_loops
 from lumped.compiler.pruning import independent_of, needed_states, samples, used, uses
 from lumped.compiler.reduce import reduce
@@ -264,7 +265,7 @@ class System:
             if node in place:
                 # a speed that is held stays exactly what it is
                 first = int(holds.first_modes[h])
-                stuck, demand = self._values.modes[first], self._values.modes[first + 4]
+                stuck, demand = (self._values.modes[first + i] for i in (STUCK, DEMAND))
                 i = place[node]
                 rates[i] = ca.if_else(stuck, holds.speed_signs[h] * demand, rates[i])
         lost = np.setdiff1d(self._rate_uses, self._in_use)

@@ -15,6 +15,7 @@ from functools import cached_property, partial
 import casadi as ca
 import numpy as np
 
+from lumped.compiler import hold_modes
 from lumped.errors import EquationError
 from lumped.language.component import Component
 from lumped.language.connection import label
@@ -158,8 +159,7 @@ class Stick:
     equation : int
         Number of the equation that determines the reaction.
     first : int
-        First of its five modes: stuck, forward, backward (0 or 1); compliance, by which the
-        reactions of redundant constraints are shared; demanded acceleration, for impulses.
+        First of its modes (see `hold_modes`).
     engaged : int or None
         Mode of the condition under which it acts.
     speed, acceleration, reaction : (int, int)
@@ -290,11 +290,10 @@ class Template:
         )
 
     def _stick(self, item: Hold, lowered: Lowered) -> None:
-        """The row ``stuck (demand - a + compliance r) + (1 - stuck) (r - law) == 0``."""
+        """The row ``r == law``, or ``a == demand + compliance (r - share)`` if it sticks."""
         first = len(self.modes)
-        names = ("stuck", "forward", "backward", "compliance", "demand")
-        self.modes += [ca.SX.sym(name) for name in names]
-        stuck, forward, backward, compliance, demand = self.modes[first:]
+        self.modes += [ca.SX.sym("mode") for _ in range(hold_modes.COUNT)]
+        stuck, forward, backward, compliance, demand, share, *_ = self.modes[first:]
         speed, reaction = lowered(item.speed), lowered(item.reaction)
         acceleration = self._time_derivative(speed)
         law = ca.SX(0)
@@ -305,7 +304,7 @@ class Template:
         if item.engaged is not None:
             engaged = self._condition(item.engaged, lowered)
         number = self.count
-        held = demand - acceleration + compliance * reaction
+        held = demand - acceleration + compliance * (reaction - share)
         self._add(stuck * held + (1 - stuck) * (reaction - law))
         if item.mode is not None:
             code = 1 - stuck if item.gap is not None else forward - backward

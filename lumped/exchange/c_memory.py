@@ -8,7 +8,7 @@ import numpy as np
 
 from lumped.code.records import Field, Record
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Look, Matrix, Output, Pattern, Run
+from lumped.kernel.run import Instant, Matrix, Output, Pattern, Run
 
 __all__ = ["Memory"]
 
@@ -18,10 +18,7 @@ _ROWS = _PIECES = 8
 _RECORDS: dict[str, type[Record]] = {
     "run": Run,
     "instant": Instant,
-    "seen": Look,
-    "at_rest": Look,
-    "pushed": Look,
-    "after": Look,
+    **{name: f.kind for name, f in Instant.fields.items() if isinstance(f.kind, type)},
     "output": Output,
     "matrix": Matrix,
     "pattern": Pattern,

@@ -12,6 +12,7 @@ import numpy as np
 from lumped.code.emit_c import c_text, declaration
 from lumped.code.operations import Operations, operations_of
 from lumped.code.to_c import as_c, header
+from lumped.compiler import hold_modes
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
@@ -130,7 +131,7 @@ def _loop_files() -> dict[str, str]:
         "/* The time loop of lumped, translated from lumped/kernel; it is the same in all units. */"
     )
     names = [*_STATUS, *_POSITIONS]
-    found = {**vars(run), **vars(plant)}
+    found = {**vars(hold_modes), **vars(run), **vars(plant)}
     listed = ",\n".join(f"    {name} = {found[name]}" for name in names)
     gap = f"#define CONTACT {TOUCHING!r} /* of bodies that touch */"
     limits = "\n".join(f"#define {name} {found[name]!r}" for name in _LIMITS)

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler import hold_modes
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.jumps import Crossing, Jump, Side
@@ -32,6 +33,7 @@ _TOUCHED = 10
 _RESTING = 1e-12
 """Height, m or rad, of bounces that are rounding."""
 
+_SHARING = (hold_modes.COMPLIANCE, hold_modes.SHARE)
 _MOST = 4
 """Different causes at one instant whose orders are all followed."""
 
@@ -138,7 +140,7 @@ class Saltation:
         """Whether nothing changes but how redundant constraints share what they carry."""
         switching = self.system.switching
         before, after = (side[1][: self._count] for side in (old, new))
-        yields = switching.first_modes + 3
+        yields = np.concatenate([switching.first_modes + i for i in _SHARING])
         same = (switching.positions(before) == switching.positions(after)).all()
         same = same and np.allclose(old[0], new[0], rtol=1e-9, atol=1e-6)  # yielding comes to rest
         return bool(same and (before[yields] != after[yields]).any())
@@ -283,7 +285,7 @@ class Saltation:
         drift = np.asarray(along).ravel() - after
         s = self.system.switching
         lets_go = {h for kind, h in (s.rows[i] for i in cause.used) if kind in ("upper", "lower")}
-        shared = any(old[1][s.first_modes[h] + 3] > 0 for h in lets_go)
+        shared = any(old[1][s.first_modes[h] + hold_modes.COMPLIANCE] > 0 for h in lets_go)
         by_x, by_p = _sparse(by_states), _sparse(by_parameters)
         settles = cause.gap is not None
         if cause.gap is not None:
@@ -353,7 +355,7 @@ class Saltation:
         return {
             i
             for i, (kind, h) in enumerate(s.rows)
-            if kind in ("upper", "lower") and old[1][s.first_modes[h] + 3] > 0
+            if kind in ("upper", "lower") and old[1][s.first_modes[h] + hold_modes.COMPLIANCE] > 0
         }
 
     def _timed(self, run: Trajectory, point: _Place, changed: np.ndarray) -> list[_Cause]:
@@ -426,7 +428,9 @@ class Saltation:
                 acts = own or (mode in jumping and not old[1][mode])
             else:
                 first = int(s.first_modes[k])
-                acts = changed[first : first + 5].any() or (kind == "slide" and s.has_gap[k])
+                acts = changed[first : first + hold_modes.COUNT].any() or (
+                    kind == "slide" and s.has_gap[k]
+                )
             if acts:
                 found.append(i)
         return found
@@ -437,10 +441,13 @@ class Saltation:
         kind, k = s.rows[margin]
         if kind != "relation":
             first = int(s.first_modes[k])
-            return tuple(range(first, first + 5))
+            return tuple(range(first, first + hold_modes.COUNT))
         mode = int(s.relation_modes[k])
         engaged = [int(s.first_modes[h]) for h in np.flatnonzero(s.engaged == mode)]
-        return (*s.conditions[k].modes, *(first + i for first in engaged for i in range(5)))
+        return (
+            *s.conditions[k].modes,
+            *(first + i for first in engaged for i in range(hold_modes.COUNT)),
+        )
 
     def _names(self, margins: list[int]) -> tuple[str, ...]:
         s, names = self.system.switching, []

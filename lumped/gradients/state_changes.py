@@ -7,6 +7,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.compiler import hold_modes
 from lumped.compiler.system import System
 
 __all__ = ["Blow", "Changes"]
@@ -109,9 +110,11 @@ class Changes:
         both = self.system._in_states(ca.horzcat(s.speed, s.restitution))
         closing = ca.Function("closing", self.system._inputs, [both])(x, p, t, m)
         for h, first in enumerate(s.first_modes.tolist()):
-            rest[first : first + 5] = ca.DM([h in blow.members, 0, 0, 0, 0])
+            rest[first : first + hold_modes.COUNT] = ca.DM(
+                [h in blow.members, *[0] * (hold_modes.COUNT - 1)]
+            )
         push = ca.SX(rest)
         for h, bounces in blow.hits:
             again = 1 + closing[h, 1] if bounces else 1
-            push[int(s.first_modes[h]) + 4] = -again * closing[h, 0]
+            push[int(s.first_modes[h]) + hold_modes.DEMAND] = -again * closing[h, 0]
         return rest, push

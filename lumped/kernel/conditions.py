@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.plant import Plant
+from lumped.kernel.rounds import may_change
 from lumped.kernel.run import Instant, Look, Run
 
-__all__ = ["PATIENCE", "jump", "set_by_sides", "slack", "turn", "turn_wrong"]
+__all__ = ["jump", "set_by_sides", "slack", "turn", "turn_wrong"]
 
 _EQUAL, _LEAST = 1e-12, 1e-13
 """Difference of sides that are equal, relative to them, and at least."""
-PATIENCE = 6
-"""Rounds in which all that is wrong changes at once although it has not become less."""
 
 
 @kernel
@@ -86,11 +85,7 @@ def _is_tie(plant: Plant, instant: Instant, k: int, difference: float) -> bool:
 
 @kernel
 def turn_wrong(run: Run, seen: Look) -> bool:
-    """Turn conditions round that do not say what their sides say; whether there were any.
-
-    All change while that helps, then the first alone, until there are fewer than ever before
-    (Judice and Pires, Computers and Operations Research 21 (1994) 587; Murty's rule).
-    """
+    """Turn conditions round that do not say what their sides say; whether there were any."""
     plant, instant = run.plant, run.instant
     wrong, count = instant.wrong, 0
     for k in range(plant.conditions):
@@ -103,14 +98,7 @@ def turn_wrong(run: Run, seen: Look) -> bool:
             instant.is_exempt[k] = 1
     if count == 0:
         return False
-    changing = count
-    if count < instant.fewest_conditions:
-        instant.fewest_conditions, instant.patience_conditions = count, PATIENCE
-    elif instant.patience_conditions > 0:
-        instant.patience_conditions -= 1
-    else:
-        changing = 1
-    for i in range(changing):
+    for i in range(may_change(instant.condition_rounds, count)):
         k = wrong[i]
         turn(plant, instant.m, k, seen.greater[k] - seen.less[k])
     return True

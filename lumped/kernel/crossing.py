@@ -12,7 +12,7 @@ import math
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853, rodas5p
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.plant import COMPLIANCE, LOWER, SLIDE, UPPER
+from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
 __all__ = ["find_crossing", "inside", "is_suspected"]
@@ -246,18 +246,11 @@ def _next_suspect(run: Run, previous: int) -> int:
 
 @kernel
 def _note_fired(run: Run, last: int) -> None:
-    """Margins that are used up at the crossing: the last, and those at zero with it.
-
-    What shares one reaction lets go together.
-    """
-    plant, instant = run.plant, run.instant
+    """Margins that are used up at the crossing: the last, and those at zero with it."""
+    instant = run.instant
     count = 0
-    for k in range(plant.margins):
-        kind, number = plant.margin_kind[k], plant.margin_number[k]
-        is_near = run.margin[k] <= run.tolerance[k]
-        shares = kind == UPPER or kind == LOWER
-        shares = shares and run.m[plant.hold_setting[number] + COMPLIANCE] > 0.0
-        if k == last or (is_near and (run.suspect[k] != 0 or shares)):
+    for k in range(run.plant.margins):
+        if k == last or (run.margin[k] <= run.tolerance[k] and run.suspect[k] != 0):
             instant.fired[count] = k
             count += 1
     instant.fired_count = count

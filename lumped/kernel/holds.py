@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
+from lumped.compiler.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK, Plant
+from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import Instant, Look, Run
 
 __all__ = [
@@ -45,8 +46,8 @@ def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
 def release_demands(plant: Plant, m: Numbers) -> None:
     """No hold demands an acceleration, and none yields."""
     for h in range(plant.holds):
-        m[plant.hold_setting[h] + COMPLIANCE] = 0.0
-        m[plant.hold_setting[h] + DEMAND] = 0.0
+        own = m[plant.hold_setting[h] :]
+        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[SLACK] = own[PARTED] = 0.0
 
 
 @kernel
@@ -58,10 +59,14 @@ def copy_settings(plant: Plant, begin: Numbers, to: Numbers) -> None:
 
 @kernel
 def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
-    """Everything that decides positions; limits that are not given are infinite."""
+    """Everything that decides positions; limits that are not given are infinite.
+
+    Gaps count from where bodies parted.
+    """
     plant = run.plant
     evaluate(plant.look, run, x, run.t, m, look.greater)
     for h in range(plant.holds):
+        look.gap[h] -= m[plant.hold_setting[h] + PARTED]
         if not plant.has_upper[h]:
             look.upper[h] = _INFINITE
         if not plant.has_lower[h]:

@@ -11,11 +11,12 @@ impulses have the sign that the constraint can give; one or the other is zero.
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.kernel.conditions import PATIENCE
+from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
-from lumped.kernel.plant import BACKWARD, DEMAND, FORWARD, FREE, STUCK
+from lumped.kernel.plant import FREE
+from lumped.kernel.rounds import begin_rounds, may_change
 from lumped.kernel.run import Look, Run
-from lumped.kernel.sharing import share
+from lumped.kernel.sharing import soften
 
 __all__ = ["collide", "halt"]
 
@@ -51,8 +52,7 @@ def _push(run: Run) -> None:
     copy_settings(plant, instant.m, trial)
     for h in range(plant.holds):
         put(plant, trial, h, STUCK if instant.is_member[h] else FREE)
-        trial[plant.hold_setting[h] + DEMAND] = 0.0
-    share(run, instant.x, trial)
+    soften(run, instant.x, trial)
     look_at(run, instant.x, trial, instant.at_rest)
     for h in range(plant.holds):
         if instant.is_member[h]:
@@ -92,13 +92,9 @@ def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> b
 
 @kernel
 def _find_members(run: Run, seen: Look) -> bool:
-    """Find what takes part; whether there is an answer.
-
-    All that is wrong changes while that helps, then the first alone. That ends for any inertias
-    (Judice and Pires, Computers and Operations Research 21 (1994) 587; Murty's rule).
-    """
+    """Find what takes part; whether there is an answer."""
     plant, instant = run.plant, run.instant
-    fewest, patience = plant.holds + 1, PATIENCE
+    begin_rounds(instant.member_rounds)
     for _ in range(40 + 20 * plant.holds):
         _push(run)
         largest, fastest, count = 0.0, 0.0, 0
@@ -110,13 +106,7 @@ def _find_members(run: Run, seen: Look) -> bool:
             count += instant.joins[h]
         if count == 0:
             return _is_obeyed(run, seen, fastest)
-        changing = count
-        if count < fewest:
-            fewest, patience = count, PATIENCE
-        elif patience > 0:
-            patience -= 1
-        else:
-            changing = 1
+        changing = may_change(instant.member_rounds, count)
         for h in range(plant.holds):
             if instant.joins[h] and changing > 0:
                 instant.is_member[h] = 1 - instant.is_member[h]

@@ -3,8 +3,8 @@
 A function takes states x, parameters p, the time t and settings m, and writes its results one
 after the other. Settings are the positions of conditions and holds, then implicit quantities.
 
-A hold is a constraint that sticks, or slides forward or backward, or is free; it has five settings,
-in the order of `STUCK` to `DEMAND`. A condition has one, or those of a piece of a table: its
+A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
+those of `lumped.compiler.hold_modes`. A condition has one, or those of a piece of a table: its
 number, its begin, and three of its margin, ``k0 + s (k1 + k2 s)`` with s the distance from the
 begin.
 """
@@ -15,9 +15,6 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 
 __all__ = ["Function", "Plant"]
-
-STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND = range(5)
-"""Settings of a hold; the first three tell its position."""
 
 FREE = -1
 """The position of a hold that is none of the first three."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel.conditions import PATIENCE, jump, set_by_sides, turn, turn_wrong
+from lumped.compiler.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
+from lumped.kernel.conditions import jump, set_by_sides, turn, turn_wrong
 from lumped.kernel.holds import (
+    STANDSTILL,
     TOUCHING,
     copy_settings,
     is_held,
@@ -16,18 +18,8 @@ from lumped.kernel.holds import (
 )
 from lumped.kernel.impacts import collide, halt
 from lumped.kernel.linkages import close
-from lumped.kernel.plant import (
-    BACKWARD,
-    COMPLIANCE,
-    CONDITION,
-    FORWARD,
-    FREE,
-    LOWER,
-    SLIDE,
-    STUCK,
-    UPPER,
-    Plant,
-)
+from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
+from lumped.kernel.rounds import begin_rounds, may_change
 from lumped.kernel.run import GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, Instant, Look, Run
 from lumped.kernel.sharing import share, watch_redundancy
 
@@ -35,13 +27,13 @@ __all__ = ["begin", "calm_positions", "find_positions"]
 
 _EXCESS, _LEAST = 1e-10, 1e-13
 """Excess of a limit that is still rounding, relative and at least."""
-_SHARED = 1e4
-"""Times this where redundant constraints share a reaction."""
+_NO_ROOM = 1e-8
+"""Reserve of redundant constraints that is rounding: half of what limits may be exceeded by."""
 _CALM = 1e-9
 """Acceleration, relative to the largest rate, that is rounding."""
 _DEEPEST = 1e-9
 """How deep bodies may start inside each other, m or rad: rounding of start values."""
-_MANY = 1 << 40
+_INFINITE = float("inf")
 KEEPS = -2
 """A hold that fits."""
 
@@ -102,18 +94,46 @@ def _would_turn_back(run: Run, seen: Look, h: int, is_at_rest: bool, calm: float
 
 
 @kernel
-def _right_position(run: Run, seen: Look, h: int, calm: float, coarse: float) -> int:
+def _must_let_go(run: Run, seen: Look, h: int) -> int:
+    """The direction in which what sticks must slide; KEEPS if it holds."""
+    instant, reaction = run.instant, seen.reaction[h]
+    if instant.gives_way[h] != 0:
+        return FORWARD if instant.gives_way[h] > 0 else BACKWARD
+    if instant.is_decided:
+        return KEEPS
+    excess = _EXCESS * abs(reaction) + _LEAST
+    if reaction > seen.upper[h] + excess + _EXCESS * abs(seen.upper[h]):
+        return FORWARD
+    if reaction < seen.lower[h] - excess - _EXCESS * abs(seen.lower[h]):
+        return BACKWARD
+    return KEEPS
+
+
+@kernel
+def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
+    """Whether what slides does not move and will not, so that it may carry more at rest."""
+    plant, instant = run.plant, run.instant
+    if plant.has_gap[h] or not run.may_be_redundant or instant.was_let_go[h]:
+        return False
+    is_calm = abs(seen.speed[h]) <= STANDSTILL and abs(seen.acceleration[h]) <= calm
+    is_calm = is_calm and seen.upper[h] > seen.lower[h]
+    return is_calm and seen.upper[h] < _INFINITE and seen.lower[h] > -_INFINITE
+
+
+@kernel
+def _right_position(run: Run, seen: Look, h: int, calm: float) -> int:
     """The position that a hold must take; KEEPS if it may keep its own."""
     plant, instant = run.plant, run.instant
-    own, v, reaction = instant.m[plant.hold_setting[h] :], seen.speed[h], seen.reaction[h]
+    own, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
     is_stuck, forward, backward = own[STUCK] > 0.5, own[FORWARD] > 0.5, own[BACKWARD] > 0.5
     is_at_rest = abs(v) <= instant.rest_speed[h] or instant.is_halted[h] != 0
-    excess = coarse * (_EXCESS * abs(reaction) + _LEAST)
-    if is_stuck and reaction > seen.upper[h] + excess + _EXCESS * abs(seen.upper[h]):
-        return FORWARD
-    if is_stuck and reaction < seen.lower[h] - excess - _EXCESS * abs(seen.lower[h]):
-        return BACKWARD
+    if is_stuck:
+        position = _must_let_go(run, seen, h)
+        if position != KEEPS:
+            return position
     if _would_turn_back(run, seen, h, is_at_rest, calm):
+        return STUCK
+    if (forward or backward) and _is_held_by_others(run, seen, h, calm):
         return STUCK
     has_law = plant.has_forward[h] if v > 0.0 else plant.has_backward[h]
     is_torn = is_stuck and instant.has_moved and not is_at_rest and has_law
@@ -126,79 +146,75 @@ def _right_position(run: Run, seen: Look, h: int, calm: float, coarse: float) ->
 
 @kernel
 def _rebalance(run: Run, seen: Look) -> bool:
-    """Let go what is overloaded, hold what would turn back; whether there was any.
-
-    All change while that helps, then the first alone, as in `turn_wrong`.
-    """
+    """Let go what is overloaded, hold what would turn back; whether there was any."""
     plant, instant = run.plant, run.instant
     if plant.holds == 0:
         return False
     standstills(plant, instant)
-    largest, coarse, count = 0.0, 1.0, 0
+    largest, count = 0.0, 0
     for i in range(plant.states):
         largest = max(largest, abs(seen.rates[i]))
+    calm = _CALM * (1.0 + largest)
     for h in range(plant.holds):
-        if instant.m[plant.hold_setting[h] + COMPLIANCE] != 0.0:
-            coarse = _SHARED
-    for h in range(plant.holds):
-        position = _right_position(run, seen, h, _CALM * (1.0 + largest), coarse)
+        position = _right_position(run, seen, h, calm)
         if position != KEEPS:
             instant.wrong[count] = h
             instant.next_position[count] = position
             count += 1
     if count == 0:
         return False
-    changing = count
-    if count < instant.fewest_holds:
-        instant.fewest_holds, instant.patience_holds = count, PATIENCE
-    elif instant.patience_holds > 0:
-        instant.patience_holds -= 1
-    else:
-        changing = 1
-    for i in range(changing):
+    for i in range(may_change(instant.hold_rounds, count)):
         h = instant.wrong[i]
-        put(plant, instant.m, h, instant.next_position[i])
-        if instant.next_position[i] == STUCK:
-            instant.is_halted[h] = 1
+        if instant.next_position[i] != STUCK:
+            _let_go(run, h, instant.next_position[i])
+            continue
+        put(plant, instant.m, h, STUCK)
+        instant.is_halted[h] = 1
+        for other in range(plant.holds):
+            instant.was_let_go[other] = 0  # it may hold them too
     return True
 
 
 @kernel
-def _share_anew(run: Run) -> None:
-    """Forget that limits of shared reactions are used up, if new shares leave all of them room.
+def _let_go(run: Run, h: int, position: int) -> None:
+    """Let what stuck slide; it sticks again at this instant only if it turns back."""
+    put(run.plant, run.instant.m, h, position)
+    run.instant.was_let_go[h] = 1
 
-    Shares are those of the limits at an instant, and limits may change later.
-    """
+
+@kernel
+def _shares(run: Run, margin: int) -> bool:
+    """Whether a margin is that of a reaction that is shared."""
+    plant = run.plant
+    kind, h = plant.margin_kind[margin], plant.margin_number[margin]
+    is_limit = kind == UPPER or kind == LOWER
+    return is_limit and run.instant.m[plant.hold_setting[h] + COMPLIANCE] > 0.0
+
+
+@kernel
+def _let_shared_go(run: Run) -> None:
+    """If a shared limit is used up, share anew, and let go only what no share holds."""
     plant, instant = run.plant, run.instant
-    is_shared, count = False, 0
+    count = 0
     for i in range(instant.fired_count):
-        kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
-        limits = kind == UPPER or kind == LOWER
-        if limits and instant.m[plant.hold_setting[number] + COMPLIANCE] > 0.0:
-            is_shared = True
-    if not is_shared:
-        return
-    if not share(run, instant.x, instant.m):
-        return
-    look_at(run, instant.x, instant.m, instant.seen)
-    for i in range(instant.fired_count):
-        kind, h = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
-        shares = kind == UPPER or kind == LOWER
-        shares = shares and instant.m[plant.hold_setting[h] + COMPLIANCE] > 0.0
-        room = instant.seen.upper[h] - instant.seen.reaction[h] if kind == UPPER else 0.0
-        if kind == LOWER:
-            room = instant.seen.reaction[h] - instant.seen.lower[h]
-        if not (shares and room > 0.0):
+        if not _shares(run, instant.fired[i]):
             instant.fired[count] = instant.fired[i]
             count += 1
+    if count == instant.fired_count:
+        return
     instant.fired_count = count
+    instant.least_reserve = _NO_ROOM
+    share(run, instant.x, instant.m)
+    for h in range(plant.holds):
+        if instant.gives_way[h] != 0:
+            _let_go(run, h, FORWARD if instant.gives_way[h] > 0 else BACKWARD)
 
 
 @kernel
 def _flip(run: Run) -> None:
     """Change what is used up."""
     plant, instant = run.plant, run.instant
-    _share_anew(run)
+    _let_shared_go(run)
     is_seen = False
     for i in range(instant.fired_count):
         kind, number = plant.margin_kind[instant.fired[i]], plant.margin_number[instant.fired[i]]
@@ -216,7 +232,7 @@ def _flip(run: Run) -> None:
             if not plant.has_gap[number]:
                 put(plant, instant.m, number, STUCK)
         else:
-            put(plant, instant.m, number, FORWARD if kind == UPPER else BACKWARD)
+            _let_go(run, number, FORWARD if kind == UPPER else BACKWARD)
 
 
 @kernel
@@ -228,7 +244,7 @@ def _prepare(run: Run) -> None:
     copy_settings(plant, run.m, instant.m)
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
-        instant.is_halted[h] = instant.is_struck[h] = 0
+        instant.is_halted[h] = instant.is_struck[h] = instant.was_let_go[h] = 0
         instant.loss[h] = 0.0
         if instant.was_stuck[h]:
             stop(plant, instant, h)  # implicit steps leave rounding there
@@ -238,8 +254,9 @@ def _prepare(run: Run) -> None:
         instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
     instant.has_moved = 0
     instant.fastest = 0.0
-    instant.fewest_conditions = instant.fewest_holds = _MANY
-    instant.patience_conditions = instant.patience_holds = PATIENCE
+    instant.least_reserve = -_NO_ROOM
+    begin_rounds(instant.condition_rounds)
+    begin_rounds(instant.hold_rounds)
 
 
 @kernel
@@ -256,8 +273,20 @@ def _fit(run: Run, may_collide: bool) -> int:
             continue
         if may_collide:
             halt(run, seen)
+        _part(run, seen)
         return GOES_ON
     return NO_FIT
+
+
+@kernel
+def _part(run: Run, seen: Look) -> None:
+    """Count from where they are the gaps of bodies that part, if that is rounding."""
+    plant, m = run.plant, run.instant.m
+    for h in range(plant.holds):
+        own = m[plant.hold_setting[h] :]
+        parts = run.instant.was_stuck[h] or seen.gap[h] < 0.0
+        if plant.has_gap[h] and own[FORWARD] > 0.5 and parts:
+            own[PARTED] += seen.gap[h]
 
 
 @kernel

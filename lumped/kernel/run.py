@@ -12,8 +12,9 @@ from typing import Annotated
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Plant
+from lumped.kernel.rounds import Rounds
 
-__all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Run"]
+__all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Reserve", "Run"]
 
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
@@ -55,6 +56,43 @@ class Look(Record):
     rates: Annotated[Numbers, "states"]
 
 
+class Reserve(Record):
+    """The linear programme of what constraints that share can still take (see `reserve`).
+
+    Attributes
+    ----------
+    size : int
+        Number of all holds.
+    stresses : int
+        Independent distributions of reactions that move nothing.
+    upper, lower, carried : Numbers
+        Limits and reaction of each constraint of a group.
+    blocks : Integers
+        1 or -1 where the upper or lower limit keeps the reserve from being larger.
+    stress : Numbers
+        Reaction, upper and lower limit of each constraint in each of the distributions.
+    table, rows : Numbers, int
+        Rooms, and what has changed places with them, by the other variables and a constant.
+    row_owner, column_owner : Integers
+        What stands at each row and column: a room; below zero a distribution, or the reserve.
+    limit : Integers
+        Which limit leaves each of the rooms.
+    """
+
+    size: int
+    stresses: int
+    rows: int
+    upper: Annotated[Numbers, "holds"]
+    lower: Annotated[Numbers, "holds"]
+    carried: Annotated[Numbers, "holds"]
+    blocks: Annotated[Integers, "holds"]
+    stress: Annotated[Numbers, "3 * holds * holds"]
+    table: Annotated[Numbers, "(2 * holds + 1) * (holds + 2)"]
+    row_owner: Annotated[Integers, "2 * holds + 1"]
+    column_owner: Annotated[Integers, "holds + 1"]
+    limit: Annotated[Integers, "2 * holds + 1"]
+
+
 class Instant(Record):
     """Positions and states while they are found at one instant."""
 
@@ -79,11 +117,11 @@ class Instant(Record):
     has_moved: int
     fastest: float
 
-    # how many were wrong at best, and rounds left in which all of them change
-    fewest_conditions: int
-    patience_conditions: int
-    fewest_holds: int
-    patience_holds: int
+    # rounds in which conditions, holds, members of impacts and overloaded holds change
+    condition_rounds: Rounds
+    hold_rounds: Rounds
+    member_rounds: Rounds
+    overload_rounds: Rounds
     wrong: Annotated[Integers, "max(conditions, holds)"]
     next_position: Annotated[Integers, "holds"]
 
@@ -100,7 +138,19 @@ class Instant(Record):
     rest_speed: Annotated[Numbers, "holds"]
     x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
-    weight: Annotated[Numbers, "holds"]
+
+    # redundant constraints: which sliding or sticking ends, what has been let go at this instant;
+    # numbers of those of a group, their compliance, and how much each carries as others ask for it
+    gives_way: Annotated[Integers, "holds"]
+    was_let_go: Annotated[Integers, "holds"]
+    group: Annotated[Integers, "holds"]
+    is_grouped: Annotated[Integers, "holds"]
+    is_decided: int
+    compliance: Annotated[Numbers, "holds"]
+    at_limit: Annotated[Integers, "holds"]
+    influence: Annotated[Numbers, "3 * holds * holds"]
+    least_reserve: float
+    reserve: Reserve
 
     trial: Annotated[Numbers, "settings"]
     sole: Annotated[Numbers, "settings"]

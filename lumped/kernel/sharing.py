@@ -1,33 +1,35 @@
 """Redundant constraints share what they carry: they yield a little, the stronger one less.
 
-What would carry more than it can yields more, until the others carry the rest, as a ductile
-structure does; so a set lets go when no distribution is left that it could bear (the elastic
-compensation of Mackenzie and Boyle, International Journal of Pressure Vessels and Piping 53 (1993)
-77).
+What would carry more than it can is relieved by stresses that move nothing, so that all together
+keep the largest reserve. Only if there is none left does a set let go.
 """
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, kernel
+from lumped.code.words import Numbers, kernel, sqrt
+from lumped.compiler.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK, STUCK
 from lumped.kernel.holds import copy_settings, is_held, look_at, put
-from lumped.kernel.plant import COMPLIANCE, DEMAND, FREE, STUCK
+from lumped.kernel.overload import let_moving_go
+from lumped.kernel.plant import FREE
+from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
 
-__all__ = ["share", "watch_redundancy"]
+__all__ = ["share", "soften", "watch_redundancy"]
 
-_COMPLIANCE = 1e-9
+_COMPLIANCE = 1e-8
 """Of redundant constraints, relative to the compliance of what they hold."""
 _ASKED = 64
 """Holds, evenly chosen, that are asked for the compliance of what they hold."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
-_GOAL = (0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-5, 1 - 1e-6, 1 - 1e-7, 1 - 1e-8)
-_GOALS = len(_GOAL)
-"""Parts of the limits within which a distribution is sought, so that it lasts for a while."""
-_ROUNDS = 50
-"""Most rounds in which what is overloaded yields more."""
-_MOST = 1e3
-"""Times that what is overloaded may yield more than at first."""
+_NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
+"""Influence, and square of that of all together, that is rounding."""
+_ROUNDS = 10
+"""Most times that shares are sought as limits follow them."""
+_SLACK = 5e-8
+"""Of the largest reaction: what is rounding of a shared one; of what yields more it is less."""
+_FAR = 1e-5
+"""Relative excess from which on limits were not reached at this instant, but exceeded by a jump."""
 _AGREE = 1e-6
 _INFINITE = float("inf")
 
@@ -89,23 +91,28 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
 
 
 @kernel
-def share(run: Run, x: Numbers, m: Numbers) -> bool:
-    """Let what sticks yield a little if it is redundant; the stronger one carries more.
+def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
+    """The compliance of redundant constraints, found once in a run."""
+    if run.yielding < 0.0:
+        copy_settings(run.plant, m, run.instant.sole)
+        run.yielding = _COMPLIANCE * _softest(run, x, run.instant.sole)
 
-    Gives whether all limits bear that.
-    """
+
+@kernel
+def soften(run: Run, x: Numbers, m: Numbers) -> bool:
+    """Let what sticks yield a little if it is redundant, the stronger one less; whether it is."""
     plant, instant = run.plant, run.instant
     any_stuck = False
     for h in range(plant.holds):
-        m[plant.hold_setting[h] + COMPLIANCE] = 0.0
+        own = m[plant.hold_setting[h] :]
+        own[COMPLIANCE] = own[DEMAND] = own[SHARE] = 0.0
         any_stuck = any_stuck or is_held(plant, m, h)
     if not (run.may_be_redundant and any_stuck):
-        return True
+        return False
     copy_settings(plant, m, instant.sole)
     if not _is_redundant(run, x, instant.sole):
-        return True
-    if run.yielding < 0.0:
-        run.yielding = _COMPLIANCE * _softest(run, x, instant.sole)
+        return False
+    _know_yielding(run, x, m)
     for h in range(plant.holds):
         m[plant.hold_setting[h] + COMPLIANCE] = run.yielding
     look = instant.at_rest
@@ -119,65 +126,202 @@ def share(run: Run, x: Numbers, m: Numbers) -> bool:
         reach = min(abs(look.upper[h]), abs(look.lower[h]))
         if reach > 0.0 and reach < _INFINITE and strongest > 0.0:
             m[plant.hold_setting[h] + COMPLIANCE] *= min(strongest / reach, _WEAKEST)
-    for h in range(plant.holds):
-        instant.weight[h] = m[plant.hold_setting[h] + COMPLIANCE]
-    look_at(run, x, m, look)
-    if not _is_overloaded(run, m, look, 1.0):
-        return True
-    for k in range(_GOALS):
-        if _is_borne(run, x, m, _GOAL[k]):
-            return True
-        for h in range(plant.holds):
-            m[plant.hold_setting[h] + COMPLIANCE] = instant.weight[h]
-    return False
-
-
-@kernel
-def _is_borne(run: Run, x: Numbers, m: Numbers, part: float) -> bool:
-    """Let what would carry more than a part of its limit yield more, until nothing does."""
-    look = run.instant.at_rest
-    for _ in range(_ROUNDS):
-        look_at(run, x, m, look)
-        if not _is_overloaded(run, m, look, part):
-            return True
-        _yield_more(run, m, look, part)
-        if not _still_holds(run, m):
-            return False
-    return False
-
-
-@kernel
-def _is_overloaded(run: Run, m: Numbers, look: Look, part: float) -> bool:
-    for h in range(run.plant.holds):
-        if is_held(run.plant, m, h) and _use(look, h) > part:
-            return True
-    return False
-
-
-@kernel
-def _use(look: Look, h: int) -> float:
-    """What a hold carries over what it can; zero where it can carry nothing."""
-    reaction = look.reaction[h]
-    limit = look.upper[h] if reaction > 0.0 else look.lower[h]
-    return abs(reaction) / abs(limit) if limit != 0.0 else 0.0
-
-
-@kernel
-def _still_holds(run: Run, m: Numbers) -> bool:
-    """Whether nothing yields so much that it would move."""
-    plant, weight = run.plant, run.instant.weight
-    for h in range(plant.holds):
-        if m[plant.hold_setting[h] + COMPLIANCE] > _MOST * weight[h]:
-            return False
     return True
 
 
 @kernel
-def _yield_more(run: Run, m: Numbers, look: Look, part: float) -> None:
-    """Let what is overloaded yield more."""
-    plant = run.plant
+def share(run: Run, x: Numbers, m: Numbers) -> None:
+    """Share what sticks carries so that it lasts, and note in `gives_way` what must let go.
+
+    What carries too much is relieved by stresses that move nothing (see `reserve`). Where nothing
+    is noted because constraints are not redundant, `is_decided` is false.
+    """
+    plant, instant = run.plant, run.instant
     for h in range(plant.holds):
-        over = _use(look, h) / part
-        if is_held(plant, m, h) and over > 1.0:
-            beyond = 1.0 + 0.5 * (1.0 - part)  # so that it ends below its limit, not at it
-            m[plant.hold_setting[h] + COMPLIANCE] *= beyond * over * over
+        instant.gives_way[h] = instant.is_grouped[h] = 0
+        m[plant.hold_setting[h] + SLACK] = 0.0
+    is_redundant = soften(run, x, m)
+    instant.is_decided = is_redundant
+    look = instant.at_rest
+    look_at(run, x, m, look)
+    largest, held, any_overload, any_far = 0.0, 0, False, False
+    for h in range(plant.holds):
+        if is_held(plant, m, h):
+            held += 1
+            largest = max(largest, abs(look.reaction[h]))
+            if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
+                largest = max(largest, look.upper[h] - look.lower[h])
+    for h in range(plant.holds):
+        if not is_held(plant, m, h):
+            continue
+        excess = max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
+        any_overload = any_overload or excess > 0.0
+        any_far = any_far or excess > _FAR * largest
+        if is_redundant:
+            own = m[plant.hold_setting[h] :]
+            own[SHARE] = look.reaction[h]
+            own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
+    if not any_overload or (held < 2 and not is_redundant):
+        return
+    if is_redundant:
+        if _any_moved(run, x, m):
+            return
+        any_far = _find_shares(run, x, m) < -_FAR
+    if any_far:
+        _know_yielding(run, x, m)
+        look_at(run, x, m, look)
+        instant.is_decided = let_moving_go(run, x, m) or is_redundant
+
+
+@kernel
+def _any_moved(run: Run, x: Numbers, m: Numbers) -> bool:
+    """Note what gives way because it can carry nothing, or because its motion is prescribed.
+
+    In that motion no share changes how much a constraint yields.
+    """
+    plant, instant, found = run.plant, run.instant, False
+    rest, pushed = instant.at_rest, instant.pushed
+    look_at(run, x, m, pushed)
+    for h in range(plant.holds):
+        is_led = abs(pushed.acceleration[h]) > 0.5 * abs(rest.acceleration[h])
+        is_void = rest.upper[h] <= rest.lower[h]
+        if is_held(plant, m, h) and (is_void or (is_led and _is_overloaded(rest, h))):
+            instant.gives_way[h] = 1 if rest.reaction[h] >= 0.0 else -1
+            found = True
+    return found
+
+
+@kernel
+def _find_shares(run: Run, x: Numbers, m: Numbers) -> float:
+    """Share what redundant constraints carry; gives the least reserve of all groups.
+
+    Limits may follow reactions, so it is done again until none is exceeded.
+    """
+    plant, instant, look = run.plant, run.instant, run.instant.at_rest
+    least = _INFINITE
+    for _ in range(_ROUNDS):
+        for h in range(plant.holds):
+            instant.is_grouped[h] = 0
+        _ask_each(run, x, m)
+        any_overload = False
+        for h in range(plant.holds):
+            if is_held(plant, m, h) and not instant.is_grouped[h] and _is_overloaded(look, h):
+                any_overload = True
+                least = min(least, _share_in_group(run, m, look, _gathered(run, m, h)))
+        if not any_overload or least <= instant.least_reserve:
+            break
+        look_at(run, x, m, look)
+    return least
+
+
+@kernel
+def _is_overloaded(look: Look, h: int) -> bool:
+    return look.reaction[h] > look.upper[h] or look.reaction[h] < look.lower[h]
+
+
+@kernel
+def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
+    """How reactions and limits of each that sticks follow if one of them gives a little.
+
+    That is relative to what a constraint relieves itself by.
+    """
+    plant, instant, trial = run.plant, run.instant, run.instant.trial
+    n, rest, pushed = plant.holds, run.instant.at_rest, run.instant.pushed
+    copy_settings(plant, m, trial)
+    for i in range(n):
+        if not is_held(plant, m, i):
+            continue
+        own = trial[plant.hold_setting[i] :]
+        own[DEMAND] = sqrt(own[COMPLIANCE])
+        look_at(run, x, trial, pushed)
+        own[DEMAND] = 0.0
+        row = instant.influence[3 * n * i :]
+        for j in range(n):
+            scale = 0.0
+            if is_held(plant, m, j):
+                scale = sqrt(m[plant.hold_setting[j] + COMPLIANCE])
+            row[j] = scale * (rest.reaction[j] - pushed.reaction[j])
+            row[n + j] = row[2 * n + j] = 0.0
+            if rest.upper[j] < _INFINITE:
+                row[n + j] = scale * (rest.upper[j] - pushed.upper[j])
+            if rest.lower[j] > -_INFINITE:
+                row[2 * n + j] = scale * (rest.lower[j] - pushed.lower[j])
+
+
+@kernel
+def _gathered(run: Run, m: Numbers, first: int) -> int:
+    """The group of those that can relieve each other, with the first; gives their number."""
+    plant, instant = run.plant, run.instant
+    instant.group[0] = first
+    instant.is_grouped[first] = 1
+    count, done = 1, 0
+    while done < count:
+        own = instant.group[done]
+        for h in range(plant.holds):
+            to, back = 3 * plant.holds * own + h, 3 * plant.holds * h + own
+            most = max(abs(instant.influence[to]), abs(instant.influence[back]))
+            if is_held(plant, m, h) and not instant.is_grouped[h] and most > _NO_INFLUENCE:
+                instant.group[count] = h
+                instant.is_grouped[h] = 1
+                count += 1
+        done += 1
+    return count
+
+
+@kernel
+def _find_stresses(run: Run, m: Numbers, count: int) -> None:
+    """Distributions of reactions in a group that move nothing, and how limits follow them.
+
+    They are what the influences span: Gram and Schmidt's columns with pivots.
+    """
+    plant, programme, group = run.plant, run.instant.reserve, run.instant.group
+    n, stress = plant.holds, programme.stress
+    r = 0
+    while r < count:
+        pivot, largest = 0, _NO_STRESS
+        for j in range(count):
+            own, size = run.instant.influence[3 * n * group[j] :], 0.0
+            for i in range(count):
+                size += own[group[i]] * own[group[i]]
+            if size > largest:
+                pivot, largest = j, size
+        if largest <= _NO_STRESS:
+            break
+        new, best = stress[3 * n * r :], run.instant.influence[3 * n * group[pivot] :]
+        for i in range(count):
+            for part in range(3):
+                new[part * n + i] = best[part * n + group[i]] / sqrt(largest)
+        for j in range(count):
+            own, along = run.instant.influence[3 * n * group[j] :], 0.0
+            for i in range(count):
+                along += own[group[i]] * new[i]
+            for i in range(count):
+                for part in range(3):
+                    own[part * n + group[i]] -= along * new[part * n + i]
+        r += 1
+    programme.stresses = r
+    for i in range(count):
+        # an influence is that of a constraint relative to its compliance
+        scale = sqrt(run.yielding / m[plant.hold_setting[group[i]] + COMPLIANCE])
+        for k in range(3 * r):
+            stress[n * k + i] = scale * stress[n * k + i]
+
+
+@kernel
+def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
+    """Give a group the share that lasts longest, or note what gives way; gives its reserve."""
+    plant, instant, programme = run.plant, run.instant, run.instant.reserve
+    for i in range(count):
+        h = instant.group[i]
+        programme.upper[i], programme.lower[i] = look.upper[h], look.lower[h]
+        programme.carried[i] = look.reaction[h]
+    programme.size = plant.holds
+    _find_stresses(run, m, count)
+    reserve = largest_reserve(programme, count)
+    for i in range(count):
+        h = instant.group[i]
+        if reserve <= instant.least_reserve:
+            instant.gives_way[h] = programme.blocks[i]
+        else:
+            m[plant.hold_setting[h] + SHARE] = programme.carried[i]
+    return reserve

@@ -18,7 +18,7 @@ from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Look, Matrix, Pattern, Run
+from lumped.kernel.run import Instant, Matrix, Pattern, Run
 from lumped.timeloop.guards import followers, levers
 
 __all__ = [
@@ -198,8 +198,9 @@ def span(run: Run, size: float) -> None:
 
 
 def _instant(sizes: dict[str, int]) -> Instant:
-    seen, at_rest, pushed, after = (Look(sizes) for _ in range(4))
-    return Instant(sizes, seen=seen, at_rest=at_rest, pushed=pushed, after=after)
+    kinds = {name: field.kind for name, field in Instant.fields.items()}
+    own = {name: kind for name, kind in kinds.items() if isinstance(kind, type)}
+    return Instant(sizes, **{name: kind(sizes) for name, kind in own.items()})
 
 
 def executable(system: System) -> Executable:

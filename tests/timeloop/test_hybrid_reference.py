@@ -27,11 +27,8 @@ IMPACTS = range(150)
 
 # Where lumped breaks the law, or gives up by name.
 
-_LABEL = "a redundant friction changes its word, not the motion: what carries nothing is not unique"
-_STORM = "friction and a contact hold the same motion; each change of one asks for one of the other"
-FAILING_DRIVES = {29: _LABEL, 31: _STORM}
-
 _NONE = "no positions fit where impacts of redundant contacts contradict each other"
+FAILING_DRIVES = dict[int, str]()
 FAILING_IMPACTS = dict.fromkeys((14,), _NONE)
 FAILING_STORMS = dict[tuple[str, float, int], str]()
 

@@ -1,0 +1,24 @@
+"""The modes of a hold, in the order in which they stand among all modes.
+
+The first three tell its position, 0 or 1 each. What sticks accelerates by `DEMAND`, as impulses ask
+for it, and by `COMPLIANCE` times what it carries beyond its `SHARE`, as redundant constraints share
+what they carry. `SLACK` is what of a reaction is rounding. `PARTED` is the gap at which bodies
+parted last, zero but for rounding; gaps count from there.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "BACKWARD",
+    "COMPLIANCE",
+    "COUNT",
+    "DEMAND",
+    "FORWARD",
+    "PARTED",
+    "SHARE",
+    "SLACK",
+    "STUCK",
+]
+
+STUCK, FORWARD, BACKWARD, COMPLIANCE, DEMAND, SHARE, SLACK, PARTED = range(8)
+COUNT = 8

@@ -1,0 +1,163 @@
+"""How much constraints that share what they carry can still take: a linear programme.
+
+Of all distributions of the reactions that move nothing, the one that leaves most room to the
+limits: largest s with ``l + w s <= r <= u - w s``, where w are the sizes of the limits. As long as
+s is positive the set holds (static theorem of plastic analysis; as a linear programme Charnes and
+Greenberg, Bulletin of the American Mathematical Society 57 (1951) 480). At the end some limits
+block each other; these constraints give way together. The programme is solved by exchange steps
+(Stiefel, An Introduction to Numerical Mathematics, Academic Press 1963, ch. 2).
+"""
+
+from __future__ import annotations
+
+from lumped.code.words import kernel
+from lumped.kernel.run import Reserve
+
+__all__ = ["largest_reserve"]
+
+_MOST = 1.0
+"""Reserve that is enough: that of a constraint that carries nothing."""
+_NO_PRICE, _NO_PIVOT = 1e-9, 1e-9
+"""Change of the reserve, and of room, per unit of a variable, that is rounding."""
+_LEAST_PRICE = 1e-5
+"""Of the highest: price of what blocks the reserve, above the rounding of the stresses."""
+_INFINITE = float("inf")
+_NOTHING = -1
+
+
+@kernel
+def _add_room(programme: Reserve, limit: int, room: float, weight: float) -> None:
+    """A row for the room that a limit leaves: it falls with the reserve that is asked for."""
+    row = programme.table[programme.rows * (programme.stresses + 2) :]
+    for k in range(programme.stresses):
+        row[k] = 0.0
+    row[programme.stresses], row[programme.stresses + 1] = -weight, room
+    programme.row_owner[programme.rows] = programme.rows
+    programme.limit[programme.rows] = limit
+    programme.rows += 1
+
+
+@kernel
+def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
+    """A row for the upper (even) or lower (odd) limit of a constraint, if it has one."""
+    r, sign, at = programme.stresses, 1.0, programme.upper[i]
+    if limit % 2 == 1:
+        sign, at = -1.0, programme.lower[i]
+    if not abs(at) < _INFINITE:
+        return
+    weight = abs(at) / size if at != 0.0 else 1.0
+    row = programme.table[programme.rows * (r + 2) :]
+    _add_room(programme, limit, sign * (at - programme.carried[i]) / size, weight)
+    for k in range(r):
+        # the reaction, and the limit that follows it
+        own = programme.stress[3 * programme.size * k + i :]
+        follows = own[2 * programme.size] if limit % 2 == 1 else own[programme.size]
+        row[k] = sign * (follows - own[0])
+
+
+@kernel
+def _exchange(programme: Reserve, p: int, q: int) -> None:
+    """Let what stands at row p and what stands at column q change places."""
+    n, table = programme.stresses + 2, programme.table
+    pivot_row = table[p * n :]
+    inverse = 1.0 / pivot_row[q]
+    for j in range(n):
+        pivot_row[j] = -pivot_row[j] * inverse
+    pivot_row[q] = inverse
+    for i in range(programme.rows):
+        row = table[i * n :]
+        factor = row[q]
+        if i != p and factor != 0.0:
+            row[q] = 0.0
+            for j in range(n):
+                row[j] += factor * pivot_row[j]
+    owner = programme.row_owner[p]
+    programme.row_owner[p] = programme.column_owner[q]
+    programme.column_owner[q] = owner
+
+
+@kernel
+def _next_column(programme: Reserve, goal: int) -> int:
+    """A variable that would raise the reserve: the first of those that are free, then of rooms."""
+    n = programme.stresses + 2
+    price = programme.table[goal * n :]
+    found = _NOTHING
+    for j in range(n - 1):
+        owner = programme.column_owner[j]
+        gains = price[j] > _NO_PRICE or (owner < 0 and price[j] < -_NO_PRICE)
+        if gains and (found == _NOTHING or owner < programme.column_owner[found]):
+            found = j
+    return found
+
+
+@kernel
+def _next_row(programme: Reserve, q: int, sign: float) -> int:
+    """The room that is used up first if the variable of a column grows or falls."""
+    n, table = programme.stresses + 2, programme.table
+    found, least = _NOTHING, _INFINITE
+    for i in range(programme.rows):
+        change, owner = sign * table[i * n + q], programme.row_owner[i]
+        if owner < 0 or change > -_NO_PIVOT:
+            continue
+        reach = max(table[i * n + n - 1], 0.0) / -change
+        if reach < least or (reach == least and owner < programme.row_owner[found]):
+            found, least = i, reach
+    return found
+
+
+@kernel
+def _solve(programme: Reserve) -> int:
+    """Raise the reserve as far as it goes; gives its row."""
+    r, table = programme.stresses, programme.table
+    n, goal = r + 2, 0
+    for i in range(programme.rows):
+        # the reserve that this room allows, and that all before it allow
+        own, least = table[i * n + r + 1] / -table[i * n + r], table[goal * n + r + 1]
+        if own < least / -table[goal * n + r]:
+            goal = i
+    _exchange(programme, goal, r)
+    for _ in range(50 + 20 * programme.rows):
+        q = _next_column(programme, goal)
+        if q == _NOTHING:
+            break
+        p = _next_row(programme, q, 1.0 if table[goal * n + q] > 0.0 else -1.0)
+        if p == _NOTHING:
+            break
+        _exchange(programme, p, q)
+    return goal
+
+
+@kernel
+def largest_reserve(programme: Reserve, count: int) -> float:
+    """The largest reserve of so many constraints, what they carry then, and what blocks more."""
+    r, size = programme.stresses, 0.0
+    for i in range(count):
+        programme.blocks[i] = 0
+        size = max(size, abs(programme.carried[i]))
+        size = max(size, abs(programme.upper[i]) if abs(programme.upper[i]) < _INFINITE else 0.0)
+        size = max(size, abs(programme.lower[i]) if abs(programme.lower[i]) < _INFINITE else 0.0)
+    if size == 0.0:
+        return _MOST
+    programme.rows = 0
+    for j in range(r + 1):
+        programme.column_owner[j] = -1 - j
+    _add_room(programme, _NOTHING, _MOST, 1.0)
+    for i in range(count):
+        _add_limit(programme, i, 2 * i, size)
+        _add_limit(programme, i, 2 * i + 1, size)
+    goal = _solve(programme)
+    n, highest = r + 2, 0.0
+    for j in range(n - 1):
+        highest = max(highest, -programme.table[goal * n + j])
+    for j in range(n - 1):
+        owner, price = programme.column_owner[j], -programme.table[goal * n + j]
+        limit = programme.limit[owner] if owner >= 0 else _NOTHING
+        if limit != _NOTHING and price > _LEAST_PRICE * highest:
+            programme.blocks[limit // 2] = -1 if limit % 2 == 1 else 1
+    for row in range(programme.rows):
+        k = -1 - programme.row_owner[row]
+        if k >= 0 and k < r:
+            for i in range(count):
+                more = size * programme.table[row * n + n - 1]
+                programme.carried[i] += programme.stress[3 * programme.size * k + i] * more
+    return programme.table[goal * n + n - 1]
