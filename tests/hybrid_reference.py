@@ -280,16 +280,23 @@ class Drive:
     def choose(self, z: np.ndarray, before: tuple[int, ...] | None) -> tuple[int, ...]:
         """Modes that fit, with least of what was at rest let go."""
         options = [self.options(k, z) for k in range(len(self.contacts))]
-        rest = [False] * len(options)
+        rest = slides = [False] * len(options)
         if before is not None:
             known = [a if a in o else o[0] for a, o in zip(before, options, strict=True)]
             motion = self.motion(tuple(known))
-            fired = motion.blamed[motion.signs(z) < 0].any(axis=0)
-            rest = ((np.array(before) == STICK) & ~fired).tolist()
+            below = motion.signs(z) < 0
+            fired = motion.blamed[below].any(axis=0)
+            stuck = np.array(before) == STICK
+            rest = (stuck & ~fired).tolist()
+            # a limit that is just reached, not exceeded by a jump
+            zero = 1e-9 * (1 + motion.sizes[0] @ np.abs(z))
+            if (np.abs(motion.rows @ z) < zero)[below].all():
+                slides = (stuck & fired).tolist()
 
-        def key(modes: tuple[int, ...]) -> tuple[int, int]:
+        def key(modes: tuple[int, ...]) -> tuple[int, int, int]:
             freed = [r and m != STICK for r, m in zip(rest, modes, strict=True)]
-            return sum(freed), -modes.count(STICK)
+            held = [s and m == STICK for s, m in zip(slides, modes, strict=True)]
+            return sum(freed), sum(held), -modes.count(STICK)
 
         ways = sorted(itertools.product(*options), key=key)
         for _, group in itertools.groupby(ways, key):

@@ -266,7 +266,6 @@ def _fit(run: Run, may_collide: bool) -> int:
     seen = instant.seen
     for _ in range(40 + 20 * (plant.holds + plant.conditions + plant.jumps)):
         share(run, instant.x, instant.m)
-        look_at(run, instant.x, instant.m, seen)
         if turn_wrong(run, seen) or jump(run, seen) or _engage(run, seen):
             continue
         if (may_collide and collide(run, seen)) or _rebalance(run, seen):

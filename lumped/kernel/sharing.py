@@ -134,61 +134,75 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
     """Share what sticks carries so that it lasts, and note in `gives_way` what must let go.
 
     What carries too much is relieved by stresses that move nothing (see `reserve`). Where nothing
-    is noted because constraints are not redundant, `is_decided` is false.
+    is noted because constraints are not redundant, `is_decided` is false. Leaves in `seen` what
+    that comes to.
     """
     plant, instant = run.plant, run.instant
     for h in range(plant.holds):
         instant.gives_way[h] = instant.is_grouped[h] = 0
         m[plant.hold_setting[h] + SLACK] = 0.0
-    is_redundant = soften(run, x, m)
-    instant.is_decided = is_redundant
-    look = instant.at_rest
-    look_at(run, x, m, look)
-    largest, held, any_overload, any_far = 0.0, 0, False, False
-    for h in range(plant.holds):
-        if is_held(plant, m, h):
-            held += 1
-            largest = max(largest, abs(look.reaction[h]))
-            if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
-                largest = max(largest, look.upper[h] - look.lower[h])
-    for h in range(plant.holds):
-        if not is_held(plant, m, h):
-            continue
-        excess = max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
-        any_overload = any_overload or excess > 0.0
-        any_far = any_far or excess > _FAR * largest
-        if is_redundant:
-            own = m[plant.hold_setting[h] :]
-            own[SHARE] = look.reaction[h]
-            own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
-    if not any_overload or (held < 2 and not is_redundant):
+    instant.is_decided = soften(run, x, m)
+    if instant.is_decided:
+        _share_if_redundant(run, x, m)
+        look_at(run, x, m, instant.seen)
         return
-    if is_redundant:
-        if _any_moved(run, x, m):
-            return
-        any_far = _find_shares(run, x, m) < -_FAR
-    if any_far:
+    look_at(run, x, m, instant.seen)
+    if _is_far_beyond(run, m, instant.seen):
         _know_yielding(run, x, m)
-        look_at(run, x, m, look)
-        instant.is_decided = let_moving_go(run, x, m) or is_redundant
+        look_at(run, x, m, instant.at_rest)
+        instant.is_decided = let_moving_go(run, x, m)
 
 
 @kernel
-def _any_moved(run: Run, x: Numbers, m: Numbers) -> bool:
-    """Note what gives way because it can carry nothing, or because its motion is prescribed.
-
-    In that motion no share changes how much a constraint yields.
-    """
-    plant, instant, found = run.plant, run.instant, False
-    rest, pushed = instant.at_rest, instant.pushed
-    look_at(run, x, m, pushed)
-    for h in range(plant.holds):
-        is_led = abs(pushed.acceleration[h]) > 0.5 * abs(rest.acceleration[h])
-        is_void = rest.upper[h] <= rest.lower[h]
-        if is_held(plant, m, h) and (is_void or (is_led and _is_overloaded(rest, h))):
-            instant.gives_way[h] = 1 if rest.reaction[h] >= 0.0 else -1
-            found = True
+def _largest(run: Run, m: Numbers, look: Look) -> float:
+    """The largest reaction of what sticks, or that there may be."""
+    found = 0.0
+    for h in range(run.plant.holds):
+        if is_held(run.plant, m, h):
+            found = max(found, abs(look.reaction[h]))
+            if look.upper[h] < _INFINITE and look.lower[h] > -_INFINITE:
+                found = max(found, look.upper[h] - look.lower[h])
     return found
+
+
+@kernel
+def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
+    """Whether two constraints or more stick, and one by far exceeds its limit."""
+    held, is_far, least = 0, False, _FAR * _largest(run, m, look)
+    for h in range(run.plant.holds):
+        if is_held(run.plant, m, h):
+            held += 1
+            excess = max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
+            is_far = is_far or excess > least
+    return is_far and held > 1
+
+
+@kernel
+def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
+    """Let what sticks yield from what it carries, and share that anew where a limit is exceeded."""
+    plant, instant = run.plant, run.instant
+    yielding, look = instant.pushed, instant.at_rest
+    look_at(run, x, m, yielding)
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + SHARE] = yielding.reaction[h] if is_held(plant, m, h) else 0.0
+    look_at(run, x, m, look)
+    largest, any_overload, any_gone = _largest(run, m, look), False, False
+    for h in range(plant.holds):
+        if not is_held(plant, m, h):
+            continue
+        own = m[plant.hold_setting[h] :]
+        own[SHARE] = look.reaction[h]
+        own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
+        # if a motion is prescribed, no share changes how much a constraint yields
+        is_led = abs(look.acceleration[h]) > 0.5 * abs(yielding.acceleration[h])
+        is_void = look.upper[h] <= look.lower[h]
+        if is_void or (is_led and _is_overloaded(look, h)):
+            instant.gives_way[h] = 1 if look.reaction[h] >= 0.0 else -1
+            any_gone = True
+        any_overload = any_overload or _is_overloaded(look, h)
+    if any_overload and not any_gone and _find_shares(run, x, m) < -_FAR:
+        look_at(run, x, m, look)
+        let_moving_go(run, x, m)
 
 
 @kernel
