@@ -25,7 +25,7 @@ import numpy as np
 
 from lumped.code.words import Integers, Numbers
 
-__all__ = ["Field", "Record"]
+__all__ = ["Field", "Record", "address"]
 
 _KINDS = {int: "int", float: "float", Integers: "ints", Numbers: "numbers"}
 
@@ -83,8 +83,9 @@ class _Word:
 
 def address(held: Any) -> int:
     """Where an array or a record stands."""
-    array = held._words if isinstance(held, Record) else held
-    found: int = array.__array_interface__["data"][0]
+    if isinstance(held, Record):
+        return held._address
+    found: int = held.__array_interface__["data"][0]
     return found
 
 
@@ -97,7 +98,14 @@ class _Layout(NamedTuple):
     size: int
 
 
-class Record:
+class _Kind(type):
+    """Records have no attributes but their fields, so that a wrong name is an error."""
+
+    def __new__(cls, name: str, bases: tuple[type, ...], space: dict[str, Any]) -> _Kind:
+        return super().__new__(cls, name, bases, {"__slots__": (), **space})
+
+
+class Record(metaclass=_Kind):
     """A record that kernels read and write.
 
     Parameters
@@ -108,6 +116,7 @@ class Record:
         Values of fields.
     """
 
+    __slots__ = ("_address", "_held", "_numbers", "_words")
     fields: ClassVar[dict[str, Field]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -126,26 +135,17 @@ class Record:
         layout = _laid_out(own, tuple((sizes or {}).items()))
         self._words = np.zeros(layout.size, dtype=np.int64)
         self._numbers = self._words.view(np.float64)
-        self._words[layout.words] = address(self._words) + 8 * layout.offsets
+        self._address = address(self._words)
+        self._words[layout.words] = self._address + 8 * layout.offsets
         self._held: Any = _Views(self, layout)
         for name, value in given.items():
             setattr(self, name, value)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not name.startswith("_") and name not in self.fields:
-            raise AttributeError(f"{type(self).__name__} has no field {name}")
-        super().__setattr__(name, value)
 
     @classmethod
     def lengths(cls) -> set[str]:
         """Sizes that the lengths of its fields are made of."""
         texts = " ".join(field.length for field in cls.fields.values())
         return set(re.findall(r"[a-z_]+", texts)) - {"max"}
-
-    @property
-    def address(self) -> int:
-        """Where it stands."""
-        return address(self)
 
 
 class _Views(dict[str, Any]):

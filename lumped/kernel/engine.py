@@ -21,7 +21,7 @@ import numpy as np
 
 from lumped.code import code_cache
 from lumped.code.machine_code import Code, built
-from lumped.code.records import Record
+from lumped.code.records import Record, address
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
 
@@ -62,13 +62,7 @@ def call(name: str, *given: Record | np.ndarray) -> int:
         with np.errstate(all="ignore"):
             return int(_kernels()[name](*given))
     entry = _entries(engine)[name]
-    return entry(*[_address(held) for held in given])
-
-
-def _address(held: Record | np.ndarray) -> int:
-    array = held._words if isinstance(held, Record) else held
-    address: int = array.__array_interface__["data"][0]
-    return address
+    return entry(*[address(held) for held in given])
 
 
 @cache

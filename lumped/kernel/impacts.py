@@ -11,14 +11,16 @@ impulses have the sign that the constraint can give; one or the other is zero.
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
+from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, SHARE, STUCK
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
 from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds, may_change
 from lumped.kernel.run import Look, Run
 from lumped.kernel.sharing import soften
 
-__all__ = ["collide", "halt"]
+__all__ = ["HAS_COLLIDED", "NO_ANSWER", "collide", "halt"]
+
+NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 
 _ROUNDING = 1e-12
 """Impulse and speed, relative to the largest, that are rounding."""
@@ -45,6 +47,18 @@ def _gather(run: Run, seen: Look) -> None:
 
 
 @kernel
+def _look(run: Run, is_redundant: bool, look: Look) -> None:
+    """Look at the trial; redundant constraints yield from what they carry there."""
+    plant, instant = run.plant, run.instant
+    look_at(run, instant.x, instant.trial, look)
+    if is_redundant:
+        for h in range(plant.holds):
+            held = is_held(plant, instant.trial, h)
+            instant.trial[plant.hold_setting[h] + SHARE] = look.reaction[h] if held else 0.0
+        look_at(run, instant.x, instant.trial, look)
+
+
+@kernel
 def _push(run: Run) -> None:
     """Look at the members at rest, and with the changes of speed that they demand."""
     plant, instant = run.plant, run.instant
@@ -52,12 +66,12 @@ def _push(run: Run) -> None:
     copy_settings(plant, instant.m, trial)
     for h in range(plant.holds):
         put(plant, trial, h, STUCK if instant.is_member[h] else FREE)
-    soften(run, instant.x, trial)
-    look_at(run, instant.x, trial, instant.at_rest)
+    is_redundant = soften(run, instant.x, trial)
+    _look(run, is_redundant, instant.at_rest)
     for h in range(plant.holds):
         if instant.is_member[h]:
             trial[plant.hold_setting[h] + DEMAND] = instant.demand[h]
-    look_at(run, instant.x, trial, instant.pushed)
+    _look(run, is_redundant, instant.pushed)
 
 
 @kernel
@@ -228,11 +242,12 @@ def _bounces(run: Run) -> bool:
 
 
 @kernel
-def _impact(run: Run, seen: Look) -> None:
+def _impact(run: Run, seen: Look) -> bool:
     """Speeds after an impact that loses energy, without bounces that are over at once.
 
     With different restitutions Newton's law may gain energy or have no answer; then all that closes
-    takes the least of them, and at last none, which always has one.
+    takes the least of them, and at last none. Gives whether that has one: redundant constraints
+    may contradict each other.
     """
     plant, instant = run.plant, run.instant
     for i in range(plant.states):
@@ -245,6 +260,8 @@ def _impact(run: Run, seen: Look) -> None:
         if _bounces(run) and (not is_found or _gains_energy(run, seen)):
             _even_out(run)
             continue
+        if not is_found:
+            return False
         for h in range(plant.holds):
             instant.work[h] = 0.0
             if instant.is_member[h]:
@@ -253,11 +270,18 @@ def _impact(run: Run, seen: Look) -> None:
         _strike(run)
         if not (_bounces(run) and _end_short_bounces(run)):
             break
+    return True
 
 
 @kernel
-def collide(run: Run, seen: Look) -> bool:
-    """Let constraints without limit that close at a speed do so; whether there were any."""
+def collide(run: Run, seen: Look) -> int:
+    """Let constraints without limit that close at a speed do so.
+
+    Returns
+    -------
+    int
+        `NOTHING_CLOSES`, `HAS_COLLIDED`, or `NO_ANSWER` if no impulses fit.
+    """
     plant, instant = run.plant, run.instant
     standstills(plant, instant)
     closes = False
@@ -268,8 +292,9 @@ def collide(run: Run, seen: Look) -> bool:
         instant.bounce[h] = seen.restitution[h] if instant.is_closing[h] else 0.0
         closes = closes or instant.is_closing[h] != 0
     if not closes:
-        return False
-    _impact(run, seen)
+        return NOTHING_CLOSES
+    if not _impact(run, seen):
+        return NO_ANSWER
     for h in range(plant.holds):
         if instant.is_member[h]:
             instant.loss[h] += instant.work[h]
@@ -284,4 +309,4 @@ def collide(run: Run, seen: Look) -> bool:
         else:
             put(plant, instant.m, h, STUCK)
             stop(plant, instant, h)
-    return True
+    return HAS_COLLIDED

@@ -16,7 +16,7 @@ from lumped.kernel.holds import (
     standstills,
     stop,
 )
-from lumped.kernel.impacts import collide, halt
+from lumped.kernel.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
 from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds, may_change
@@ -268,7 +268,13 @@ def _fit(run: Run, may_collide: bool) -> int:
         share(run, instant.x, instant.m)
         if turn_wrong(run, seen) or jump(run, seen) or _engage(run, seen):
             continue
-        if (may_collide and collide(run, seen)) or _rebalance(run, seen):
+        if may_collide:
+            collided = collide(run, seen)
+            if collided == NO_ANSWER:
+                return NO_FIT
+            if collided == HAS_COLLIDED:
+                continue
+        if _rebalance(run, seen):
             continue
         if may_collide:
             halt(run, seen)

@@ -24,6 +24,8 @@ from lumped.timeloop.settings import closed_with, just_after
 
 __all__ = ["StartSearch"]
 
+_ROUNDING = 1e-3
+"""Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
 _MOST = 60
 """Times that positions are found anew."""
 _POSITIONS = (Flange.potential.unit, LinearFlange.potential.unit)
@@ -210,8 +212,9 @@ class StartSearch:
 
     def _met(self, first: _Trial) -> _Trial:
         """Where everything that is demanded holds, in the positions that hold there."""
-        if not self.system.switching:
-            return self._solved(first, first)
+        assert self.search is not None
+        if not (self.system.switching and self.search.have_positions):
+            return self._still(self._solved(first, first))
         fault: StartError | None = None
         begins = ((begin, on) for begin in self._begins(first) for on in (False, True))
         for begin, follows in begins:
@@ -230,7 +233,6 @@ class StartSearch:
                 continue
             if found is not None:
                 return self._stopped(found)
-        assert self.search is not None
         raise fault or self._disagreement(self.search.residual(first.x, first.theta)[1])
 
     def _begins(self, first: _Trial) -> Iterator[_Trial]:
@@ -297,6 +299,18 @@ class StartSearch:
             x, theta = self.search.meet(first.x, first.theta)
         return _Trial(x, theta, trial.modes)
 
+    def _still(self, trial: _Trial) -> _Trial:
+        """The trial with speeds of holds that are rounding made zero."""
+        if not self.system.switching:
+            return trial
+        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        holds = Holds(self.system, trial.theta)
+        modes, guesses = np.split(self._closed(trial), [len(trial.modes)])
+        speed = holds.look(self.time, used, modes, guesses).v
+        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
+        x[self.system._in_use] = used
+        return trial._replace(x=x)
+
     def _repositioned(self, trial: _Trial) -> _Trial:
         """The trial with the positions that hold there; itself if these are its own.
 
@@ -310,7 +324,7 @@ class StartSearch:
         parts = holds.parts(modes)
         turned = (parts[FORWARD] & (speed < 0)) | (parts[BACKWARD] & (speed > 0))
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
-        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * 1e-3)
+        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
         x[self.system._in_use] = used
         begin = np.concatenate([self._timed(trial.theta), guesses])
         try:

@@ -33,6 +33,8 @@ class TargetValues:
         Rows and columns of the derivatives that are not always zero.
     expression : SX
         Values as an expression.
+    has_positions : bool
+        Whether they depend on positions of conditions and holds, or on implicit quantities.
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
@@ -40,6 +42,7 @@ class TargetValues:
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
         self._inputs, self.expression = [values.states, *inputs], expression
+        self.has_positions = bool(ca.depends_on(expression, inputs[-1]))
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]

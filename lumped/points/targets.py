@@ -48,6 +48,8 @@ class Targets:
     ----------
     modes : ndarray
         Positions of all conditions and holds in which the targets are met.
+    have_positions : bool
+        Whether the targets depend on them.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Targets:
         self.count = len(system._reduced.states)
         self._evaluate = target_values(system, tuple(given), tuple(free))
         self.places = self._evaluate.places
+        self.have_positions = self._evaluate.has_positions
         self._last: tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Matrix]] | None = None
         wanted = [value for _, value in given.values()]
         self.wanted = np.array(wanted + [0.0] * len(self.places))
