@@ -116,7 +116,7 @@ class Record(metaclass=_Kind):
         Values of fields.
     """
 
-    __slots__ = ("_address", "_held", "_numbers", "_words")
+    __slots__ = ("_address", "_first", "_held", "_numbers", "_words")
     fields: ClassVar[dict[str, Field]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -140,6 +140,17 @@ class Record(metaclass=_Kind):
         self._held: Any = _Views(self, layout)
         for name, value in given.items():
             setattr(self, name, value)
+
+    def remember(self) -> None:
+        """Note how it is now."""
+        self._first = self._words.copy(), dict(self._held)
+
+    def begin_again(self) -> None:
+        """Be as it was when it was told to remember."""
+        words, held = self._first
+        self._words[:] = words
+        self._held.clear()
+        self._held.update(held)
 
     @classmethod
     def lengths(cls) -> set[str]:

@@ -157,7 +157,9 @@ class StartSearch:
         StartError
             With the worst of it.
         """
-        if self.search is None or (modes == self.search.modes).all():
+        if self.search is None or not self.search.have_positions:
+            return
+        if (modes == self.search.modes).all():
             return
         self.search.modes = modes
         self.residual, missed = self.search.residual(self.x, self.theta)

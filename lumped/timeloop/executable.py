@@ -12,6 +12,7 @@ import numpy as np
 
 from lumped.code.functions import compiled_functions, known_functions
 from lumped.code.operations import Operations, operations_of
+from lumped.code.records import Record
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel import engine
@@ -33,6 +34,8 @@ __all__ = [
 
 _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
+_PARTS = {name: f.kind for name, f in Instant.fields.items() if isinstance(f.kind, type)}
+"""Records that belong to an instant."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -145,13 +148,26 @@ class Executable:
 
         Times count as about one second (see `span`).
         """
-        work = max(operations.work for operations in self._operations.values())
-        sizes = {**self.sizes, "work": work}
-        run = Run(sizes, plant=self.plant, t=t, instant=_instant(sizes))
+        over: list[Run] = self._own.__dict__.setdefault("over", [])
+        if over:
+            run = over.pop()
+        else:
+            work = max(operations.work for operations in self._operations.values())
+            sizes = {**self.sizes, "work": work}
+            run = Run(sizes, plant=self.plant, instant=_instant(sizes))
+            run.yielding = -1.0
+            span(run, 1.0)
+            for record in _records(run):
+                record.remember()
+        run.t = t
         run.p[:], run.x[:], run.m[:] = theta, x, settings
-        run.yielding = -1.0
-        span(run, 1.0)
         return run
+
+    def take_back(self, run: Run) -> None:
+        """Let another run of this thread have the room of one that is over."""
+        for record in _records(run):
+            record.begin_again()
+        self._own.over.append(run)
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps."""
@@ -198,9 +214,13 @@ def span(run: Run, size: float) -> None:
 
 
 def _instant(sizes: dict[str, int]) -> Instant:
-    kinds = {name: field.kind for name, field in Instant.fields.items()}
-    own = {name: kind for name, kind in kinds.items() if isinstance(kind, type)}
-    return Instant(sizes, **{name: kind(sizes) for name, kind in own.items()})
+    return Instant(sizes, **{name: kind(sizes) for name, kind in _PARTS.items()})
+
+
+def _records(run: Run) -> list[Record]:
+    """A run, and what it alone writes."""
+    instant = run.instant
+    return [run, instant, *(getattr(instant, name) for name in _PARTS)]
 
 
 def executable(system: System) -> Executable:

@@ -121,6 +121,7 @@ class RunBySteps(Run):
             elif why != FULL:
                 self._fail(why)
         self.output.finish(run.x.copy(), run.m.copy())
+        self._executable.take_back(run)
 
     # -- into the loop -----------------------------------------------------------------------
 
