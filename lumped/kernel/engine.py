@@ -36,6 +36,7 @@ ARGUMENTS = {
     "calm_positions": 1,
     "find_positions": 1,
     "value": 3,
+    "values": 3,
     "closed": 1,
     "converged": 1,
     "watched": 1,

@@ -10,7 +10,7 @@ from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
-from lumped.kernel.run import Run
+from lumped.kernel.run import Course, Run
 from lumped.kernel.sharing import watch_redundancy
 
 __all__ = ["ENTRIES"]
@@ -20,6 +20,16 @@ __all__ = ["ENTRIES"]
 def value(run: Run, function: Function, out: Numbers) -> int:
     """Evaluate a function where a run stands."""
     evaluate(function, run, run.x, run.t, run.m, out)
+    return 0
+
+
+@kernel
+def values(run: Run, function: Function, course: Course) -> int:
+    """Evaluate a function at points one after the other."""
+    n, m = run.plant.states, run.plant.settings
+    for k in range(course.points):
+        x, settings = course.x[n * k :], course.settings[m * k :]
+        evaluate(function, run, x, course.t[k], settings, course.found[course.results * k :])
     return 0
 
 
@@ -48,6 +58,7 @@ ENTRIES: dict[str, Any] = {
     "calm_positions": calm_positions,
     "find_positions": find_positions,
     "value": value,
+    "values": values,
     "closed": closed,
     "converged": converged,
     "watched": watched,

@@ -14,7 +14,7 @@ from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import Rounds
 
-__all__ = ["Instant", "Look", "Matrix", "Output", "Pattern", "Reserve", "Run"]
+__all__ = ["Course", "Instant", "Look", "Matrix", "Output", "Pattern", "Reserve", "Run"]
 
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
@@ -230,6 +230,17 @@ class Output(Record):
     grid_next: int
     is_on_grid: int
     has_both_sides: int
+
+
+class Course(Record):
+    """Points one after the other, with the results of a function at each of them."""
+
+    points: int
+    results: int
+    t: Numbers
+    x: Numbers
+    settings: Numbers
+    found: Numbers
 
 
 class Run(Record):

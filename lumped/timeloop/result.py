@@ -17,6 +17,7 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
+from lumped.timeloop.executable import quantity_along
 from lumped.timeloop.result_files import Drawn, computed, saved, state_names
 
 if TYPE_CHECKING:
@@ -290,16 +291,13 @@ class Trajectory(Named):
             states = {
                 i: s.state_names.index(key) for i, s in systems.items() if key in s.state_names
             }
-            functions = {i: s.function([key]) for i, s in systems.items() if i not in states}
             parts = [
                 p.x[:, states[id(p.system)]]
                 if id(p.system) in states
-                else functions[id(p.system)](p.x.T, self.theta, p.t[None, :], p.settings.T)
+                else quantity_along(p.system, key, self.theta, p.t, p.x, p.settings)
                 for p in self.pieces
-                if len(p.t)
             ]
-            values = [np.zeros(0), *(np.asarray(part, dtype=float).ravel() for part in parts)]
-            found = np.concatenate(values)
+            found = np.concatenate([np.zeros(0), *parts])
             bad = np.flatnonzero(np.isnan(found))
             if len(bad):
                 raise SolverError(
