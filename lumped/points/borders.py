@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.timeloop.holds import FORWARD, hold_words, turned
+from lumped.compiler.hold_modes import FORWARD
+from lumped.timeloop.holds import hold_words, turned
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["at_borders", "bent", "border_text", "differ", "is_law", "sides"]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
 from lumped.language.port import Flange, LinearFlange
@@ -17,7 +18,7 @@ from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
 from lumped.support.units import plain
 from lumped.timeloop.calls import Call
-from lumped.timeloop.holds import BACKWARD, FORWARD, STUCK, Holds
+from lumped.timeloop.holds import Holds
 from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import closed_with, just_after

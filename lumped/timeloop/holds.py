@@ -11,10 +11,7 @@ from lumped.compiler.system import System
 from lumped.kernel.holds import STANDSTILL
 from lumped.timeloop.executable import evaluated
 
-__all__ = ["BACKWARD", "FORWARD", "STUCK", "Holds", "Look", "hold_words", "turned"]
-
-STUCK, FORWARD, BACKWARD = 0, 1, 2
-"""Parts of the mode of a hold."""
+__all__ = ["Holds", "Look", "hold_words", "turned"]
 
 
 class Look(NamedTuple):
