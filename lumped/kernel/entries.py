@@ -25,11 +25,10 @@ def value(run: Run, function: Function, out: Numbers) -> int:
 
 @kernel
 def values(run: Run, function: Function, course: Course) -> int:
-    """Evaluate a function at points one after the other."""
-    n, m = run.plant.states, run.plant.settings
+    """Evaluate a function of one result at points one after the other."""
     for k in range(course.points):
-        x, settings = course.x[n * k :], course.settings[m * k :]
-        evaluate(function, run, x, course.t[k], settings, course.found[course.results * k :])
+        x, m = course.x[course.states * k :], course.m[course.settings * k :]
+        evaluate(function, run, x, course.t[k], m, course.found[k:])
     return 0
 
 

@@ -233,13 +233,14 @@ class Output(Record):
 
 
 class Course(Record):
-    """Points one after the other, with the results of a function at each of them."""
+    """Points one after the other, with the result of a function at each of them."""
 
     points: int
-    results: int
+    states: int
+    settings: int
     t: Numbers
     x: Numbers
-    settings: Numbers
+    m: Numbers
     found: Numbers
 
 

@@ -19,7 +19,7 @@ from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Course, Instant, Matrix, Pattern, Run
+from lumped.kernel.run import Instant, Matrix, Pattern, Run
 from lumped.timeloop.guards import followers, levers
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "evaluated",
     "executable",
     "parts_of",
-    "quantity_along",
     "smooth_executable",
     "span",
 ]
@@ -37,8 +36,6 @@ _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
 _PARTS = {name: f.kind for name, f in Instant.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
-_QUANTITIES = 64
-"""Quantities whose operations a system keeps."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -103,7 +100,11 @@ class Executable:
         found = {name: operations_of(f, full=name != "jacobian") for name, f in functions.items()}
         code = known_functions(found)
         for name, operations in found.items():
-            made = _function(operations)
+            made = Function(
+                count=len(operations.table),
+                operations=operations.table.ravel(),
+                constants=operations.constants,
+            )
             if code is not None:
                 made.address = code.addresses[name]
             self._kept.append(made)
@@ -192,32 +193,6 @@ class Executable:
         engine.call("value", run, getattr(self.plant, name), found)
         return found
 
-    def along(
-        self,
-        operations: Operations,
-        theta: np.ndarray,
-        t: np.ndarray,
-        x: np.ndarray,
-        settings: np.ndarray,
-    ) -> np.ndarray:
-        """Results of any function of the same arguments at points one after the other."""
-        found = np.empty((len(t), operations.results))
-        if not len(t):
-            return found
-        run = self.at(theta, float(t[0]), x[0], settings[0])
-        if len(run.work) < operations.work:
-            run.work = np.zeros(operations.work)
-        course = Course(
-            points=len(t),
-            results=operations.results,
-            t=np.ascontiguousarray(t),
-            x=np.ascontiguousarray(x).ravel(),
-            settings=np.ascontiguousarray(settings).ravel(),
-            found=found.ravel(),
-        )
-        engine.call("values", run, _function(operations), course)
-        return found
-
     def at(self, theta: np.ndarray, t: float, x: np.ndarray, settings: np.ndarray) -> Run:
         """The same run each time, of this thread, standing somewhere else."""
         run: Run | None = getattr(self._own, "run", None)
@@ -226,14 +201,6 @@ class Executable:
         run.p[:], run.x[:], run.m[:] = theta, x, settings
         run.t, run.yielding = t, -1.0
         return run
-
-
-def _function(operations: Operations) -> Function:
-    return Function(
-        count=len(operations.table),
-        operations=operations.table.ravel(),
-        constants=operations.constants,
-    )
 
 
 def span(run: Run, size: float) -> None:
@@ -302,23 +269,6 @@ def smooth_executable(
     sizes["implicit"] = implicit
     plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
     return Executable(functions, jacobian, sizes, plant)
-
-
-def quantity_along(
-    system: System,
-    key: str,
-    theta: np.ndarray,
-    t: np.ndarray,
-    x: np.ndarray,
-    settings: np.ndarray,
-) -> np.ndarray:
-    """A quantity at points one after the other."""
-    known: dict[str, Operations] = system.made.setdefault("quantities", {})
-    if key not in known:
-        if len(known) >= _QUANTITIES:
-            known.clear()
-        known[key] = operations_of(system.function([key]))
-    return executable(system).along(known[key], theta, t, x, settings)[:, 0]
 
 
 def evaluated(

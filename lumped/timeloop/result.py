@@ -17,7 +17,7 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
-from lumped.timeloop.executable import quantity_along
+from lumped.timeloop.quantity_values import quantity_along
 from lumped.timeloop.result_files import Drawn, computed, saved, state_names
 
 if TYPE_CHECKING:

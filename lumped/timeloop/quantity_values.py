@@ -1,0 +1,67 @@
+"""Values of a quantity at the points of a run, computed in the language of the time loop."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lumped.code.operations import Operations, operations_of
+from lumped.compiler.system import System
+from lumped.kernel import engine
+from lumped.kernel.plant import Function
+from lumped.kernel.run import Course, Run
+
+__all__ = ["quantity_along"]
+
+_KEPT = 64
+"""Quantities whose operations a system keeps."""
+_NOTHING = dict.fromkeys(Run.lengths(), 0)
+
+
+def quantity_along(
+    system: System,
+    key: str,
+    theta: np.ndarray,
+    t: np.ndarray,
+    x: np.ndarray,
+    settings: np.ndarray,
+) -> np.ndarray:
+    """A quantity at points one after the other; shape (points,).
+
+    Parameters
+    ----------
+    key : str
+        Its name in the system.
+    theta : ndarray
+        Parameters.
+    t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
+        Times, states, and modes with implicit quantities.
+    """
+    operations = _operations(system, key)
+    found = np.empty(len(t))
+    run = Run({**_NOTHING, "work": operations.work, "parameters": len(theta)})
+    run.p[:] = theta
+    function = Function(
+        count=len(operations.table),
+        operations=operations.table.ravel(),
+        constants=operations.constants,
+    )
+    course = Course(
+        points=len(t),
+        states=x.shape[1],
+        settings=settings.shape[1],
+        t=np.ascontiguousarray(t),
+        x=np.ascontiguousarray(x).ravel(),
+        m=np.ascontiguousarray(settings).ravel(),
+        found=found,
+    )
+    engine.call("values", run, function, course)
+    return found
+
+
+def _operations(system: System, key: str) -> Operations:
+    known: dict[str, Operations] = system.made.setdefault("quantities", {})
+    if key not in known:
+        if len(known) >= _KEPT:
+            known.clear()
+        known[key] = operations_of(system.function([key]))
+    return known[key]
