@@ -296,6 +296,7 @@ class Trajectory(Named):
                 if id(p.system) in states
                 else quantity_along(p.system, key, self.theta, p.t, p.x, p.settings)
                 for p in self.pieces
+                if len(p.t)
             ]
             found = np.concatenate([np.zeros(0), *parts])
             bad = np.flatnonzero(np.isnan(found))
