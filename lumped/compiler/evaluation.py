@@ -89,14 +89,16 @@ class Values:
     def of(self, nodes: Iterable[int]) -> ca.SX:
         """Expressions of nodes, shape (n, 1)."""
         wanted = list(nodes)
-        self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
-        return self._sx[wanted] if wanted else ca.SX(0, 1)
+        with self.flat.building:
+            self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
+            return self._sx[wanted] if wanted else ca.SX(0, 1)
 
     def arguments(self, seen: Occurrence) -> list[ca.SX]:
         """Arguments of a template's functions, one column per instance but for the time."""
         nodes = self._nodes(seen)
-        self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
-        return self._arguments(seen, nodes)
+        with self.flat.building:
+            self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
+            return self._arguments(seen, nodes)
 
     def corrections(self) -> ca.SX:
         """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""

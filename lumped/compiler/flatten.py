@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from threading import RLock
 
 import casadi as ca
 import numpy as np
@@ -81,6 +82,8 @@ class FlatModel:
         Equations that hold at the start only, by template.
     motions : dict of str to Expr
         Quantities that are prescribed beside the model, and what they are.
+    building : RLock
+        Held while anything is made of the symbols of this model.
     """
 
     tree: Tree
@@ -93,6 +96,7 @@ class FlatModel:
     starts: dict[int, ca.SX]
     initial: list[Group]
     motions: Mapping[str, Expr]
+    building: RLock = field(default_factory=RLock)
 
     @property
     def name(self) -> str:

@@ -21,6 +21,7 @@ from lumped.compiler.template import Jump, Relation, Template
 from lumped.errors import SingularModelError
 from lumped.language.lowering import has_steps
 from lumped.language.pieces import Pieces
+from lumped.support.made_once import Shared, made_once
 
 __all__ = ["Condition", "Switching", "is_even"]
 
@@ -80,7 +81,7 @@ class Condition:
         return range(self.mode, self.mode + (1 if self.pieces is None else self.pieces.width))
 
 
-class Switching:
+class Switching(Shared):
     """Relations, holds and jumps of all instances as expressions, in order of declaration.
 
     Attributes
@@ -124,6 +125,7 @@ class Switching:
     """
 
     def __init__(self, values: Values, *, foresee: bool = True) -> None:
+        super().__init__(values.flat.building)
         self._values, self.flat = values, values.flat
         self.rows: list[tuple[str, int]] = []
         found_conditions: list[Condition] = []
@@ -363,13 +365,14 @@ class Switching:
             finite.append(limit)
         return ca.vertcat(*finite, self.values)
 
-    @cached_property
+    @property
+    @made_once
     def margins(self) -> tuple[ca.SX, ca.SX]:
         """What is negative as soon as a mode must change, and how far it may be; (k, 1) each."""
         modes = self._values.modes
         found: list[ca.SX] = []
         tolerances: list[ca.SX] = []
-        rows = self.rows
+        rows: list[tuple[str, int]] = []
 
         def add(margin: ca.SX, tolerance: ca.SX, kind: str, number: int) -> None:
             found.append(margin)
@@ -404,7 +407,7 @@ class Switching:
                 sliding = (forward - backward) * self.speed[h]
                 free = 1 - forward - backward
                 add(sliding + free, ca.if_else(compliance > 0, 1e-9, 1e-13), "slide", h)
-        empty = ca.SX(0, 1)
+        empty, self.rows = ca.SX(0, 1), rows
         return ca.vertcat(empty, *found), ca.vertcat(empty, *tolerances)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property, lru_cache
+from collections.abc import Iterable, Mapping, Sequence
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -24,6 +24,7 @@ from lumped.errors import UnknownNameError
 from lumped.language.component import Component
 from lumped.language.expression import Expr
 from lumped.language.quantity import Quantity
+from lumped.support.made_once import Recent, Shared, made_once
 
 __all__ = ["Changes", "Name", "System"]
 
@@ -33,7 +34,7 @@ _FUNCTIONS = 64
 """Functions of quantities that a system keeps."""
 
 
-class System:
+class System(Shared):
     """A model as ``der(x) == f(x, p, t, m)``, made by `lumped.assemble`.
 
     Attributes
@@ -46,8 +47,6 @@ class System:
         What decides modes that depend on more than the time.
     left_out : list of LeftOut
         What is not computed, and why.
-    made : dict
-        What analyses built for this system and want to find again.
     seconds : dict of str to float
         Time that each stage of assembling took.
     """
@@ -61,6 +60,7 @@ class System:
         *,
         foresee: bool = True,
     ) -> None:
+        super().__init__(flat.building)
         self.model = flat.tree.model
         self._flat = flat
         self._tree = flat.tree
@@ -80,7 +80,8 @@ class System:
         self._rate_uses = used(self._rates, self._values)
         self.state_names = [self._node_name(n) for n in self.states]
         self.left_out = self._left_out()
-        self.made: dict[object, Any] = {}
+        self._functions: Recent[ca.Function] = Recent(_FUNCTIONS)
+        self._charts: dict[object, System] = {}
         end = clock.perf_counter()
         self.seconds = {"reduce": middle - begin, "prune": end - middle}
 
@@ -91,19 +92,20 @@ class System:
             _, outputs, kept = self.origin
             flat = self._flat.motions, self._tree.freed
             return _to_be_made, (self.model, *flat, outputs, kept, self._ranks)
-        return _to_be_made, vars(self)["_origin"]
+        return _to_be_made, vars(self)["_origin"][1]
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
 
         def __getattr__(self, name: str) -> Any:
             """Assemble a copy when it is first used."""
-            if name.startswith("__") or "_origin" not in vars(self):
-                raise AttributeError(f"{type(self).__name__} has no '{name}'.")
-            model, motions, freed, *rest = vars(self)["_origin"]
-            made = System(flatten(model, motions, freed), *rest)
-            vars(self).clear()
-            vars(self).update(vars(made))
-            return getattr(self, name)
+            if not name.startswith("__") and "_origin" in vars(self):
+                assembling, (model, motions, freed, *rest) = vars(self)["_origin"]
+                with assembling:
+                    if "made" not in vars(self):
+                        vars(self).update(vars(System(flatten(model, motions, freed), *rest)))
+                if name in vars(self):
+                    return vars(self)[name]
+            raise AttributeError(f"{type(self).__name__} has no '{name}'.")
 
     # -- structure ---------------------------------------------------------------------------
 
@@ -249,13 +251,15 @@ class System:
 
     # -- symbols and functions -----------------------------------------------------------------
 
-    @cached_property
+    @property
+    @made_once
     def _inputs(self) -> list[ca.SX]:
         v = self._values
         x = v.states[self._in_use] if self._in_use else ca.SX(0, 1)
         return [x, self._flat.parameters.theta, v.time, ca.vertcat(v.modes, v.guesses)]
 
-    @cached_property
+    @property
+    @made_once
     def rates(self) -> ca.SX:
         """Derivatives of the states as an expression; common parts are shared."""
         rates = ca.SX(self._rates)
@@ -276,7 +280,8 @@ class System:
         lost = np.setdiff1d(used(expression, self._values), self._in_use)
         return ca.cse(self._without(expression, lost))
 
-    @cached_property
+    @property
+    @made_once
     def margins(self) -> ca.Function:
         """Distances to the next change of modes, and their tolerances: (x, p, t, m)."""
         found, tolerances = self.switching.margins
@@ -284,7 +289,8 @@ class System:
         both = self._in_states(ca.vertcat(found, tolerances))
         return ca.Function("margins", self._inputs, ca.vertsplit(both, [0, k, 2 * k]))
 
-    @cached_property
+    @property
+    @made_once
     def margin_rates(self) -> ca.Function:
         """Time derivatives of the margins: (x, p, t, m)."""
         found = self._in_states(self.switching.margins[0])
@@ -292,13 +298,15 @@ class System:
         along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(self.rates, 1))
         return ca.Function("margin_rates", self._inputs, [ca.densify(ca.cse(along))])
 
-    @cached_property
+    @property
+    @made_once
     def look(self) -> ca.Function:
         """All that decides modes, then the derivatives of the states: (x, p, t, m) -> (k,)."""
         parts = self._in_states(self.switching.needed())
         return ca.Function("look", self._inputs, [ca.densify(ca.vertcat(parts, self.rates))])
 
-    @cached_property
+    @property
+    @made_once
     def speed_uses(self) -> tuple[np.ndarray, np.ndarray]:
         """Which states the speed of each hold depends on: numbers of the holds and states."""
         s = self.switching
@@ -307,12 +315,14 @@ class System:
         rows, columns = ca.jacobian_sparsity(self._in_states(speeds), self._inputs[0]).get_triplet()
         return np.array(rows, dtype=int), np.array(columns, dtype=int)
 
-    @cached_property
+    @property
+    @made_once
     def rhs(self) -> ca.Function:
         """Right-hand side: (x, p, t, m) -> der(x); m is modes, then guesses of implicit nodes."""
         return ca.Function("rhs", self._inputs, [self.rates])
 
-    @cached_property
+    @property
+    @made_once
     def jacobian(self) -> ca.Function:
         """Sparse Jacobian and time derivative of the right-hand side: (x, p, t, m)."""
         x, _, t, _ = self._inputs
@@ -322,7 +332,8 @@ class System:
             [ca.jacobian(self.rates, x), ca.densify(ca.jacobian(self.rates, t))],
         )
 
-    @cached_property
+    @property
+    @made_once
     def closure(self) -> ca.Function:
         """Implicit quantities and the last Newton step of each: (x, p, t, m)."""
         v = self._values
@@ -351,16 +362,13 @@ class System:
 
     def function(self, names: Iterable[Name]) -> ca.Function:
         """Function of named quantities: (x, p, t, m) -> (n,)."""
-        return self._functions(tuple(self.key(name) for name in names))
+        keys = tuple(self.key(name) for name in names)
+        return self._functions.of(
+            keys, lambda: ca.Function("outputs", self._inputs, [self.expressions(keys)])
+        )
 
-    @cached_property
-    def _functions(self) -> Callable[[tuple[str, ...]], ca.Function]:
-        def made(names: tuple[str, ...]) -> ca.Function:
-            return ca.Function("outputs", self._inputs, [self.expressions(names)])
-
-        return lru_cache(maxsize=_FUNCTIONS)(made)
-
-    @cached_property
+    @property
+    @made_once
     def cyclic(self) -> frozenset[int]:
         """Nodes of states in use that are not speeds and on which no derivative depends."""
         values, reduced = self._values, self._reduced
@@ -383,7 +391,8 @@ class System:
         matrix.data[self._cancelling] = 0.0
         return matrix
 
-    @cached_property
+    @property
+    @made_once
     def _cancelling(self) -> np.ndarray:
         """Nonzeros of the Jacobian that are nothing but rounding.
 
@@ -417,14 +426,14 @@ class System:
             number, _ = self._reduced.class_and_order(node)
             first, highest = int(self._reduced.first[number]), int(self._reduced.highest[number])
             ranks.update(dict.fromkeys(range(first, first + highest), rank))
-        key = ("chart", tuple(sorted(ranks.items())))
-        if key not in self.made:
-            _, outputs, kept = self.origin
-            chart = System(self._flat, outputs, kept, ranks)
-            chart.made[("chart", tuple(sorted(self._ranks.items())))] = self
-            self.made[key] = chart
-        found: System = self.made[key]
-        return found
+        own, key = (tuple(sorted(r.items())) for r in (self._ranks, ranks))
+        with self.building:
+            self._charts[own] = self
+            if key not in self._charts:
+                _, outputs, kept = self.origin
+                self._charts[key] = chart = System(self._flat, outputs, kept, ranks)
+                chart._charts = self._charts
+            return self._charts[key]
 
     def is_chart_of(self, other: System) -> bool:
         """Whether this is the other system, or the same with other motions as states."""
@@ -505,7 +514,7 @@ class System:
 def _to_be_made(*origin: Any) -> System:
     """A copy of a system, by what it was made from; it is assembled when it is first used."""
     system = object.__new__(System)
-    vars(system)["_origin"] = origin
+    vars(system)["_origin"] = RLock(), origin
     return system
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import casadi as ca
@@ -20,8 +19,9 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.backward_steps import CHUNKS, backwards, chained, step_function
 from lumped.gradients.jumps import Crossing, Jump, Side
-from lumped.gradients.saltation import Saltation
+from lumped.gradients.saltation import saltation_of
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.calls import Call
 from lumped.timeloop.guards import exchange_fault
 from lumped.timeloop.result import Trajectory
@@ -35,6 +35,7 @@ __all__ = [
     "crossings_of",
     "legs_of",
     "placed",
+    "steps_of",
     "sweep",
 ]
 
@@ -125,7 +126,7 @@ class Swept(NamedTuple):
     by_parameters: np.ndarray
 
 
-class Steps:
+class Steps(Shared):
     """Steps of one system with integrals of some products, and the same backwards.
 
     Parameters
@@ -137,46 +138,38 @@ class Steps:
     """
 
     def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
+        super().__init__(system.building)
         self.system = system
         factors = [ca.vertsplit(system.expressions(names)) for names in products]
         self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
-        self._steps: dict[Method, ca.Function] = {}
-        self._backs: dict[tuple[Method, int], ca.Function] = {}
-        self._calls: dict[tuple[Method, int, int], Call] = {}
 
-    @classmethod
-    def of(cls, system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
-        """Those of a system, made once."""
-        key = ("steps", products)
-        if key not in system.made:
-            system.made[key] = cls(system, products)
-        made: Steps = system.made[key]
-        return made
-
+    @made_once
     def step(self, method: Method) -> ca.Function:
         """One step (see `step_function`)."""
-        if method not in self._steps:
-            self._steps[method] = step_function(self.system, method, self.integrands)
-        return self._steps[method]
+        return step_function(self.system, method, self.integrands)
 
+    @made_once
     def back(self, method: Method, count: int, results: int) -> Call:
         """Several steps backwards (see `chained`)."""
-        key = method, count, results
-        if key not in self._calls:
-            parameters = self.system._inputs[1].numel()
-            self._calls[key] = chained(self.single(method, results), parameters, count)
-        return self._calls[key]
+        parameters = self.system._inputs[1].numel()
+        return chained(self.single(method, results), parameters, count)
 
+    @made_once
     def single(self, method: Method, results: int) -> ca.Function:
         """One step backwards (see `backwards`)."""
-        if (method, results) not in self._backs:
-            self._backs[method, results] = backwards(self.step(method), results)
-        return self._backs[method, results]
+        return backwards(self.step(method), results)
 
-    @cached_property
+    @property
+    @made_once
     def integrated(self) -> ca.Function:
         """What is integrated: (x, p, t, m)."""
         return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
+
+
+@made_once
+def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
+    """Steps of a system."""
+    return Steps(system, products)
 
 
 def legs_of(run: Trajectory) -> list[Leg]:
@@ -204,7 +197,7 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     SolverError
         Where the run has no derivatives.
     """
-    saltation, found = Saltation.of(run.system), []
+    saltation, found = saltation_of(run.system), []
     for last, leg in itertools.pairwise(legs):
         old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
         found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))

@@ -9,6 +9,7 @@ import casadi as ca
 from lumped.compiler.system import System
 from lumped.numerics.inside_step import Method, interpolated
 from lumped.numerics.one_step import explicit_dense, explicit_step, implicit_dense, implicit_step
+from lumped.support.made_once import made_once
 from lumped.timeloop.calls import Call, expanded
 
 __all__ = ["CHUNKS", "FRACTIONS", "backwards", "chained", "looked", "step_function"]
@@ -91,6 +92,7 @@ def chained(back: ca.Function, parameters: int, count: int) -> Call:
     return Call(ca.Function("sweep", inputs, [before, by_p, total]))
 
 
+@made_once
 def looked(system: System, method: Method, quantities: ca.Function) -> ca.Function:
     """Quantities inside a step: (x, p, t, h, m) -> shape (quantities, FRACTIONS)."""
     x, p, t, h, m = _symbols(system)

@@ -8,11 +8,13 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import FRACTIONS, looked
 from lumped.gradients.functionals import Peak
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Extreme", "extremes"]
@@ -129,20 +131,21 @@ def _highest(
     return [e for e in found if e.value >= best - slack]
 
 
+@made_once
+def _look(system: System, name: str) -> ca.Function:
+    """A quantity and its slope: (x, p, t, m)."""
+    x, _, t, _ = system._inputs
+    y = system.expressions([name])
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    return ca.Function("look", system._inputs, [ca.densify(ca.vertcat(y, along))])
+
+
 class _Looks:
     """A quantity and its slope anywhere in a run."""
 
     def __init__(self, run: Trajectory, legs: list[Leg], steps: Steps, name: str) -> None:
         self.run, self.legs, self.steps, self.name = run, legs, steps, name
-        system = run.system
-        key = ("look", name)
-        if key not in system.made:
-            x, _, t, _ = system._inputs
-            y = system.expressions([name])
-            along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-            both = ca.densify(ca.vertcat(y, along))
-            system.made[key] = ca.Function("look", system._inputs, [both])
-        self.look: ca.Function = system.made[key]
+        self.look = _look(run.system, name)
 
     def samples(self, between: tuple[float, float] | None) -> _Intervals:
         """Parts of all steps, with an estimate of how far a cubic deviates in each."""
@@ -205,10 +208,7 @@ class _Looks:
         for method, rows in methods:
             if not len(rows):
                 continue
-            key = ("looked", method, self.name)
-            if key not in system.made:
-                system.made[key] = looked(system, method, self.look)
-            values = system.made[key].map(len(rows))(
+            values = looked(system, method, self.look).map(len(rows))(
                 leg.x[rows].T,
                 np.repeat(self.run.theta[:, None], len(rows), axis=1),
                 leg.t[None, rows],

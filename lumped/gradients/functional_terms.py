@@ -25,7 +25,8 @@ from lumped.gradients.functionals import (
     Peak,
 )
 from lumped.gradients.jumps import Crossing, Jump
-from lumped.gradients.saltation import Saltation
+from lumped.gradients.saltation import saltation_of
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Course", "Owed", "Way", "factors", "product"]
@@ -211,7 +212,8 @@ class Course:
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(self.run, self.steps, t)
-        found = _differentiated(self.run.system, names)(x, self.run.theta, t, m)
+        keys = tuple(self.run.system.key(name) for name in names)
+        found = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
         y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
@@ -378,7 +380,7 @@ class Course:
     def _impact(self, kind: str, jump: Jump, hold: int) -> list[np.ndarray]:
         jumps, blow = jump.act
         assert blow is not None
-        changes = Saltation.of(self.run.system).changes
+        changes = saltation_of(self.run.system).changes
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
         t = next(c.t for c in self.crossings if any(jump is j for o in c.orders for j in o))
         x, m = jump.before
@@ -414,15 +416,11 @@ def _sum(ways: list[Way]) -> Way:
     return Way(sum(w.value for w in ways), points, sum(w.by_end for w in ways))
 
 
+@made_once
 def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
-    keys = tuple(system.key(name) for name in names)
-    key = ("differentiated", keys)
-    if key not in system.made:
-        x, p, t, _ = system._inputs
-        y = product(system, keys)
-        along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-        results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
-        system.made[key] = ca.Function("differentiated", system._inputs, results)
-    found: ca.Function = system.made[key]
-    return found
+    x, p, t, _ = system._inputs
+    y = product(system, names)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
+    return ca.Function("differentiated", system._inputs, results)

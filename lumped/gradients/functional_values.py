@@ -12,11 +12,11 @@ from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import (
     Point,
     Seeds,
-    Steps,
     Swept,
     crossings_of,
     legs_of,
     placed,
+    steps_of,
     sweep,
 )
 from lumped.gradients.forward import Followed
@@ -76,7 +76,7 @@ class Summed:
         """
         system, legs = run.system, legs_of(run)
         integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
-        steps = Steps.of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
+        steps = steps_of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
         course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
         refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
         for functional in wanted:

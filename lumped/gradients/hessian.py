@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Steps, crossings_of, legs_of
+from lumped.gradients.adjoint import crossings_of, legs_of, steps_of
 from lumped.gradients.functional_kinds import At, Final, Functional, Integral
 from lumped.gradients.functional_terms import Course, factors
 from lumped.gradients.functional_values import check
@@ -146,7 +146,7 @@ def hessian(
     begin = clock.perf_counter()
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
-    steps = Steps.of(system, products)
+    steps = steps_of(system, products)
     course = Course(run, legs, crossings_of(run, legs, fine), steps, fine)
     _refuse_events(course)
     course.cut(of)

@@ -8,6 +8,7 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["resolve", "totals"]
@@ -118,17 +119,13 @@ def _looked(run: Trajectory, leg: Leg, steps: Steps, rows: np.ndarray) -> tuple[
     return tuple(found)
 
 
+@made_once
 def _halved(steps: Steps, method: Method) -> ca.Function:
     """(x, p, t, h, m) -> integrals over a step, over its halves, states between these."""
-    key = ("halved", method, id(steps))
-    made = steps.system.made
-    if key not in made:
-        step = steps.step(method)
-        x, p, t, h, m = (ca.MX.sym(f"a{i}", step.size1_in(i)) for i in range(5))
-        whole = step(x, p, t, h, m)[1]
-        middle, first = step(x, p, t, h / 2, m)
-        second = step(middle, p, t + h / 2, h / 2, m)[1]
-        outputs = [ca.densify(v) for v in (whole, first + second, middle)]
-        made[key] = ca.Function("halved", [x, p, t, h, m], outputs)
-    found: ca.Function = made[key]
-    return found
+    step = steps.step(method)
+    x, p, t, h, m = (ca.MX.sym(f"a{i}", step.size1_in(i)) for i in range(5))
+    whole = step(x, p, t, h, m)[1]
+    middle, first = step(x, p, t, h / 2, m)
+    second = step(middle, p, t + h / 2, h / 2, m)[1]
+    outputs = [ca.densify(v) for v in (whole, first + second, middle)]
+    return ca.Function("halved", [x, p, t, h, m], outputs)

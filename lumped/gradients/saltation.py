@@ -15,10 +15,11 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.jumps import Crossing, Jump, Side
 from lumped.gradients.state_changes import Blow, Changes
+from lumped.support.made_once import made_once
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["TURNING", "Saltation"]
+__all__ = ["TURNING", "saltation_of"]
 
 _Place = tuple[np.ndarray, np.ndarray, float, np.ndarray]
 """States, parameters, time, settings."""
@@ -88,14 +89,6 @@ class Saltation:
         self.bends = ca.Function(
             "bends", self.inputs, [ca.densify(ca.jtimes(rates, ca.vertcat(x, t), along))]
         )
-
-    @classmethod
-    def of(cls, system: System) -> Saltation:
-        """That of a system, made once."""
-        if "saltation" not in system.made:
-            system.made["saltation"] = cls(system)
-        made: Saltation = system.made["saltation"]
-        return made
 
     def at(
         self, run: Trajectory, t: float, old: Side, new: Side, rtol: float, sizes: np.ndarray
@@ -501,6 +494,12 @@ class Saltation:
                 yield jumps, Blow(tuple(zip(hits, map(bool, bounces), strict=True)), members)
         if not bodies:
             yield jumps, None
+
+
+@made_once
+def saltation_of(system: System) -> Saltation:
+    """Jumps of the derivatives of a system."""
+    return Saltation(system)
 
 
 def _merged(causes: list[_Cause], sizes: np.ndarray, shared: set[int]) -> list[_Cause]:

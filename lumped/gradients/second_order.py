@@ -8,12 +8,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from lumped.gradients.adjoint import Leg
+from lumped.compiler.system import System
+from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import CHUNKS
 from lumped.gradients.functional_kinds import At, Final, Integral
 from lumped.gradients.functional_terms import Course, product
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.calls import Call
 
 __all__ = ["Second"]
@@ -22,7 +24,7 @@ _Span = tuple[Method, int, int]
 """Steps of one method: the first, and that after the last."""
 
 
-class Second:
+class Second(Shared):
     """Second derivatives of one functional of a run.
 
     Parameters
@@ -38,6 +40,7 @@ class Second:
     def __init__(
         self, course: Course, seed: np.ndarray, S: np.ndarray, of: Final | At | Integral
     ) -> None:
+        super().__init__(course.run.system.building)
         self.course, self.seed, self.S = course, seed, S
         self.run, self.steps = course.run, course.steps
         self.n, self.k = S.shape
@@ -50,7 +53,6 @@ class Second:
             self.names, self.times = of.names, of.times
         else:
             self.names, self.times = (of.name,), (course.until,)
-        self._made: dict[tuple[str, Method, int], Call] = {}
 
     def go(self) -> tuple[float, np.ndarray, np.ndarray]:
         """Value, and first and second derivatives."""
@@ -91,15 +93,8 @@ class Second:
             return total  # the leg before ends there, and states do not jump
         for time in self.times:
             if abs(time - t) <= 1e-10 * self.course.until:
-                system = self.run.system
-                key = ("bent", self.names)
-                if key not in system.made:
-                    x, p, t_, m = system._inputs
-                    y = product(system, self.names)
-                    bend, slope = ca.hessian(y, ca.vertcat(x, p))
-                    outputs = [y, ca.densify(slope), bend]
-                    system.made[key] = ca.Function("bent", [x, p, t_, m], outputs)
-                found = system.made[key](leg.x[place], self.run.theta, t, leg.settings[place])
+                bent = _bent(self.run.system, self.names)
+                found = bent(leg.x[place], self.run.theta, t, leg.settings[place])
                 total += float(found[0])
                 first += np.asarray(found[1]).ravel()
                 second += found[2].sparse() @ np.vstack([S, self.seed])
@@ -133,21 +128,14 @@ class Second:
         The instant moves by ``t_p``, and on one side of it the adjoint follows other rates: the
         gain is the transposed jump of their derivatives times the adjoint times ``t_p``.
         """
-        system, total = self.run.system, np.zeros((self.n + len(self.run.theta), self.k))
-        key = ("turned", id(self.steps))
-        if key not in system.made:
-            x, p, t, m = system._inputs
-            q = self.steps.integrands
-            by = ca.SX.sym("by", self.n + q.numel())
-            rates = ca.vertcat(system.rates, q)
-            slopes = ca.jtimes(rates, ca.vertcat(x, p), by, True)
-            system.made[key] = ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])
+        total = np.zeros((self.n + len(self.run.theta), self.k))
+        turned = _turned(self.steps)
         inside = float(self.window[0] < crossing.t < self.window[1])
         weights = np.append(adjoint, np.full(self.steps.integrands.numel(), inside))
         for jump in (j for order in crossing.orders[:1] for j in order):
             moved = jump.instant @ np.vstack([S, self.seed])
             before, after = (
-                np.asarray(system.made[key](x, self.run.theta, crossing.t, m, weights)).ravel()
+                np.asarray(turned(x, self.run.theta, crossing.t, m, weights)).ravel()
                 for x, m in (jump.before, jump.after)
             )
             total += np.outer(before - after, moved)
@@ -175,13 +163,11 @@ class Second:
         lengths = np.diff(leg.t[begin : end + 1])
         return x.ravel(), self.run.theta, self.seed.ravel(order="F"), t, lengths, m.ravel()
 
+    @made_once
     def _call(self, what: str, method: Method, count: int) -> Call:
         """Several steps: tangents after each, or back."""
-        key = what, method, count
-        if key not in self._made:
-            make = self._forward if what == "forward" else self._backward
-            self._made[key] = Call(make(method, count))
-        return self._made[key]
+        make = self._forward if what == "forward" else self._backward
+        return Call(make(method, count))
 
     def _symbols(self, count: int) -> list[ca.MX]:
         p, k = self.seed.shape
@@ -235,3 +221,22 @@ class Second:
             a, more, b, turned_p, q = once(both, tangents, time, length, setting, weights)
             sums = [u + v for u, v in zip(sums, (more, turned_p, q), strict=True)]
         return ca.Function("second", [adjoint, turn, S, weights, *symbols], [a, b, *sums])
+
+
+@made_once
+def _bent(system: System, names: tuple[str, ...]) -> ca.Function:
+    """A product, its derivatives by states and parameters, and their second ones: (x, p, t, m)."""
+    x, p, _, _ = system._inputs
+    y = product(system, names)
+    bend, slope = ca.hessian(y, ca.vertcat(x, p))
+    return ca.Function("bent", system._inputs, [y, ca.densify(slope), bend])
+
+
+@made_once
+def _turned(steps: Steps) -> ca.Function:
+    """Derivatives of rates and integrands by states and parameters, times weights."""
+    system, q = steps.system, steps.integrands
+    x, p, t, m = system._inputs
+    by = ca.SX.sym("by", x.numel() + q.numel())
+    slopes = ca.jtimes(ca.vertcat(system.rates, q), ca.vertcat(x, p), by, True)
+    return ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])

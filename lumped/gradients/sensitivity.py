@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.gradients.adjoint import Steps, legs_of
+from lumped.gradients.adjoint import legs_of, steps_of
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Summed, check, differ, refuse
 from lumped.gradients.functionals import Functional
@@ -264,7 +265,7 @@ def sensitivity(
     found = None
     if names:
         if steps is not None and not functionals:
-            refuse_touches(steps, legs_of(steps), Steps.of(system, ()), fine, True)
+            refuse_touches(steps, legs_of(steps), steps_of(system, ()), fine, True)
         found = varied.go(steps if steps is not None and grid == every else run(grid), side)
     if not functionals:
         assert found is not None
@@ -307,27 +308,24 @@ class Varied:
 
     def go(self, run: Trajectory, side: Side = "both") -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
-        before = self.forward.evaluations
+        forward = copy(self.forward)  # with a count of evaluations of its own
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
-        pieces = self.forward.pieces(run)
-        crossings = self.forward.crossings(run, pieces)
+        pieces = forward.pieces(run)
+        crossings = forward.crossings(run, pieces)
         several = any(len(crossing.orders) > 1 for crossing in crossings)
         values: np.ndarray | None = None
         for sign in _signs(side, several):
-            found = self.forward.follow(run, pieces, crossings, begin, sign)
-            own = self.forward.along(run, found.states, self.of) / self.scale
+            found = forward.follow(run, pieces, crossings, begin, sign)
+            own = forward.along(run, found.states, self.of) / self.scale
             if values is not None and any(
                 differ(a, b).any() for a, b in zip(values.T, own.T, strict=True)
             ):
                 raise coincide(run, crossings)
             values = own
         assert values is not None
-        cost = self.forward.evaluations - before
         shared = tuple(i.t for i in found.instants if i.shared)
-        instants = self._instants(found)
-        return Sensitivity(
-            run, self.of, self.to, self._whole(values), instants, shared, cost, self.rtol
-        )
+        whole, instants, cost = self._whole(values), self._instants(found), forward.evaluations
+        return Sensitivity(run, self.of, self.to, whole, instants, shared, cost, self.rtol)
 
     def sum_up(
         self,

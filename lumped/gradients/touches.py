@@ -8,11 +8,13 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import FRACTIONS, looked
 from lumped.gradients.saltation import TURNING
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import made_once
 from lumped.timeloop.holds import turned
 from lumped.timeloop.result import Trajectory
 
@@ -52,17 +54,20 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
         touches.check(leg, row, t, "is just about to change, and the run ends")
 
 
+@made_once
+def _look(system: System) -> ca.Function:
+    """Margins and their rates: (x, p, t, m)."""
+    parts = system.margins(*system._inputs)[0], system.margin_rates(*system._inputs)
+    return ca.Function("look", system._inputs, [ca.densify(ca.vertcat(*parts))])
+
+
 class _Touches:
     """Margins of a run and their lowest points."""
 
     def __init__(self, run: Trajectory, steps: Steps, rtol: float) -> None:
         self.run, self.steps, self.rtol = run, steps, rtol
-        system = self.system = run.system
-        if "margin look" not in system.made:
-            parts = system.margins(*system._inputs)[0], system.margin_rates(*system._inputs)
-            both = [ca.densify(ca.vertcat(*parts))]
-            system.made["margin look"] = ca.Function("look", system._inputs, both)
-        self.look: ca.Function = system.made["margin look"]
+        self.system = run.system
+        self.look = _look(run.system)
 
     def lowest(self, leg: Leg) -> Iterator[tuple[int, float]]:
         """Margins that turn near zero, and when."""
@@ -155,12 +160,9 @@ class _Touches:
             h = np.diff(leg.t)[rows]
             implicit = leg.t[rows[0]] >= self.run.statistics.implicit_from
             method: Method = "implicit" if implicit else "explicit"
-            key = ("looked", method, "margins")
-            if key not in self.system.made:
-                self.system.made[key] = looked(self.system, method, self.look)
             theta = np.repeat(self.run.theta[:, None], len(rows), axis=1)
             inputs = leg.x[rows].T, theta, leg.t[None, rows], h[None], leg.settings[rows].T
-            inside = np.asarray(self.system.made[key].map(len(rows))(*inputs))
+            inside = np.asarray(looked(self.system, method, self.look).map(len(rows))(*inputs))
             at = leg.x[begin], self.run.theta, leg.t[begin], leg.settings[begin]
             first = np.asarray(self.look(*at))
             t = leg.t[rows, None] + h[:, None] * np.array(FRACTIONS)

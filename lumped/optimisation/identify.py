@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +17,14 @@ from lumped.optimisation.design import Bounds, room_of, unit_of
 from lumped.points.start import start_point
 from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.arguments import checked
+from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.support.units import plain
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Identification", "identify"]
 
+_Names = tuple[str, ...]
 _LOST = 1e-6
 """Singular value, relative to the largest, below which a direction is not told by the curves."""
 _TAKES_PART = 0.05
@@ -201,6 +204,12 @@ def identify(
     return search.found(level, rtol)
 
 
+@made_once
+def _varied(system: System, of: _Names, to: _Names, start: _Names, rtol: float) -> Varied:
+    """Derivatives for any values of the start."""
+    return Varied(system, of, to, dict.fromkeys(start, 0.0), rtol)
+
+
 class _Search:
     def __init__(
         self,
@@ -269,11 +278,8 @@ class _Search:
         inner = {n: v for n, v in values.items() if n in self.system.parameters}
         outer = {n: v for n, v in values.items() if n not in inner}
         begin = self.begin | outer
-        key = ("forward", tuple(self.curves), tuple(self.names), tuple(begin), rtol)
-        if key not in self.system.made:
-            curves, names = tuple(self.curves), tuple(self.names)
-            self.system.made[key] = Varied(self.system, curves, names, begin, rtol)
-        forward: Varied = self.system.made[key]
+        names = tuple(self.curves), tuple(self.names), tuple(begin)
+        forward = copy(_varied(self.system, *names, rtol))
         forward.given = begin
         point = start_point(self.system, parameters=self.parameters | inner, start=begin)
         run = sampled(point, self.t, rtol)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.forward import Forward
 from lumped.simulation.simulate import simulate
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import OperatingPoint, Trajectory
 from lumped.timeloop.run import nominals
 
@@ -158,7 +160,7 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
     """
     forward = _forward(problem)
     shot = _Shot(problem, guess)
-    evaluations = shot.run.statistics.evaluations - forward.evaluations
+    evaluations = shot.run.statistics.evaluations
     for iteration in range(problem.iterations + 1):
         if np.abs(shot.residuals).max(initial=0.0) <= problem.rtol:
             return _finished(problem, shot, forward, iteration, evaluations)
@@ -196,8 +198,7 @@ def closed(problem: Problem, guess: Guess) -> Orbit:
     """The period that begins at a guess, as it is."""
     forward = _forward(problem)
     shot = _Shot(problem, guess)
-    evaluations = shot.run.statistics.evaluations - forward.evaluations
-    return _finished(problem, shot, forward, 0, evaluations)
+    return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
 
 
 def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
@@ -210,14 +211,13 @@ def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
 
 
 def _forward(problem: Problem) -> Forward:
-    """Sensitivity equations by the start states alone."""
-    made, k = problem.system.made, len(problem.active)
-    key = ("forward", k, problem.rtol)
-    if key not in made:
-        seed = np.zeros((problem.system._inputs[1].numel(), k))
-        made[key] = Forward(problem.system, seed, problem.rtol)
-    found: Forward = made[key]
-    return found
+    """Sensitivity equations by the start states alone, with a count of evaluations of its own."""
+    return copy(_made_forward(problem.system, len(problem.active), problem.rtol))
+
+
+@made_once
+def _made_forward(system: System, varied: int, rtol: float) -> Forward:
+    return Forward(system, np.zeros((system._inputs[1].numel(), varied)), rtol)
 
 
 def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.points.borders import at_borders, bent, border_text, is_law, sides
+from lumped.support.made_once import made_once
 from lumped.support.text_table import listed
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.result import OperatingPoint
@@ -71,10 +72,8 @@ def _holds(point: OperatingPoint) -> dict[str, str]:
 
 def _without_effect(point: OperatingPoint) -> list[str]:
     """Components with conditions whose torques and forces are zero whatever the states."""
-    system, made = point.system, point.system.made
-    if "flows of laws" not in made:
-        made["flows of laws"] = _flows(system)
-    function, counts = made["flows of laws"]
+    system = point.system
+    function, counts = _flows(system)
     if not counts:
         return []
     x, rng = np.zeros(len(system._reduced.states)), np.random.default_rng(5)
@@ -86,6 +85,7 @@ def _without_effect(point: OperatingPoint) -> list[str]:
     return [name for name, group in zip(counts, groups, strict=True) if group.all()]
 
 
+@made_once
 def _flows(system: System) -> tuple[ca.Function, dict[str, int]]:
     """Torques and forces of components with conditions, and how many each has."""
     switching, reduced = system.switching, system._reduced

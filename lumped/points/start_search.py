@@ -16,6 +16,7 @@ from lumped.language.port import Flange, LinearFlange
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
+from lumped.support.made_once import made_once
 from lumped.support.units import plain
 from lumped.timeloop.calls import Call
 from lumped.timeloop.holds import Holds
@@ -108,16 +109,12 @@ class StartSearch:
 
     def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
         """Start values given to instances, and those of declarations."""
-        flat, made = self.system._flat, self.system.made
-        if "starts" not in made:
-            both = ca.vertcat(ca.SX(0, 1), *flat.given.values(), *flat.starts.values())
-            inputs = [flat.parameters.theta]
-            made["starts"] = Call(ca.Function("starts", inputs, [ca.densify(both)]))
-        numbers = made["starts"](self.theta)[0].tolist()
-        count = len(flat.given)
+        flat = self.system._flat
+        numbers = _start_values(self.system)(self.theta)[0].tolist()
+        count = len(flat.starts)
         return (
-            dict(zip(flat.given, numbers[:count], strict=True)),
-            dict(zip(flat.starts, numbers[count:], strict=True)),
+            dict(zip(flat.given, numbers[count:], strict=True)),
+            dict(zip(flat.starts, numbers[:count], strict=True)),
         )
 
     def _signed(self, unknown: int, value: float) -> float:
@@ -370,14 +367,10 @@ class StartSearch:
     ) -> np.ndarray:
         """Derivatives of the states found (see `start_slopes`)."""
         flat, signs = self.system._flat, self.reduced.aliases.signs
-        values, p = {**flat.starts, **flat.given}, flat.parameters.theta
-        made = self.system.made
-        if "start slopes" not in made:
-            column = ca.vertcat(ca.SX(0, 1), *values.values())
-            made["start slopes"] = ca.Function("slopes", [p], [ca.jacobian(column, p)])
-        found = made["start slopes"](self.theta).sparse() @ seed
+        found = _start_slopes(self.system)(self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
-        rows = {**dict(zip(values, found, strict=True)), **dict.fromkeys(self.changed, none)}
+        values = zip((*flat.starts, *flat.given), found, strict=True)
+        rows = {**dict(values), **dict.fromkeys(self.changed, none)}
         for unknown, slope in varied.items():
             # a start value that is an expression of parameters moves with these too
             rows[unknown] = rows.get(unknown, none) + slope
@@ -410,6 +403,24 @@ class StartSearch:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
         return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+
+
+def _start_column(system: System) -> ca.SX:
+    """Start values of declarations, then those given to instances."""
+    flat = system._flat
+    return ca.vertcat(ca.SX(0, 1), *flat.starts.values(), *flat.given.values())
+
+
+@made_once
+def _start_values(system: System) -> Call:
+    theta = system._flat.parameters.theta
+    return Call(ca.Function("starts", [theta], [ca.densify(_start_column(system))]))
+
+
+@made_once
+def _start_slopes(system: System) -> ca.Function:
+    theta = system._flat.parameters.theta
+    return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
 
 
 def _relative(system: System) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["unsteady_part"]
@@ -60,18 +61,16 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     return scipy.sparse.csc_array(change)
 
 
+@made_once
 def _deciding(system: System) -> ca.Function:
     """Derivatives by the states of what decides on modes of the rates: conditions and gaps."""
-    if "deciding" not in system.made:
-        s, modes = system.switching, system._values.modes
-        used = set(ca.jacobian_sparsity(system.rates, modes).get_triplet()[1])
-        numbers = [k for k, mode in enumerate(s.relation_modes.tolist()) if mode in used]
-        gaps = np.flatnonzero(s.has_gap).tolist()
-        found = ca.vertcat(s.greater[numbers] - s.less[numbers], s.gap[gaps])
-        slopes = ca.jacobian(system._in_states(found), system._inputs[0])
-        system.made["deciding"] = ca.Function("deciding", system._inputs, [slopes])
-    function: ca.Function = system.made["deciding"]
-    return function
+    s, modes = system.switching, system._values.modes
+    used = set(ca.jacobian_sparsity(system.rates, modes).get_triplet()[1])
+    numbers = [k for k, mode in enumerate(s.relation_modes.tolist()) if mode in used]
+    gaps = np.flatnonzero(s.has_gap).tolist()
+    found = ca.vertcat(s.greater[numbers] - s.less[numbers], s.gap[gaps])
+    slopes = ca.jacobian(system._in_states(found), system._inputs[0])
+    return ca.Function("deciding", system._inputs, [slopes])
 
 
 def _null_space(matrix: np.ndarray) -> np.ndarray:

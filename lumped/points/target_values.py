@@ -11,6 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.points.initial_equations import initial_residuals
+from lumped.support.made_once import made_once
 from lumped.timeloop.calls import Call
 
 __all__ = ["Matrix", "TargetValues", "target_values"]
@@ -70,10 +71,7 @@ class TargetValues:
         return value, matrix
 
 
+@made_once
 def target_values(system: System, given: tuple[int, ...], free: tuple[int, ...]) -> TargetValues:
-    """Values of given nodes and initial equations, made once; `free`: places of parameters."""
-    key = ("targets", given, free)
-    if key not in system.made:
-        system.made[key] = TargetValues(system, given, free)
-    made: TargetValues = system.made[key]
-    return made
+    """Values of given nodes and initial equations; `free`: places of parameters."""
+    return TargetValues(system, given, free)

@@ -14,6 +14,7 @@ from lumped.compiler.system import System
 from lumped.compiler.template import CONSTANT
 from lumped.errors import StartError
 from lumped.points.target_values import Matrix, target_values
+from lumped.support.made_once import made_once
 from lumped.timeloop.settings import closed_with
 
 __all__ = ["Targets"]
@@ -346,20 +347,18 @@ class Targets:
         return found
 
 
+@made_once
 def _slips(system: System) -> set[int]:
     """Speeds that holds stop and that are not those of a flange."""
-    if "slips" not in system.made:
-        reduced, tree = system._reduced, system._tree
-        held = {node for node in system.switching.speeds if node >= 0}
-        classes = {reduced.class_and_order(node)[0]: node for node in held}
-        for part in tree.nodes if held else ():
-            for i, quantity in enumerate(part.layout.quantities):
-                if quantity.kind == "potential":
-                    number = int(reduced.aliases.classes[part.first_unknown + i])
-                    classes.pop(number, None)
-        system.made["slips"] = set(classes.values())
-    slips: set[int] = system.made["slips"]
-    return slips
+    reduced, tree = system._reduced, system._tree
+    held = {node for node in system.switching.speeds if node >= 0}
+    classes = {reduced.class_and_order(node)[0]: node for node in held}
+    for part in tree.nodes if held else ():
+        for i, quantity in enumerate(part.layout.quantities):
+            if quantity.kind == "potential":
+                number = int(reduced.aliases.classes[part.first_unknown + i])
+                classes.pop(number, None)
+    return set(classes.values())
 
 
 def _solved(matrix: Matrix, right: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from lumped.compiler.tree import Node
 from lumped.errors import EquationError, told_by
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
+from lumped.support.made_once import made_once
 from lumped.support.text_table import number
 from lumped.timeloop.result import Piece, Trajectory
 
@@ -92,7 +93,7 @@ def audited(
     EquationError
         If a method `stored` or `loss` holds something else than the component's own quantities.
     """
-    nodes = [node for node in run.system._tree.nodes if hasattr(node.component, "stored")]
+    nodes = _storing(run.system)
     if not nodes:
         return None
     steps = again(None)
@@ -100,13 +101,13 @@ def audited(
     inner = [_inside(piece.t) for piece in pieces]
     fine = again(np.concatenate([t.ravel() for t in inner]))
     others = _others(run.system)
-    powers = np.concatenate([_values(piece, run.theta, nodes)[:, 1:] for piece in fine.pieces])
+    powers = np.concatenate([_values(piece, run.theta)[:, 1:] for piece in fine.pieces])
     given = np.zeros(len(others))
     supplied = dissipated = impacts = largest = worst = 0.0
-    first = before = float(_values(pieces[0], run.theta, nodes)[0, 0])
+    first = before = float(_values(pieces[0], run.theta)[0, 0])
     place = 0
     for piece, t in zip(pieces, inner, strict=True):
-        stored = _values(piece, run.theta, nodes)[:, 0]
+        stored = _values(piece, run.theta)[:, 0]
         impacts += before - float(stored[0])
         own = powers[place : place + t.size].reshape(*t.shape, 2 + len(others))
         place += t.size
@@ -153,25 +154,28 @@ def _inside(t: np.ndarray) -> np.ndarray:
     return found
 
 
-def _values(piece: Piece, theta: np.ndarray, nodes: list[Node]) -> np.ndarray:
+def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
     """Energy stored, power through ports, power dissipated, and power into others, (k, 3 + m)."""
-    system = piece.system
-    if "audit" not in system.made:
-        system.made["audit"] = ca.Function("audit", system._inputs, [_sums(system, nodes)])
-    found = system.made["audit"](piece.x.T, theta, piece.t[None, :], piece.settings.T)
+    found = _audit(piece.system)(piece.x.T, theta, piece.t[None, :], piece.settings.T)
     return np.asarray(found).T
 
 
-def _sums(system: System, nodes: list[Node]) -> ca.SX:
+def _storing(system: System) -> list[Node]:
+    return [node for node in system._tree.nodes if hasattr(node.component, "stored")]
+
+
+@made_once
+def _audit(system: System) -> ca.Function:
     stored = power = loss = ca.SX(0)
-    for node in nodes:
+    for node in _storing(system):
         component: Any = node.component
         stored += _lowered(system, node, "stored")
         if hasattr(component, "loss"):
             loss += _lowered(system, node, "loss")
         power += _power(system, node)
     rest = [_power(system, node) for node in _others(system)]
-    return ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
+    found = ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
+    return ca.Function("audit", system._inputs, [found])
 
 
 def _power(system: System, node: Node) -> ca.SX:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -20,6 +19,7 @@ from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import Instant, Matrix, Pattern, Run
+from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
 
 __all__ = [
@@ -223,23 +223,11 @@ def _records(run: Run) -> list[Record]:
     return [run, instant, *(getattr(instant, name) for name in _PARTS)]
 
 
+@made_once
 def executable(system: System) -> Executable:
-    """The system, ready to be run; made once."""
-    if "executable" not in system.made:
-        with _building(system):
-            if "executable" not in system.made:
-                system.made["executable"] = _made(system)
-    found: Executable = system.made["executable"]
-    return found
-
-
-def _building(system: System) -> AbstractContextManager[Any]:
-    """One thread at a time builds the symbols of a system, which share what they are made of.
-
-    An interrupt may leave it closed, but only for other threads and this one system.
-    """
-    lock: AbstractContextManager[Any] = system.made.setdefault("building", threading.RLock())
-    return lock
+    """The system, ready to be run."""
+    functions, sizes, fields = parts_of(system)
+    return Executable(functions, lambda: system.jacobian, sizes, Plant(**fields))
 
 
 def smooth_executable(
@@ -276,16 +264,6 @@ def evaluated(
 ) -> np.ndarray:
     """Results of a function of a system ("rates", "look", "margin") at a point."""
     return executable(system).evaluate(name, x, theta, t, settings)
-
-
-def _made(system: System) -> Executable:
-    functions, sizes, fields = parts_of(system)
-
-    def jacobian() -> ca.Function:
-        with _building(system):
-            return system.jacobian
-
-    return Executable(functions, jacobian, sizes, Plant(**fields))
 
 
 def parts_of(system: System) -> Parts:

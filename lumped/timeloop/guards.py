@@ -9,6 +9,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.kernel.run import MOST_JUMP, MOST_LEVERAGE
+from lumped.support.made_once import made_once
 
 if TYPE_CHECKING:
     from lumped.timeloop.result import Trajectory
@@ -155,45 +156,40 @@ def _dependent(system: System) -> list[int]:
     return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
 
 
+@made_once
 def followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
-    if "followers" not in system.made:
-        nodes = _dependent(system)
-        found = system._values.of(nodes)
-        touched = sorted(set(ca.jacobian_sparsity(found, system._values.modes).get_triplet()[0]))
-        names = [system._node_name(nodes[i]) for i in touched]
-        function = ca.Function("followers", system._inputs, [found[touched]])
-        system.made["followers"] = (names, function)
-    kept: tuple[list[str], ca.Function] = system.made["followers"]
-    return kept
+    nodes = _dependent(system)
+    found = system._values.of(nodes)
+    touched = sorted(set(ca.jacobian_sparsity(found, system._values.modes).get_triplet()[0]))
+    names = [system._node_name(nodes[i]) for i in touched]
+    return names, ca.Function("followers", system._inputs, [found[touched]])
 
 
+@made_once
 def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     """Varying ratios of dependent positions to leading ones, and of speeds to speeds.
 
     Relative to their typical size if that is above one, so that units do not count: a torque that
     follows a twist by 1e4 N.m/rad everywhere is well led.
     """
-    if "levers" not in system.made:
-        nodes, x = _dependent(system), system._inputs[0]
-        ratios = ca.jacobian(system._values.of(nodes), x)
-        rows, columns = ratios.sparsity().get_triplet()
-        entries = ca.SX(ratios.nz[:])
-        order = [system._reduced.class_and_order(n)[1] for n in nodes]
-        leading = [system._reduced.class_and_order(n)[1] for n in system.states]
-        varying = [
-            i
-            for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
-            if order[rows[i]] == leading[columns[i]]
-        ]
-        pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
-        function = ca.Function("levers", system._inputs, [entries[varying]])
-        if pairs and not system._values.implicit:
-            scaled = entries[varying] / ca.DM(_typical(system, function))
-            function = ca.Function("levers", system._inputs, [scaled])
-        system.made["levers"] = (pairs, function)
-    found: tuple[list[tuple[int, int]], ca.Function] = system.made["levers"]
-    return found
+    nodes, x = _dependent(system), system._inputs[0]
+    ratios = ca.jacobian(system._values.of(nodes), x)
+    rows, columns = ratios.sparsity().get_triplet()
+    entries = ca.SX(ratios.nz[:])
+    order = [system._reduced.class_and_order(n)[1] for n in nodes]
+    leading = [system._reduced.class_and_order(n)[1] for n in system.states]
+    varying = [
+        i
+        for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
+        if order[rows[i]] == leading[columns[i]]
+    ]
+    pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
+    function = ca.Function("levers", system._inputs, [entries[varying]])
+    if pairs and not system._values.implicit:
+        scaled = entries[varying] / ca.DM(_typical(system, function))
+        function = ca.Function("levers", system._inputs, [scaled])
+    return pairs, function
 
 
 def _typical(system: System, function: ca.Function) -> np.ndarray:

@@ -13,6 +13,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.language.lowering import has_steps
 from lumped.numerics.interval_bounds import INFINITE, interval_bounds
+from lumped.support.made_once import Recent, made_once
 
 __all__ = ["Clock", "Instants", "clocks", "instants", "modes_at"]
 
@@ -94,19 +95,17 @@ class Clock:
         return number[..., None].astype(float) if pieces is None else pieces.settings(number)
 
 
+@made_once
 def clocks(system: System) -> list[Clock]:
     """All of a system, each after those that it needs."""
-    if "clocks" not in system.made:
-        s, v = system.switching, system._values
-        found: list[Clock] = []
-        for condition, needs in zip(s.timed, s.needs, strict=True):
-            modes = [mode for i in needs for mode in s.timed[i].modes]
-            inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system._inputs[1]]
-            slope = ca.jacobian(condition.argument, v.time)
-            found.append(Clock(condition, needs, inputs, slope))
-        system.made["clocks"] = found
-    made: list[Clock] = system.made["clocks"]
-    return made
+    s, v = system.switching, system._values
+    found: list[Clock] = []
+    for condition, needs in zip(s.timed, s.needs, strict=True):
+        modes = [mode for i in needs for mode in s.timed[i].modes]
+        inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system._inputs[1]]
+        slope = ca.jacobian(condition.argument, v.time)
+        found.append(Clock(condition, needs, inputs, slope))
+    return found
 
 
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
@@ -114,10 +113,16 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 
     Modes that depend on more than the time are zero.
     """
-    key, known = (theta.tobytes(), time), system.made.get("modes at")
-    if known is not None and known[0] == key:
-        kept: np.ndarray = known[1].copy()
-        return kept
+    key = theta.tobytes(), time
+    return _latest_modes(system).of(key, lambda: _modes_at(system, theta, time)).copy()
+
+
+@made_once
+def _latest_modes(_: System) -> Recent[np.ndarray]:
+    return Recent(1)
+
+
+def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
     modes = np.zeros(system._flat.mode_count)
     for found, function in _levels(system):
         both = np.asarray(function(time, modes, theta))
@@ -127,28 +132,39 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
             if later == place == 0.0 and slope and clock.condition.pieces is None:
                 number = np.array([int(slope > 0)])
             modes[clock.condition.modes] = clock.settings(number)[0]
-    system.made["modes at"] = key, modes.copy()
     return modes
 
 
+@made_once
 def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
     """Clocks of a system that need only those before them, with their arguments and slopes."""
-    if "clock levels" not in system.made:
-        all_clocks, v, levels = clocks(system), system._values, list[list[Clock]]()
-        depth: list[int] = []
-        for clock in all_clocks:
-            depth.append(1 + max((depth[i] for i in clock.needs), default=-1))
-            if depth[-1] == len(levels):
-                levels.append([])
-            levels[depth[-1]].append(clock)
-        inputs = [v.time, v.modes, system._inputs[1]]
-        made = []
-        for level in levels:
-            rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
-            made.append((level, ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])))
-        system.made["clock levels"] = made
-    found: list[tuple[list[Clock], ca.Function]] = system.made["clock levels"]
-    return found
+    all_clocks, v, levels = clocks(system), system._values, list[list[Clock]]()
+    depth: list[int] = []
+    for clock in all_clocks:
+        depth.append(1 + max((depth[i] for i in clock.needs), default=-1))
+        if depth[-1] == len(levels):
+            levels.append([])
+        levels[depth[-1]].append(clock)
+    inputs = [v.time, v.modes, system._inputs[1]]
+    made = []
+    for level in levels:
+        rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
+        made.append((level, ca.Function("clocks", inputs, [ca.densify(ca.vertcat(*rows))])))
+    return made
+
+
+@made_once
+def _plain_clocks(system: System) -> tuple[list[int], ca.Function]:
+    """Numbers of relations that are linear in the time and need no others; (time, parameters)."""
+    both = {
+        k: (clock.condition.argument, clock.slope)
+        for k, clock in enumerate(clocks(system))
+        if clock.condition.pieces is None and not clock.needs and clock.even
+    }
+    columns = zip(*both.values(), strict=True)
+    outputs = [ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in columns]
+    inputs = [system._values.time, system._inputs[1]]
+    return list(both), ca.Function("plain", inputs, outputs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,11 +197,13 @@ def instants(system: System, theta: np.ndarray, begin: float, end: float) -> Ins
     SolverError
         If they follow each other without end.
     """
-    key, known = (theta.tobytes(), begin, end), system.made.get("instants")
-    if known is None or known[0] != key:
-        known = system.made["instants"] = key, _Search(system, theta, begin, end).found()
-    made: Instants = known[1]
-    return made
+    key = theta.tobytes(), begin, end
+    return _latest_instants(system).of(key, lambda: _Search(system, theta, begin, end).found())
+
+
+@made_once
+def _latest_instants(_: System) -> Recent[Instants]:
+    return Recent(1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,21 +264,9 @@ class _Search:
 
     def _plain(self) -> dict[int, _Course]:
         """Courses of relations that are linear in the time and need no others, all at once."""
-        which = [
-            k
-            for k, clock in enumerate(self.clocks)
-            if clock.condition.pieces is None and not clock.needs and clock.even
-        ]
-        if "plain clocks" not in self.system.made:
-            both = [(self.clocks[k].condition.argument, self.clocks[k].slope) for k in which]
-            outputs = [
-                ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in zip(*both, strict=True)
-            ]
-            inputs = [self.system._values.time, self.system._inputs[1]]
-            self.system.made["plain clocks"] = ca.Function("plain", inputs, outputs)
+        which, function = _plain_clocks(self.system)
         if not which:
             return {}
-        function = self.system.made["plain clocks"]
         zero, slope = (np.asarray(v).ravel() for v in function(0.0, self.theta))
         found = {}
         for k, at_zero, rate in zip(which, zero.tolist(), slope.tolist(), strict=True):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -13,6 +12,7 @@ import scipy
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 from lumped.language.lowering import has_steps
+from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.guards import may_be_unfit
 
 __all__ = ["LinearForm", "linear_form"]
@@ -38,18 +38,14 @@ class LinearForm:
     system: System
     degree: int
     _taylor: ca.Function
-    _known: dict[Any, tuple[scipy.sparse.csc_array, np.ndarray]] = field(default_factory=dict)
+    _known: Recent[tuple[scipy.sparse.csc_array, np.ndarray]]
 
     def at(
         self, theta: np.ndarray, time: float, settings: np.ndarray
     ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
         """A, shape (n, n), and the coefficients of ``(t - time)^k`` in g, shape (degree + 1, n)."""
         key = (theta.tobytes(), time, settings.tobytes())
-        if key not in self._known:
-            if len(self._known) >= _KEPT:
-                self._known.clear()
-            self._known[key] = self._at(theta, time, settings)
-        return self._known[key]
+        return self._known.of(key, lambda: self._at(theta, time, settings))
 
     def _at(
         self, theta: np.ndarray, time: float, settings: np.ndarray
@@ -69,15 +65,18 @@ def linear_form(system: System) -> LinearForm:
     OptionError
         If there is none; the text names what is not linear.
     """
-    if "linear form" not in system.made:
-        try:
-            system.made["linear form"] = _made(system)
-        except OptionError as refusal:
-            system.made["linear form"] = refusal
-    found: LinearForm | OptionError = system.made["linear form"]
+    found = _form_or_refusal(system)
     if isinstance(found, OptionError):
         raise OptionError(str(found))
     return found
+
+
+@made_once
+def _form_or_refusal(system: System) -> LinearForm | OptionError:
+    try:
+        return _made(system)
+    except OptionError as refusal:
+        return refusal
 
 
 def _made(system: System) -> LinearForm:
@@ -115,7 +114,7 @@ def _made(system: System) -> LinearForm:
         terms.append(ca.densify(ca.jacobian(terms[-1], t)))
     columns = ca.densify(ca.horzcat(*terms))
     taylor = ca.Function("taylor", [theta, t, settings], [columns])
-    return LinearForm(system, len(terms) - 1, taylor)
+    return LinearForm(system, len(terms) - 1, taylor, Recent(_KEPT))
 
 
 def _switching(system: System) -> list[str]:

@@ -14,6 +14,7 @@ from lumped.compiler.system import Name, System
 from lumped.compiler.tree import key_of
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.support.arguments import checked
+from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.event import Event
@@ -195,15 +196,9 @@ def state_names(system: System) -> list[str]:
     return [name for name in system.state_names if not name.startswith("der(")]
 
 
+@made_once
 def computed(system: System) -> list[str]:
     """Quantities that do not need a state that was left out."""
-    if "computed" not in system.made:
-        system.made["computed"] = _computed(system)
-    found: list[str] = system.made["computed"]
-    return found
-
-
-def _computed(system: System) -> list[str]:
     tree = system._tree
     names = system.names()
     nodes = [system._reduced.node(tree.unknown(name)) for name in names]

@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.support.made_once import made_once
 from lumped.timeloop.event import Event
 from lumped.timeloop.guards import jump_fault
 from lumped.timeloop.instants import instants
@@ -104,11 +105,8 @@ class Run:
             raise SolverError(f"{self.system.name}: {fault}", self.trajectory())
 
 
+@made_once
 def nominals(system: System) -> np.ndarray:
     """Nominal value of each state."""
-    if "nominals" not in system.made:
-        names = system.state_names
-        found = [system.quantity(n).nominal if "(" not in n else 1.0 for n in names]
-        system.made["nominals"] = np.array(found)
-    sizes: np.ndarray = system.made["nominals"]
-    return sizes
+    names = system.state_names
+    return np.array([system.quantity(n).nominal if "(" not in n else 1.0 for n in names])

@@ -10,6 +10,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.numerics.closed_form import ClosedForm
+from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.guards import finite_fault
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.recorder import Recorder
@@ -86,12 +87,11 @@ class RunInClosedForm(Run):
 
 
 def closed(system: System, matrix: scipy.sparse.csc_array) -> ClosedForm:
-    """Closed form for a matrix, made once."""
-    made = system.made.setdefault("closed forms", {})
+    """Closed form for a matrix."""
     key = (matrix.indices.tobytes(), matrix.data.tobytes())
-    if key not in made:
-        if len(made) >= _KEPT:
-            made.clear()
-        made[key] = ClosedForm(matrix)
-    found: ClosedForm = made[key]
-    return found
+    return _closed_forms(system).of(key, lambda: ClosedForm(matrix))
+
+
+@made_once
+def _closed_forms(_: System) -> Recent[ClosedForm]:
+    return Recent(_KEPT)

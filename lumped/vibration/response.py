@@ -20,6 +20,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
+from lumped.support.made_once import made_once
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -315,23 +316,20 @@ def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
     return scipy.sparse.csc_array(2j * np.pi * hertz * unit - A)
 
 
+@made_once
 def needing_rates(system: System) -> frozenset[int]:
     """Places of the parameters that stand in equations of which the time derivative is used."""
-    if "needing rates" not in system.made:
-        incidence, times = system._reduced.incidence, system._reduced.times
-        touched: set[int] = set()
-        for group, e, instances, first in incidence.blocks:
-            rows = instances[times[first : first + len(instances)] > 0]
-            symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
-            if len(rows) and symbols.numel():
-                present = ca.which_depends(group.template.residual(e).expression, symbols)
-                touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
-        p = system._flat.parameters
-        values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
-        places = ca.jacobian_sparsity(values, p.theta).get_triplet()[1]
-        system.made["needing rates"] = frozenset(places)
-    found: frozenset[int] = system.made["needing rates"]
-    return found
+    incidence, times = system._reduced.incidence, system._reduced.times
+    touched: set[int] = set()
+    for group, e, instances, first in incidence.blocks:
+        rows = instances[times[first : first + len(instances)] > 0]
+        symbols = ca.vertcat(ca.SX(0, 1), *group.template.parameter_symbols)
+        if len(rows) and symbols.numel():
+            present = ca.which_depends(group.template.residual(e).expression, symbols)
+            touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
+    p = system._flat.parameters
+    values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
+    return frozenset(ca.jacobian_sparsity(values, p.theta).get_triplet()[1])
 
 
 def _refuse_rates(system: System, inputs: tuple[str, ...]) -> None:

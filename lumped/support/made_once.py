@@ -1,0 +1,73 @@
+"""What is made once for an object that threads share, and kept in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from threading import RLock
+from typing import Any, Generic, TypeVar, TypeVarTuple
+
+__all__ = ["Recent", "Shared", "made_once"]
+
+T = TypeVar("T")
+S = TypeVar("S", bound="Shared")
+Arguments = TypeVarTuple("Arguments")
+
+
+class Shared:
+    """What threads use at once; one of them at a time makes what is not there yet.
+
+    An interrupt may leave the lock closed, but only for other threads and this one model.
+
+    Parameters
+    ----------
+    building : RLock
+        The same one for all that is made of the same symbols.
+
+    Attributes
+    ----------
+    made : dict
+        What functions that are `made_once` gave for this object.
+    """
+
+    def __init__(self, building: RLock) -> None:
+        self.building = building
+        self.made: dict[object, Any] = {}
+
+
+def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments], T]:
+    """Call a function once for an object and what else it is given, and keep the result."""
+
+    @wraps(function)
+    def kept(owner: S, *arguments: *Arguments) -> T:
+        key = function, arguments
+        if key not in owner.made:
+            with owner.building:
+                if key not in owner.made:
+                    owner.made[key] = function(owner, *arguments)
+        found: T = owner.made[key]
+        return found
+
+    return kept
+
+
+class Recent(Generic[T]):
+    """Results for what was asked for last.
+
+    Parameters
+    ----------
+    most : int
+        How many are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most, self._known = most, dict[object, T]()
+
+    def of(self, key: object, make: Callable[[], T]) -> T:
+        """What was made for a key, or is made now; threads may make it at the same time."""
+        known = self._known  # a dictionary that others may read does not change
+        if key in known:
+            return known[key]
+        found = make()
+        self._known = dict([*self._known.items(), (key, found)][-self._most :])
+        return found
