@@ -9,6 +9,7 @@ import numpy as np
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel.holds import STANDSTILL
+from lumped.support.made_once import made_once
 from lumped.timeloop.executable import evaluated
 
 __all__ = ["Holds", "Look", "hold_words", "turned"]
@@ -42,20 +43,25 @@ class Look(NamedTuple):
     rates: np.ndarray
 
 
+@made_once
+def _places(system: System) -> tuple[np.ndarray, list[int]]:
+    """State that each speed is (or -1); ends of the parts of what decides modes."""
+    s, place = system.switching, {node: i for i, node in enumerate(system.states)}
+    counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
+    places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
+    return places, np.cumsum(counts).tolist()
+
+
 class Holds:
     """The holds of a system with one set of parameters."""
 
     def __init__(self, system: System, theta: np.ndarray) -> None:
         s = self.switching = system.switching
         self.system, self._theta = system, theta
-        place = {node: i for i, node in enumerate(system.states)}
-        self._places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
+        self._places, self._ends = _places(system)
         self._are_states = self._places >= 0
         self._parts = s.first_modes + np.arange(3)[:, None]
-        self._no_upper, self._no_lower = np.flatnonzero(~s.has_upper), np.flatnonzero(~s.has_lower)
         self._speed_uses = system.speed_uses
-        counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
-        self._ends = np.cumsum(counts).tolist()
 
     def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> Look:
         """Evaluate everything that decides modes."""
@@ -63,8 +69,8 @@ class Holds:
         row = evaluated(self.system, "look", x, self._theta, t, settings)
         i, j, k, m = self._ends
         v, a, reaction, upper, lower, gap, restitution = row[j:k].reshape(7, -1)
-        upper[self._no_upper] = np.inf
-        lower[self._no_lower] = -np.inf
+        upper[~self.switching.has_upper] = np.inf
+        lower[~self.switching.has_lower] = -np.inf
         held = (v, a, reaction, upper, lower, gap, restitution)
         return Look(row[:i], row[i:j], *held, row[k:m], row[m:])
 

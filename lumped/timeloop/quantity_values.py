@@ -9,6 +9,7 @@ from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Course, Run
+from lumped.support.made_once import Recent, made_once
 
 __all__ = ["quantity_along"]
 
@@ -36,7 +37,7 @@ def quantity_along(
     t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
         Times, states, and modes with implicit quantities.
     """
-    operations = _operations(system, key)
+    operations = _known(system).of(key, lambda: operations_of(system.function([key])))
     found = np.empty(len(t))
     run = Run({**_NOTHING, "work": operations.work, "parameters": len(theta)})
     run.p[:] = theta
@@ -58,10 +59,6 @@ def quantity_along(
     return found
 
 
-def _operations(system: System, key: str) -> Operations:
-    known: dict[str, Operations] = system.made.setdefault("quantities", {})
-    if key not in known:
-        if len(known) >= _KEPT:
-            known.clear()
-        known[key] = operations_of(system.function([key]))
-    return known[key]
+@made_once
+def _known(_: System) -> Recent[Operations]:
+    return Recent(_KEPT)
