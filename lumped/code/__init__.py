@@ -1,1 +1,1 @@
-"""The small language of the time loop, and its back ends: LLVM, C."""
+"""The small language of the time loop, and its back ends: LLVM, C, Python itself."""

@@ -1,1 +1,1 @@
-"""The time loop."""
+"""The time loop, from start to end: steps, crossings, positions, impacts, shares of friction."""
