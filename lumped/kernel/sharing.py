@@ -167,14 +167,13 @@ def _largest(run: Run, m: Numbers, look: Look) -> float:
 
 @kernel
 def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
-    """Whether two constraints or more stick, and one by far exceeds its limit."""
-    held, is_far, least = 0, False, _FAR * _largest(run, m, look)
+    """Whether several of what sticks by far exceed their limits; a single one lets go as it is."""
+    count, least = 0, _FAR * _largest(run, m, look)
     for h in range(run.plant.holds):
         if is_held(run.plant, m, h):
-            held += 1
             excess = max(look.reaction[h] - look.upper[h], look.lower[h] - look.reaction[h])
-            is_far = is_far or excess > least
-    return is_far and held > 1
+            count += 1 if excess > least else 0
+    return count > 1
 
 
 @kernel
