@@ -28,7 +28,7 @@ __all__ = ["begin", "calm_positions", "find_positions"]
 _EXCESS, _LEAST = 1e-10, 1e-13
 """Excess of a limit that is still rounding, relative and at least."""
 _NO_ROOM = 1e-8
-"""Reserve of redundant constraints that is rounding: half of what limits may be exceeded by."""
+"""Reserve of redundant constraints that is rounding."""
 _CALM = 1e-9
 """Acceleration, relative to the largest rate, that is rounding."""
 _DEEPEST = 1e-9
