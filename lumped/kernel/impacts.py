@@ -11,12 +11,12 @@ impulses have the sign that the constraint can give; one or the other is zero.
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, SHARE, STUCK
+from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
 from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds, may_change
 from lumped.kernel.run import Look, Run
-from lumped.kernel.sharing import soften
+from lumped.kernel.sharing import soften, yield_from
 
 __all__ = ["HAS_COLLIDED", "NO_ANSWER", "collide", "halt"]
 
@@ -49,12 +49,10 @@ def _gather(run: Run, seen: Look) -> None:
 @kernel
 def _look(run: Run, is_redundant: bool, look: Look) -> None:
     """Look at the trial; redundant constraints yield from what they carry there."""
-    plant, instant = run.plant, run.instant
+    instant = run.instant
     look_at(run, instant.x, instant.trial, look)
     if is_redundant:
-        for h in range(plant.holds):
-            held = is_held(plant, instant.trial, h)
-            instant.trial[plant.hold_setting[h] + SHARE] = look.reaction[h] if held else 0.0
+        yield_from(run, instant.trial, look)
         look_at(run, instant.x, instant.trial, look)
 
 

@@ -59,10 +59,14 @@ class Look(Record):
 class Reserve(Record):
     """The linear programme of what constraints that share can still take (see `reserve`).
 
+    Nothing in it is read before it is written, so it is not cleared for another run.
+
     Attributes
     ----------
     size : int
         Number of all holds.
+    influence : Numbers
+        How reaction, upper and lower limit of each hold follow if one gives a little, for each.
     stresses : int
         Independent distributions of reactions that move nothing.
     upper, lower, carried : Numbers
@@ -80,6 +84,7 @@ class Reserve(Record):
     """
 
     size: int
+    influence: Annotated[Numbers, "3 * holds * holds"]
     stresses: int
     rows: int
     upper: Annotated[Numbers, "holds"]
@@ -140,7 +145,7 @@ class Instant(Record):
     speed_at_begin: Annotated[Numbers, "holds"]
 
     # redundant constraints: which sliding or sticking ends, what has been let go at this instant;
-    # numbers of those of a group, their compliance, and how much each carries as others ask for it
+    # numbers of those of a group, their compliance, and at which limit they are
     gives_way: Annotated[Integers, "holds"]
     was_let_go: Annotated[Integers, "holds"]
     group: Annotated[Integers, "holds"]
@@ -148,7 +153,6 @@ class Instant(Record):
     is_decided: int
     compliance: Annotated[Numbers, "holds"]
     at_limit: Annotated[Integers, "holds"]
-    influence: Annotated[Numbers, "3 * holds * holds"]
     least_reserve: float
     reserve: Reserve
 

@@ -14,7 +14,7 @@ from lumped.kernel.plant import FREE
 from lumped.kernel.reserve import largest_reserve
 from lumped.kernel.run import Look, Run
 
-__all__ = ["share", "soften", "watch_redundancy"]
+__all__ = ["share", "soften", "watch_redundancy", "yield_from"]
 
 _COMPLIANCE = 1e-8
 """Of redundant constraints, relative to the compliance of what they hold."""
@@ -177,20 +177,27 @@ def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
 
 
 @kernel
+def yield_from(run: Run, m: Numbers, look: Look) -> None:
+    """Let what sticks yield only by what it carries beyond its load at a point."""
+    plant = run.plant
+    for h in range(plant.holds):
+        m[plant.hold_setting[h] + SHARE] = look.reaction[h] if is_held(plant, m, h) else 0.0
+
+
+@kernel
 def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
     """Let what sticks yield from what it carries, and share that anew where a limit is exceeded."""
     plant, instant = run.plant, run.instant
     yielding, look = instant.pushed, instant.at_rest
     look_at(run, x, m, yielding)
-    for h in range(plant.holds):
-        m[plant.hold_setting[h] + SHARE] = yielding.reaction[h] if is_held(plant, m, h) else 0.0
+    yield_from(run, m, yielding)
     look_at(run, x, m, look)
+    yield_from(run, m, look)
     largest, any_overload, any_gone = _largest(run, m, look), False, False
     for h in range(plant.holds):
         if not is_held(plant, m, h):
             continue
         own = m[plant.hold_setting[h] :]
-        own[SHARE] = look.reaction[h]
         own[SLACK] = _SLACK * largest * run.yielding / own[COMPLIANCE]
         # if a motion is prescribed, no share changes how much a constraint yields
         is_led = abs(look.acceleration[h]) > 0.5 * abs(yielding.acceleration[h])
@@ -248,7 +255,7 @@ def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
         own[DEMAND] = sqrt(own[COMPLIANCE])
         look_at(run, x, trial, pushed)
         own[DEMAND] = 0.0
-        row = instant.influence[3 * n * i :]
+        row = instant.reserve.influence[3 * n * i :]
         for j in range(n):
             scale = 0.0
             if is_held(plant, m, j):
@@ -272,7 +279,7 @@ def _gathered(run: Run, m: Numbers, first: int) -> int:
         own = instant.group[done]
         for h in range(plant.holds):
             to, back = 3 * plant.holds * own + h, 3 * plant.holds * h + own
-            most = max(abs(instant.influence[to]), abs(instant.influence[back]))
+            most = max(abs(instant.reserve.influence[to]), abs(instant.reserve.influence[back]))
             if is_held(plant, m, h) and not instant.is_grouped[h] and most > _NO_INFLUENCE:
                 instant.group[count] = h
                 instant.is_grouped[h] = 1
@@ -293,19 +300,19 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
     while r < count:
         pivot, largest = 0, _NO_STRESS
         for j in range(count):
-            own, size = run.instant.influence[3 * n * group[j] :], 0.0
+            own, size = run.instant.reserve.influence[3 * n * group[j] :], 0.0
             for i in range(count):
                 size += own[group[i]] * own[group[i]]
             if size > largest:
                 pivot, largest = j, size
         if largest <= _NO_STRESS:
             break
-        new, best = stress[3 * n * r :], run.instant.influence[3 * n * group[pivot] :]
+        new, best = stress[3 * n * r :], run.instant.reserve.influence[3 * n * group[pivot] :]
         for i in range(count):
             for part in range(3):
                 new[part * n + i] = best[part * n + group[i]] / sqrt(largest)
         for j in range(count):
-            own, along = run.instant.influence[3 * n * group[j] :], 0.0
+            own, along = run.instant.reserve.influence[3 * n * group[j] :], 0.0
             for i in range(count):
                 along += own[group[i]] * new[i]
             for i in range(count):
