@@ -1,4 +1,4 @@
-"""Conditions: what they say, how they change, and the jumps of states that follow."""
+"""Conditions: how their sides set them, and the jumps of states that follow."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def set_by_sides(plant: Plant, look: Look, m: Numbers) -> None:
 
 @kernel
 def turn(plant: Plant, m: Numbers, k: int, difference: float) -> None:
-    """Change a condition: to its contrary, or to the next piece."""
+    """Change a condition to its opposite, or to the next piece."""
     own, count = m[plant.condition_setting[k] :], plant.piece_count[k]
     if count == 0:
         own[0] = 1.0 - own[0]
@@ -67,7 +67,7 @@ def turn(plant: Plant, m: Numbers, k: int, difference: float) -> None:
 
 @kernel
 def _is_wrong(plant: Plant, m: Numbers, k: int, difference: float, tolerated: float) -> bool:
-    """Whether a condition does not say what its sides say."""
+    """Whether a condition contradicts its sides."""
     own = m[plant.condition_setting[k] :]
     if plant.piece_count[k] > 0:
         return own[2] + difference * (own[3] + own[4] * difference) < -tolerated
@@ -76,7 +76,7 @@ def _is_wrong(plant: Plant, m: Numbers, k: int, difference: float, tolerated: fl
 
 @kernel
 def _is_tie(plant: Plant, instant: Instant, k: int, difference: float) -> bool:
-    """Whether sides are exactly equal and the condition says what it does not say of equal ones."""
+    """Whether the sides are exactly equal and the condition is wrong for equal sides."""
     if difference != 0.0 or instant.is_exempt[k] or plant.piece_count[k] > 0:
         return False
     holds = instant.m[plant.condition_setting[k]] > 0.5
@@ -85,7 +85,7 @@ def _is_tie(plant: Plant, instant: Instant, k: int, difference: float) -> bool:
 
 @kernel
 def turn_wrong(run: Run, seen: Look) -> bool:
-    """Turn conditions round that do not say what their sides say; whether there were any."""
+    """Change conditions that contradict their sides; whether there were any."""
     plant, instant = run.plant, run.instant
     wrong, count = instant.wrong, 0
     for k in range(plant.conditions):

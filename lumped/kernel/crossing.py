@@ -1,8 +1,8 @@
-"""Margins inside a step, and the first instant at which one is used up.
+"""Margins inside a step, and the first instant at which one fires.
 
-A margin is negative as soon as a position must change; it has a tolerance for rounding. It is
-looked at five times in each step, with its slopes at both ends; where it may have dipped below zero
-in between, parts of the step are looked at closer. The root is found on the dense output.
+A margin falls below zero when a position must change; it has a tolerance for rounding. Each step
+evaluates the margins at five points, and their slopes at both ends. Where a margin may have dipped
+below zero in between, parts of the step are searched. The root is found on the dense output.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
 _ITERATIONS = 40
 _ROUNDING = 2.0**-53
-"""Of parts of a step."""
+"""Rounding of a part of a step."""
 _CROWDED = 1e-14
 """Relative distance of instants that differ by rounding."""
 _NOT_YET, _DONE = -1.0, 2.0
 
 _SUSPECT, _LATER = 1, 2
-"""A margin that fell below zero; one that is not used up any more at an earlier root."""
+"""A margin that fell below zero; one that has not fired yet at an earlier root."""
 
 
 @kernel
@@ -73,9 +73,9 @@ def _slope(run: Run, row: int, part: float) -> None:
 def _may_dip(run: Run, k: int, length: float) -> bool:
     """Whether a margin may have been below zero between samples.
 
-    Between samples a smooth margin dips by an eighth of its second difference at most. It is not
-    resolved, and may dip by more, if its fourth difference is not small, or if the samples
-    contradict its slopes; the one-sided differences of fourth order are those of Fornberg,
+    Between samples a smooth margin dips by an eighth of its second difference at most. If its
+    fourth difference is not small, or the samples contradict its slopes, the samples do not resolve
+    it and it may dip by more. The one-sided differences of fourth order are those of Fornberg,
     Mathematics of Computation 51 (1988) 699.
     """
     n = run.plant.margins
@@ -108,7 +108,7 @@ def _any_may_dip(run: Run, length: float) -> bool:
 
 @kernel
 def _first_below_zero(run: Run) -> int:
-    """First sample after the begin with a margin below zero; 0 if none."""
+    """Number of the first sample after the begin with a margin below zero; 0 if none."""
     n = run.plant.margins
     for j in range(1, 5):
         for k in range(n):
@@ -119,7 +119,7 @@ def _first_below_zero(run: Run) -> int:
 
 @kernel
 def is_suspected(run: Run) -> bool:
-    """Whether a step that was accepted uses up a margin, or may do so between samples."""
+    """Whether a margin fires in an accepted step, or may fire between samples."""
     n, samples, slopes, plant = run.plant.margins, run.samples, run.slopes, run.plant
     if run.sampled_to == run.t:
         for k in range(n):
@@ -139,9 +139,9 @@ def is_suspected(run: Run) -> bool:
 def _bracketed(run: Run) -> bool:
     """Find between which parts of the step a margin first falls below zero.
 
-    Leaves the two parts as the first of `halves` and marks what falls; gives whether there is
-    anything. The search goes depth first through halves that are in doubt; each has its begin, its
-    width, the sample that is below zero, and the number of its own halves that were searched.
+    Leaves the two parts as the first of `halves` and marks the margins that fall; gives whether
+    there are any. The search goes depth first through doubtful halves. Each entry has its begin,
+    its width, the sample that is below zero, and the number of its own halves already searched.
     """
     n, halves, suspect = run.plant.margins, run.halves, run.suspect
     halves[0], halves[1], halves[2], halves[3] = 0.0, 1.0, _NOT_YET, 0.0
@@ -181,14 +181,14 @@ def _bracketed(run: Run) -> bool:
 
 @kernel
 def _value(run: Run, k: int, part: float, extra: float) -> float:
-    """A margin and some of its tolerances."""
+    """A margin plus a multiple of its tolerance."""
     _look(run, part)
     return run.margin[k] + extra * run.tolerance[k]
 
 
 @kernel
 def _root(run: Run, k: int, low: float, high: float, extra: float) -> float:
-    """Part of the step at which a margin falls to zero: of the last bracket, the end below.
+    """Part of the step at which a margin falls to zero: the lower end of the last bracket.
 
     Illinois variant of the secant method (Dowell and Jarratt, BIT 11 (1971) 168).
     """
@@ -209,7 +209,7 @@ def _root(run: Run, k: int, low: float, high: float, extra: float) -> float:
 
 @kernel
 def _risen(run: Run, k: int, end: float) -> float:
-    """Where a margin that is zero when the step begins is positive before it falls again."""
+    """A part at which a margin that begins at zero is positive before it falls again; else 0."""
     part = end
     for _ in range(1, 30):
         part *= 0.5
@@ -220,9 +220,9 @@ def _risen(run: Run, k: int, end: float) -> float:
 
 @kernel
 def _is_crowded(run: Run) -> bool:
-    """Whether positions changed twice where the step begins.
+    """Whether positions changed twice at the begin of the step.
 
-    Then a margin that is below zero there within its tolerance waits until it leaves that, as
+    A margin already slightly negative there fires only when it leaves its tolerance band, as
     rounding alone would change positions again.
     """
     k = run.changed_count
@@ -233,7 +233,7 @@ def _is_crowded(run: Run) -> bool:
 
 @kernel
 def _next_suspect(run: Run, previous: int) -> int:
-    """The first margin that is still used up at the root of the previous one; -1 if none."""
+    """The first margin that has already fired at the root of the previous one; -1 if none."""
     found = -1
     for k in range(run.plant.margins):
         if run.suspect[k] == _SUSPECT:
@@ -246,7 +246,7 @@ def _next_suspect(run: Run, previous: int) -> int:
 
 @kernel
 def _note_fired(run: Run, last: int) -> None:
-    """Margins that are used up at the crossing: the last, and those at zero with it."""
+    """Note the margins that fire at the crossing: the last, and those at zero with it."""
     instant = run.instant
     count = 0
     for k in range(run.plant.margins):
@@ -258,9 +258,9 @@ def _note_fired(run: Run, last: int) -> None:
 
 @kernel
 def find_crossing(run: Run) -> bool:
-    """Find the first instant in the step at which a margin is used up; whether there is one.
+    """Find the first instant in the step at which a margin fires; whether there is one.
 
-    Leaves the states there among the inner ones, the time, and which margins fired.
+    Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
     run.sampled_to = math.inf
     if not _bracketed(run):
@@ -272,11 +272,11 @@ def find_crossing(run: Run) -> bool:
         margin += 1
     while margin >= 0:
         begin = low if low > 0.0 else _risen(run, margin, high)
-        # where speeds and gaps stop they may stay, so they wait for less
+        # speeds and gaps may stay where they stop, so they fire at half of their tolerance
         extra = 0.0 if not is_crowded else 0.5 if plant.margin_kind[margin] == SLIDE else 1.0
         found = _root(run, margin, begin, high, extra)
         if not (begin - _FINEST <= found and found <= high):
-            # zero within its tolerance all the time before, as where rounding alone moves a rest
+            # the margin was within its tolerance all the time before, as rounding may move a rest
             found = _root(run, margin, begin, high, 1.0)
         high = max(found, 0.0)
         run.t_cross = run.t + high * (run.t_new - run.t)

@@ -83,7 +83,7 @@ _errors = _loop(
 
 @kernel
 def step(run: Run, h: float) -> float:
-    """New states, their derivatives, and the error relative to what is tolerated."""
+    """Compute new states and their derivatives; gives the error relative to the tolerance."""
     plant, t, m = run.plant, run.t, run.m
     n, f = plant.states, plant.rates
     x, k, a, new = run.x, run.stages, run.argument, run.new
@@ -137,10 +137,10 @@ def dense_output(run: Run, h: float) -> None:
 
 @kernel
 def dense_error(run: Run, h: float) -> float:
-    """Error of the interpolation, relative to what is tolerated, by its defect at one point.
+    """Error of the interpolation, relative to the tolerance, by its defect at one point.
 
     The interpolation meets the equations at 0, 0.1, 0.2, 7/9 and 1. Its defect at 0.7 is 8 to 12
-    times its largest error; three times that is allowed.
+    times its largest error; an error of three times the tolerance is allowed.
     """
     n, x, c, u = run.plant.states, run.x, run.dense, run.argument
     f = run.stages[13 * n :]

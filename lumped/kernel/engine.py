@@ -1,7 +1,7 @@
-"""The time loop, ready to be called: by LLVM, as C, or as it stands in Python.
+"""The time loop, ready to be called: compiled by LLVM, as C, or unchanged in Python.
 
-All three give the same bits. LLVM makes every run; C is what exported units hold; Python is for a
-debugger and for tests.
+All three give the same bits. Runs use LLVM, exported units the C; Python is for a debugger and for
+tests.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _engine: ContextVar[Engine] = ContextVar("engine", default="llvm")
 
 @contextmanager
 def using(engine: Engine) -> Iterator[None]:
-    """Let another engine make the runs of this thread for a while."""
+    """Use another engine for the runs of this thread in a ``with`` block."""
     before = _engine.set(engine)
     try:
         yield
@@ -74,7 +74,7 @@ def time_loop() -> Code:
 
 
 def _kernels() -> dict[str, Any]:
-    # they are read where the loop is compiled only
+    # imported only when the loop is compiled
     from lumped.kernel.entries import ENTRIES
 
     return ENTRIES

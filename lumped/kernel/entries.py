@@ -1,4 +1,4 @@
-"""Kernels that are called from outside: each takes addresses and gives an integer."""
+"""Kernels that Python calls: each takes addresses and returns an integer."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def closed(run: Run) -> int:
 
 @kernel
 def converged(run: Run) -> int:
-    """The same from the given guesses only."""
+    """Close the linkages from the given guesses only; whether they close."""
     return converge(run, run.x, run.t, run.m)
 
 

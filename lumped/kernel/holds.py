@@ -1,9 +1,9 @@
-"""Holds: their positions read and written, and what decides positions at a point."""
+"""Holds: reading and writing positions, and the quantities that decide them at a point."""
 
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.compiler.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.run import Instant, Look, Run
@@ -24,7 +24,7 @@ TOUCHING = 1e-13
 """Gap of bodies that touch, m or rad."""
 _INFINITE = float("inf")
 STANDSTILL = 1e-9
-"""Speed, relative to those that it follows from, that is rounding of them."""
+"""Speed that is rounding, relative to the speeds from which it is computed."""
 
 
 @kernel
@@ -44,7 +44,7 @@ def is_held(plant: Plant, m: Numbers, hold: int) -> bool:
 
 @kernel
 def release_demands(plant: Plant, m: Numbers) -> None:
-    """No hold demands an acceleration, and none yields."""
+    """Clear demands, compliances, shares and gaps of parting."""
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
         own[COMPLIANCE] = own[DEMAND] = own[SHARE] = own[SLACK] = own[PARTED] = 0.0
@@ -59,7 +59,7 @@ def copy_settings(plant: Plant, begin: Numbers, to: Numbers) -> None:
 
 @kernel
 def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
-    """Everything that decides positions; limits that are not given are infinite.
+    """Evaluate all quantities that decide positions; missing limits are infinite.
 
     Gaps count from where bodies parted.
     """
@@ -75,7 +75,7 @@ def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
 
 @kernel
 def standstills(plant: Plant, instant: Instant) -> None:
-    """Speeds that count as zero: where they are states, only zero does."""
+    """Largest speeds that count as zero; a speed that is a state must be exactly zero."""
     rest = instant.rest_speed
     for h in range(plant.holds):
         rest[h] = 0.0

@@ -1,17 +1,18 @@
 """Impacts: impulses of constraints that close at a speed.
 
-The jump of all speeds is what the accelerations would be if the constraints that take part demanded
-the change of their speed in unit time, without any other force: the impulsive form of the same
-equations (Routh, Dynamics of a System of Rigid Bodies, ch. VIII). Which take part is a linear
-complementarity problem (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, ch. 8):
-what closes leaves with its restitution or faster, what touches or runs freely does not close, and
-impulses have the sign that the constraint can give; one or the other is zero.
+The jump of all speeds equals the accelerations that result if the constraints that take part demand
+their change of speed in unit time, without any other force: the impulsive form of the same
+equations (Routh, Dynamics of a System of Rigid Bodies, ch. VIII). Which constraints take part is a
+linear complementarity problem (Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts,
+ch. 8): a contact that closes leaves with its restitution or faster, one that touches or runs freely
+does not close, and impulses have the sign that the constraint can give; either the impulse or the
+excess of speed is zero.
 """
 
 from __future__ import annotations
 
 from lumped.code.words import kernel
-from lumped.compiler.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
+from lumped.flattening.hold_modes import BACKWARD, DEMAND, FORWARD, STUCK
 from lumped.kernel.holds import TOUCHING, copy_settings, is_held, look_at, put, standstills, stop
 from lumped.kernel.plant import FREE
 from lumped.kernel.rounds import begin_rounds, may_change
@@ -25,14 +26,14 @@ NOTHING_CLOSES, HAS_COLLIDED, NO_ANSWER = range(3)
 _ROUNDING = 1e-12
 """Impulse and speed, relative to the largest, that are rounding."""
 _MISS = 1e-6
-"""Speed by which redundant constraints miss theirs, relative to the largest."""
+"""Error of speed that redundant constraints may have, relative to the largest speed."""
 _GAIN = -1e-9
 """Loss, relative to the energy that the impulses exchange, that is rounding."""
 
 
 @kernel
 def _gather(run: Run, seen: Look) -> None:
-    """What may take part in an impact, and the speed with which it would leave."""
+    """Find the holds that may take part in an impact, and their speeds after it."""
     plant, instant = run.plant, run.instant
     for h in range(plant.holds):
         own = instant.m[plant.hold_setting[h] :]
@@ -48,7 +49,7 @@ def _gather(run: Run, seen: Look) -> None:
 
 @kernel
 def _look(run: Run, is_redundant: bool, look: Look) -> None:
-    """Look at the trial; redundant constraints yield from what they carry there."""
+    """Look at the trial; redundant constraints yield from their reactions there."""
     instant = run.instant
     look_at(run, instant.x, instant.trial, look)
     if is_redundant:
@@ -58,7 +59,7 @@ def _look(run: Run, is_redundant: bool, look: Look) -> None:
 
 @kernel
 def _push(run: Run) -> None:
-    """Look at the members at rest, and with the changes of speed that they demand."""
+    """Look at the members without demands, and with the changes of speed that they demand."""
     plant, instant = run.plant, run.instant
     trial = instant.trial
     copy_settings(plant, instant.m, trial)
@@ -85,7 +86,7 @@ def _speed_after(run: Run, seen: Look, hold: int) -> float:
 
 @kernel
 def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> bool:
-    """Whether a member pulls that can only push, or something else would close."""
+    """Whether a member would pull that can only push, or another hold would close."""
     plant, instant = run.plant, run.instant
     if instant.is_member[h]:
         impulse = _impulse(run, h)
@@ -104,7 +105,7 @@ def _is_wrong(run: Run, seen: Look, h: int, largest: float, fastest: float) -> b
 
 @kernel
 def _find_members(run: Run, seen: Look) -> bool:
-    """Find what takes part; whether there is an answer."""
+    """Find the holds that take part; whether there is a solution."""
     plant, instant = run.plant, run.instant
     begin_rounds(instant.member_rounds)
     for _ in range(40 + 20 * plant.holds):
@@ -128,7 +129,7 @@ def _find_members(run: Run, seen: Look) -> bool:
 
 @kernel
 def _is_obeyed(run: Run, seen: Look, fastest: float) -> bool:
-    """Whether what takes part leaves as it should: redundant constraints may contradict others."""
+    """Whether members leave at their speeds: redundant constraints may contradict each other."""
     for h in range(run.plant.holds):
         miss = _speed_after(run, seen, h) - run.instant.leaving[h]
         if run.instant.is_member[h] and not abs(miss) <= _MISS * (1.0 + fastest):
@@ -147,7 +148,7 @@ def _strike(run: Run) -> None:
 
 @kernel
 def _gains_energy(run: Run, seen: Look) -> bool:
-    """Whether the impulses would bring more energy than they take."""
+    """Whether the impulses would add more energy than they take."""
     loss, size = 0.0, 0.0
     for h in range(run.plant.holds):
         if run.instant.is_member[h]:
@@ -206,7 +207,7 @@ def _rests(run: Run, h: int) -> bool:
 
 @kernel
 def _end_short_bounces(run: Run) -> bool:
-    """Let those rest whose bounce would be over at once; whether there were any."""
+    """End bounces that would be over at once; whether there were any."""
     plant, instant = run.plant, run.instant
     look_at(run, instant.x, instant.m, instant.after)
     any_rest = False
@@ -220,7 +221,7 @@ def _end_short_bounces(run: Run) -> bool:
 
 @kernel
 def _even_out(run: Run) -> None:
-    """All that closes gets the least restitution; none if that is what all have."""
+    """Give all closing contacts the least restitution, or none if all have the same."""
     plant, instant = run.plant, run.instant
     least, most = 1.0, 0.0
     for h in range(plant.holds):
@@ -241,11 +242,11 @@ def _bounces(run: Run) -> bool:
 
 @kernel
 def _impact(run: Run, seen: Look) -> bool:
-    """Speeds after an impact that loses energy, without bounces that are over at once.
+    """Find speeds after an impact that loses energy, without bounces that are over at once.
 
-    With different restitutions Newton's law may gain energy or have no answer; then all that closes
-    takes the least of them, and at last none. Gives whether that has one: redundant constraints
-    may contradict each other.
+    With different restitutions Newton's law may gain energy or have no solution; then all closing
+    contacts take the least restitution, and if that fails, none. Gives whether there is a solution:
+    redundant constraints may contradict each other.
     """
     plant, instant = run.plant, run.instant
     for i in range(plant.states):
@@ -273,7 +274,7 @@ def _impact(run: Run, seen: Look) -> bool:
 
 @kernel
 def collide(run: Run, seen: Look) -> int:
-    """Let constraints without limit that close at a speed do so.
+    """Let contacts that close at a speed collide.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Closing of linkages: implicit quantities by Newton's method at one instant."""
+"""Closing of linkages: Newton's method for implicit quantities at one instant."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _FOLLOWED = 1e-9
 _DISTANCE = (0.1, 0.3, 1.0, 3.0)
 _ROUNDS = 5
 DIRECTIONS = 1 + len(_DISTANCE) * _ROUNDS
-"""Places from which the search begins: the given one, then five at each distance from it."""
+"""Guesses with which the search begins: the given one, then five at each distance from it."""
 _DISTANCES = len(_DISTANCE)
 
 
 @kernel
 def converge(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
-    """Newton's method from where the implicit quantities are."""
+    """Newton's method from the present implicit quantities; whether it converges."""
     plant, found, correction = run.plant, run.found, run.correction
     n = plant.implicit
     now = m[plant.settings - n :]
@@ -44,7 +44,7 @@ def converge(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
 
 @kernel
 def close(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
-    """Let the implicit quantities among the settings meet their equations; whether they do."""
+    """Solve for the implicit quantities among the settings; whether they meet their equations."""
     plant = run.plant
     n = plant.implicit
     if n == 0:
@@ -65,9 +65,9 @@ def close(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
 
 @kernel
 def follow(run: Run, x: Numbers, t: float, m: Numbers) -> bool:
-    """Whether one step of Newton's method finds implicit quantities from those just before.
+    """Whether one evaluation solves for the implicit quantities from those just before.
 
-    Leaves them in their place for what is found.
+    Leaves them in `found`.
     """
     plant, found, correction = run.plant, run.found, run.correction
     evaluate(plant.closure, run, x, t, m, found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.compiler.hold_modes import BACKWARD, FORWARD, STUCK
+from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
 from lumped.kernel.plant import FREE, Plant
@@ -43,7 +43,7 @@ def _position(plant: Plant, m: Numbers, h: int) -> int:
 
 @kernel
 def _note_changes(run: Run) -> None:
-    """What is different after an instant."""
+    """Note the positions that have changed at an instant."""
     plant, instant = run.plant, run.instant
     for k in range(plant.conditions):
         setting = plant.condition_setting[k]
@@ -88,7 +88,7 @@ def must_jump(run: Run) -> bool:
 
 @kernel
 def _begin_segment(run: Run) -> int:
-    """Functions of time change at an instant that was known before."""
+    """Set the functions of time for the next segment, at an instant known before."""
     plant, k = run.plant, run.segment
     for i in range(plant.settings):
         run.instant.before[i] = run.m[i]
@@ -104,7 +104,7 @@ def _begin_segment(run: Run) -> int:
 
 @kernel
 def _cross(run: Run) -> int:
-    """Positions change where margins are used up."""
+    """Go to the instant at which margins fire."""
     for i in range(run.plant.states):
         run.x[i] = run.inner[i]
     run.t = run.t_cross
@@ -147,7 +147,7 @@ def _leave_segment(run: Run) -> int:
 
 @kernel
 def loop(run: Run) -> int:
-    """Go on from where a run stands, until it is done or something is left to Python.
+    """Continue a run until it is done or Python must act.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a run records: points at wanted times or at steps, both ends of each smooth piece."""
+"""Records of a run: points at wanted times or at steps, and both ends of each smooth piece."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lumped.kernel.run import Output, Run
 __all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
 
 _SAME = 1e-13
-"""Distance of times, relative to the size of all, that are meant to be the same."""
+"""Distance, relative to the size of all times, below which two times count as equal."""
 
 
 @kernel
@@ -20,7 +20,7 @@ def has_room(output: Output) -> bool:
 
 @kernel
 def add_row(run: Run, t: float) -> Numbers:
-    """Take a row; gives the place of its states."""
+    """Add a row; gives the place of its states."""
     output, plant = run.output, run.plant
     row, ng = output.rows, plant.implicit
     output.t[row] = t
@@ -32,7 +32,7 @@ def add_row(run: Run, t: float) -> Numbers:
 
 @kernel
 def record_edge(run: Run) -> None:
-    """An end of a smooth piece; wanted times that coincide with it are left out."""
+    """Record an end of a smooth piece; wanted times that coincide with it are left out."""
     output = run.output
     if not output.has_both_sides:
         return
@@ -47,7 +47,7 @@ def record_edge(run: Run) -> None:
 
 @kernel
 def record(run: Run, end: float, is_crossed: bool) -> None:
-    """What is asked for of a step up to a time."""
+    """Record the wanted points of a step up to a time."""
     output = run.output
     if not output.is_on_grid:
         if not is_crossed or run.t_new < end:
@@ -77,7 +77,7 @@ def begin_piece(run: Run) -> None:
 
 @kernel
 def note_change(run: Run, kind: int, number: int, was: int, now: int, loss: float) -> None:
-    """A condition (0) or hold (1) that changed its position."""
+    """Note that a condition (0) or hold (1) changed its position."""
     output = run.output
     change, when = output.change[4 * output.changes :], output.change_time[2 * output.changes :]
     change[0], change[1], change[2], change[3] = kind, number, was, now

@@ -1,13 +1,13 @@
-"""What lets go where a load exceeds by far what constraints can carry.
+"""Which constraints let go if a load far exceeds their limits.
 
-Each carries at most its limit at rest; what moves then lets go. That motion is the one of Gauss's
-principle of least constraint, so there is one only.
+Each constraint carries at most its limit at rest; those that then move let go. The motion follows
+from Gauss's principle of least constraint, so it is unique.
 """
 
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.compiler.hold_modes import COMPLIANCE, SHARE
+from lumped.flattening.hold_modes import COMPLIANCE, SHARE
 from lumped.kernel.holds import copy_settings, is_held, look_at
 from lumped.kernel.rounds import begin_rounds, may_change
 from lumped.kernel.run import Run
@@ -15,14 +15,14 @@ from lumped.kernel.run import Run
 __all__ = ["let_moving_go"]
 
 _SOFTER = 1e14
-"""Times that what carries its limit yields more than what carries less."""
+"""Compliance of a constraint at its limit over that of one below its limit."""
 _MOVES = 1e2
-"""Times the yielding under its limit from which on a constraint moves."""
+"""Acceleration, over that by its own compliance at the limit, above which a constraint moves."""
 
 
 @kernel
 def _set(run: Run, h: int, at_limit: int) -> None:
-    """Let a constraint carry its upper (1) or lower (-1) limit, or what it must."""
+    """Let a constraint carry its upper (1) or lower (-1) limit, or stick (0)."""
     instant = run.instant
     own = instant.trial[run.plant.hold_setting[h] :]
     own[COMPLIANCE], own[SHARE] = instant.compliance[h], 0.0
@@ -34,23 +34,20 @@ def _set(run: Run, h: int, at_limit: int) -> None:
 
 @kernel
 def _right_limit(run: Run, h: int) -> int:
-    """The limit that a constraint must carry as the others are; 0 if it holds."""
+    """The limit that a constraint reaches, with the others as they are; 0 if it sticks."""
     instant, at_limit = run.instant, run.instant.at_limit[h]
     least, most = instant.at_rest.lower[h], instant.at_rest.upper[h]
     reaction, a = instant.pushed.reaction[h], instant.pushed.acceleration[h]
     if at_limit == 0:
         return 1 if reaction > most else -1 if reaction < least else 0
     limit = most if at_limit > 0 else least
-    # would it carry less than its limit if it held
+    # it sticks if it would then carry less than its limit
     return 0 if at_limit * (a - instant.compliance[h] * limit) < 0.0 else at_limit
 
 
 @kernel
 def let_moving_go(run: Run, x: Numbers, m: Numbers) -> bool:
-    """Note in `gives_way` what moves of all that sticks, at the limits that `at_rest` has.
-
-    Gives whether anything does.
-    """
+    """Note in `gives_way` which holds move under the limits in `at_rest`; whether any does."""
     plant, instant, moves = run.plant, run.instant, False
     copy_settings(plant, m, instant.trial)
     for h in range(plant.holds):

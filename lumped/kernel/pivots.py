@@ -1,4 +1,4 @@
-"""Where the entries of the factors of a sparse matrix are, chosen once for a pattern."""
+"""Places of the entries in the factors of a sparse matrix, chosen once for a pattern."""
 
 from __future__ import annotations
 

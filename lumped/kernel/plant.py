@@ -4,7 +4,7 @@ A function takes states x, parameters p, the time t and settings m, and writes i
 after the other. Settings are the positions of conditions and holds, then implicit quantities.
 
 A hold is a constraint that sticks, or slides forward or backward, or is free; its settings are
-those of `lumped.compiler.hold_modes`. A condition has one, or those of a piece of a table: its
+those of `lumped.flattening.hold_modes`. A condition has one, or those of a piece of a table: its
 number, its begin, and three of its margin, ``k0 + s (k1 + k2 s)`` with s the distance from the
 begin.
 """
@@ -17,7 +17,7 @@ from lumped.code.words import Integers, Numbers
 __all__ = ["Function", "Plant"]
 
 FREE = -1
-"""The position of a hold that is none of the first three."""
+"""The position of a hold that neither sticks nor slides."""
 
 CONDITION, UPPER, LOWER, SLIDE = range(4)
 """Kinds of margins: of a condition, of the limits of a reaction, of a speed or gap."""
@@ -29,13 +29,13 @@ class Function(Record):
     Attributes
     ----------
     address : int
-        Of its machine code; 0 as long as it is interpreted.
+        Address of its machine code; 0 as long as it is interpreted.
     count : int
         Number of its operations.
     operations : Integers
         Operation, result and two arguments of each (see `interpret`).
     constants : Numbers
-        Those that operations name by their number.
+        Constants, which operations name by their number.
     """
 
     address: int
@@ -45,7 +45,7 @@ class Function(Record):
 
 
 class Plant(Record):
-    """What a run needs to know of a system."""
+    """The data of a system that a run needs."""
 
     # sizes
     states: int
@@ -77,8 +77,8 @@ class Plant(Record):
     first_piece: Integers
     pieces: Numbers
 
-    # holds: the first setting of each, the condition under which it acts (or -1), what limits and
-    # laws there are, the state that is its speed (or -1), and whether it takes impulses
+    # holds: the first setting of each, the condition under which it acts (or -1), which limits and
+    # laws it has, the state that is its speed (or -1), and whether it takes impulses
     hold_setting: Integers
     engaged_by: Integers
     has_upper: Integers
@@ -105,6 +105,6 @@ class Plant(Record):
     margin_kind: Integers
     margin_number: Integers
 
-    # any accelerations of the holds, and any directions of the implicit quantities
+    # arbitrary accelerations of the holds, arbitrary directions of the implicit quantities
     any_demand: Numbers
     any_direction: Numbers

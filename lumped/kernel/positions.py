@@ -1,9 +1,13 @@
-"""The search for positions of conditions and holds that fit at one instant."""
+"""The search for positions of conditions and holds that fit at one instant.
+
+The position of a condition is true or false, or a piece of a table; that of a hold is stuck,
+forward, backward or free.
+"""
 
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
-from lumped.compiler.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
+from lumped.flattening.hold_modes import BACKWARD, COMPLIANCE, FORWARD, PARTED, STUCK
 from lumped.kernel.conditions import jump, set_by_sides, turn, turn_wrong
 from lumped.kernel.holds import (
     STANDSTILL,
@@ -26,7 +30,7 @@ from lumped.kernel.sharing import share, watch_redundancy
 __all__ = ["begin", "calm_positions", "find_positions"]
 
 _EXCESS, _LEAST = 1e-10, 1e-13
-"""Excess of a limit that is still rounding, relative and at least."""
+"""Excess over a limit that is still rounding, relative and at least."""
 _NO_ROOM = 1e-8
 """Reserve of redundant constraints that is rounding."""
 _CALM = 1e-9
@@ -35,7 +39,7 @@ _DEEPEST = 1e-9
 """How deep bodies may start inside each other, m or rad: rounding of start values."""
 _INFINITE = float("inf")
 KEEPS = -2
-"""A hold that fits."""
+"""The position of a hold fits."""
 
 
 @kernel
@@ -46,7 +50,7 @@ def _acts(plant: Plant, m: Numbers, h: int) -> bool:
 
 @kernel
 def _first_position(plant: Plant, instant: Instant, seen: Look, h: int) -> int:
-    """Position of a hold that begins to act: it follows from speed and gap alone."""
+    """Position of a hold that begins to act, from its speed and gap alone."""
     v, least = seen.speed[h], instant.rest_speed[h]
     is_still = abs(v) <= least
     if plant.has_gap[h]:
@@ -60,7 +64,7 @@ def _first_position(plant: Plant, instant: Instant, seen: Look, h: int) -> int:
 
 @kernel
 def _engage(run: Run, seen: Look) -> bool:
-    """Engage and release holds; whether there were any."""
+    """Engage and release holds as their conditions say; whether any changed."""
     plant, instant = run.plant, run.instant
     any_changes = False
     for h in range(plant.holds):
@@ -81,7 +85,7 @@ def _engage(run: Run, seen: Look) -> bool:
 
 @kernel
 def _would_turn_back(run: Run, seen: Look, h: int, is_at_rest: bool, calm: float) -> bool:
-    """Whether what slides would turn back at once."""
+    """Whether a sliding hold would reverse at once."""
     plant, own = run.plant, run.instant.m[run.plant.hold_setting[h] :]
     v, a, has_gap = seen.speed[h], seen.acceleration[h], plant.has_gap[h] != 0
     forward, backward = own[FORWARD] > 0.5, own[BACKWARD] > 0.5
@@ -95,7 +99,7 @@ def _would_turn_back(run: Run, seen: Look, h: int, is_at_rest: bool, calm: float
 
 @kernel
 def _must_let_go(run: Run, seen: Look, h: int) -> int:
-    """The direction in which what sticks must slide; KEEPS if it holds."""
+    """The direction in which a hold that sticks must slide; KEEPS if it goes on sticking."""
     instant, reaction = run.instant, seen.reaction[h]
     if instant.gives_way[h] != 0:
         return FORWARD if instant.gives_way[h] > 0 else BACKWARD
@@ -111,7 +115,7 @@ def _must_let_go(run: Run, seen: Look, h: int) -> int:
 
 @kernel
 def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
-    """Whether what slides does not move and will not, so that it may carry more at rest."""
+    """Whether others keep a sliding hold at rest, so that it sticks with its limit at rest."""
     plant, instant = run.plant, run.instant
     if plant.has_gap[h] or not run.may_be_redundant or instant.was_let_go[h]:
         return False
@@ -121,32 +125,44 @@ def _is_held_by_others(run: Run, seen: Look, h: int, calm: float) -> bool:
 
 
 @kernel
-def _right_position(run: Run, seen: Look, h: int, calm: float) -> int:
-    """The position that a hold must take; KEEPS if it may keep its own."""
+def _position_by_speed(run: Run, seen: Look, h: int, calm: float) -> int:
+    """The position that follows from speeds, whatever the reactions; KEEPS if none does."""
     plant, instant = run.plant, run.instant
     own, v = instant.m[plant.hold_setting[h] :], seen.speed[h]
     is_stuck, forward, backward = own[STUCK] > 0.5, own[FORWARD] > 0.5, own[BACKWARD] > 0.5
-    is_at_rest = abs(v) <= instant.rest_speed[h] or instant.is_halted[h] != 0
-    if is_stuck:
-        position = _must_let_go(run, seen, h)
-        if position != KEEPS:
-            return position
-    if _would_turn_back(run, seen, h, is_at_rest, calm):
-        return STUCK
     if (forward or backward) and _is_held_by_others(run, seen, h, calm):
         return STUCK
+    if _is_at_rest(instant, seen, h):
+        return KEEPS
     has_law = plant.has_forward[h] if v > 0.0 else plant.has_backward[h]
-    is_torn = is_stuck and instant.has_moved and not is_at_rest and has_law
+    is_torn = is_stuck and instant.has_moved and has_law
     is_reversed = (forward and v < 0.0) or (backward and v > 0.0)
-    is_reversed = is_reversed and not is_at_rest and not plant.has_gap[h]
-    if is_torn or is_reversed:
+    if is_torn or (is_reversed and not plant.has_gap[h]):
         return FORWARD if v > 0.0 else BACKWARD
     return KEEPS
 
 
 @kernel
+def _position_by_force(run: Run, seen: Look, h: int, calm: float) -> int:
+    """The position of a hold that is overloaded or would reverse; KEEPS if its own fits."""
+    instant = run.instant
+    if is_held(run.plant, instant.m, h):
+        return _must_let_go(run, seen, h)
+    turns_back = _would_turn_back(run, seen, h, _is_at_rest(instant, seen, h), calm)
+    return STUCK if turns_back else KEEPS
+
+
+@kernel
+def _is_at_rest(instant: Instant, seen: Look, h: int) -> bool:
+    return abs(seen.speed[h]) <= instant.rest_speed[h] or instant.is_halted[h] != 0
+
+
+@kernel
 def _rebalance(run: Run, seen: Look) -> bool:
-    """Let go what is overloaded, hold what would turn back; whether there was any."""
+    """Let overloaded holds go, let those stick that would reverse; whether there were any.
+
+    Positions that follow from speeds change first: until then the reactions are wrong.
+    """
     plant, instant = run.plant, run.instant
     if plant.holds == 0:
         return False
@@ -156,11 +172,10 @@ def _rebalance(run: Run, seen: Look) -> bool:
         largest = max(largest, abs(seen.rates[i]))
     calm = _CALM * (1.0 + largest)
     for h in range(plant.holds):
-        position = _right_position(run, seen, h, calm)
-        if position != KEEPS:
-            instant.wrong[count] = h
-            instant.next_position[count] = position
-            count += 1
+        count = _note_wrong(instant, count, h, _position_by_speed(run, seen, h, calm))
+    if count == 0:
+        for h in range(plant.holds):
+            count = _note_wrong(instant, count, h, _position_by_force(run, seen, h, calm))
     if count == 0:
         return False
     for i in range(may_change(instant.hold_rounds, count)):
@@ -171,20 +186,30 @@ def _rebalance(run: Run, seen: Look) -> bool:
         put(plant, instant.m, h, STUCK)
         instant.is_halted[h] = 1
         for other in range(plant.holds):
-            instant.was_let_go[other] = 0  # it may hold them too
+            instant.was_let_go[other] = 0  # the new one may keep them at rest, too
     return True
 
 
 @kernel
+def _note_wrong(instant: Instant, count: int, h: int, position: int) -> int:
+    """Note the new position of a hold, if there is one; gives the number of notes."""
+    if position == KEEPS:
+        return count
+    instant.wrong[count] = h
+    instant.next_position[count] = position
+    return count + 1
+
+
+@kernel
 def _let_go(run: Run, h: int, position: int) -> None:
-    """Let what stuck slide; it sticks again at this instant only if it turns back."""
+    """Let a hold slide; it sticks again at this instant only if it would reverse."""
     put(run.plant, run.instant.m, h, position)
     run.instant.was_let_go[h] = 1
 
 
 @kernel
 def _shares(run: Run, margin: int) -> bool:
-    """Whether a margin is that of a reaction that is shared."""
+    """Whether a margin belongs to the limit of a shared reaction."""
     plant = run.plant
     kind, h = plant.margin_kind[margin], plant.margin_number[margin]
     is_limit = kind == UPPER or kind == LOWER
@@ -193,7 +218,7 @@ def _shares(run: Run, margin: int) -> bool:
 
 @kernel
 def _let_shared_go(run: Run) -> None:
-    """If a shared limit is used up, share anew, and let go only what no share holds."""
+    """If a shared reaction reaches its limit, share again; only those without reserve let go."""
     plant, instant = run.plant, run.instant
     count = 0
     for i in range(instant.fired_count):
@@ -212,7 +237,7 @@ def _let_shared_go(run: Run) -> None:
 
 @kernel
 def _flip(run: Run) -> None:
-    """Change what is used up."""
+    """Change the positions whose margins fired."""
     plant, instant = run.plant, run.instant
     _let_shared_go(run)
     is_seen = False
@@ -237,7 +262,7 @@ def _flip(run: Run) -> None:
 
 @kernel
 def _prepare(run: Run) -> None:
-    """States and settings that are tried out, from those of the run and from those before."""
+    """Copy the states and settings of the run, which the search then changes."""
     plant, instant = run.plant, run.instant
     for i in range(plant.states):
         instant.x[i] = run.x[i]
@@ -261,7 +286,7 @@ def _prepare(run: Run) -> None:
 
 @kernel
 def _fit(run: Run, may_collide: bool) -> int:
-    """Change positions and states until everything fits."""
+    """Change positions and states until all fit."""
     plant, instant = run.plant, run.instant
     seen = instant.seen
     for _ in range(40 + 20 * (plant.holds + plant.conditions + plant.jumps)):
@@ -285,7 +310,7 @@ def _fit(run: Run, may_collide: bool) -> int:
 
 @kernel
 def _part(run: Run, seen: Look) -> None:
-    """Count from where they are the gaps of bodies that part, if that is rounding."""
+    """Set gaps of parting bodies to zero where rounding left a small gap."""
     plant, m = run.plant, run.instant.m
     for h in range(plant.holds):
         own = m[plant.hold_setting[h] :]
@@ -296,11 +321,11 @@ def _part(run: Run, seen: Look) -> None:
 
 @kernel
 def find_positions(run: Run) -> int:
-    """Find positions and states just after an instant, as `instant` tells it; whether there are.
+    """Find positions and states just after an instant; gives why if there are none.
 
     Takes the states and settings of the run, with functions of time as they are from now on, and
-    in `instant` the settings before and what is used up. The run is not changed, but for its
-    implicit quantities.
+    from `instant` the settings before and the margins that fired. The results are in `instant`; of
+    the run only implicit quantities change.
     """
     plant = run.plant
     if not close(run, run.x, run.t, run.m):
@@ -318,14 +343,14 @@ def find_positions(run: Run) -> int:
 
 @kernel
 def _begin_positions(run: Run) -> int:
-    """Conditions at the start, as their sides say; whether the linkages close."""
+    """Set conditions at the start by their sides; gives NOT_CLOSED if a linkage does not close."""
     plant, instant = run.plant, run.instant
     if not close(run, run.x, run.t, run.m):
         return NOT_CLOSED
     release_demands(plant, run.m)
     for _ in range(3):
         look_at(run, run.x, run.m, instant.seen)
-        # not an instant after the start already, so that a clock ticks at zero
+        # strictly at the start, not just after it, so that a clock ticks at zero
         set_by_sides(plant, instant.seen, run.m)
     for h in range(plant.holds):
         instant.speed_at_begin[h] = instant.seen.speed[h]
@@ -337,9 +362,9 @@ def _begin_positions(run: Run) -> int:
 
 @kernel
 def begin(run: Run) -> int:
-    """Find positions and states at the start, and what collides there at once.
+    """Find positions and states at the start, with the impacts there.
 
-    Only the settings of functions of time, and guesses of implicit quantities, are given.
+    Only the settings of functions of time and the guesses of implicit quantities are given.
     """
     status = _begin_positions(run)
     if status != GOES_ON:
@@ -352,7 +377,7 @@ def begin(run: Run) -> int:
 
 @kernel
 def calm_positions(run: Run) -> int:
-    """Find positions at a start before anything collides there."""
+    """Find positions at a start before any impact there."""
     status = _begin_positions(run)
     if status != GOES_ON:
         return status

@@ -1,11 +1,12 @@
-"""How much constraints that share what they carry can still take: a linear programme.
+"""The largest reserve of constraints that share a load: a linear programme.
 
-Of all distributions of the reactions that move nothing, the one that leaves most room to the
-limits: largest s with ``l + w s <= r <= u - w s``, where w are the sizes of the limits. As long as
-s is positive the set holds (static theorem of plastic analysis; as a linear programme Charnes and
-Greenberg, Bulletin of the American Mathematical Society 57 (1951) 480). At the end some limits
-block each other; these constraints give way together. The programme is solved by exchange steps
-(Stiefel, An Introduction to Numerical Mathematics, Academic Press 1963, ch. 2).
+Self-stresses (distributions of reactions that move nothing) are chosen such that the smallest
+reserve is largest: largest s with ``l + w s <= r <= u - w s``, where w are the sizes of the limits.
+As long as s is positive the set holds (static theorem of plastic analysis; as a linear programme
+Charnes and Greenberg, Bulletin of the American Mathematical Society 57 (1951) 480). At the optimum
+some limits block each other; without reserve these constraints let go together. The programme is
+solved by exchange steps (Stiefel, An Introduction to Numerical Mathematics, Academic Press 1963,
+ch. 2).
 """
 
 from __future__ import annotations
@@ -16,18 +17,18 @@ from lumped.kernel.run import Reserve
 __all__ = ["largest_reserve"]
 
 _MOST = 1.0
-"""Reserve that is enough: that of a constraint that carries nothing."""
+"""Largest reserve that is sought: that of a constraint without load."""
 _NO_PRICE, _NO_PIVOT = 1e-9, 1e-9
-"""Change of the reserve, and of room, per unit of a variable, that is rounding."""
+"""Change of the reserve, and of a room, per unit of a variable, that is rounding."""
 _LEAST_PRICE = 1e-5
-"""Of the highest: price of what blocks the reserve, above the rounding of the stresses."""
+"""Least price of a limit that blocks the reserve, relative to the highest; less is rounding."""
 _INFINITE = float("inf")
 _NOTHING = -1
 
 
 @kernel
 def _add_room(programme: Reserve, limit: int, room: float, weight: float) -> None:
-    """A row for the room that a limit leaves: it falls with the reserve that is asked for."""
+    """Add a row for the room up to a limit, which falls as the reserve grows."""
     row = programme.table[programme.rows * (programme.stresses + 2) :]
     for k in range(programme.stresses):
         row[k] = 0.0
@@ -39,7 +40,7 @@ def _add_room(programme: Reserve, limit: int, room: float, weight: float) -> Non
 
 @kernel
 def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
-    """A row for the upper (even) or lower (odd) limit of a constraint, if it has one."""
+    """Add a row for the upper (even) or lower (odd) limit of a constraint, if it has one."""
     r, sign, at = programme.stresses, 1.0, programme.upper[i]
     if limit % 2 == 1:
         sign, at = -1.0, programme.lower[i]
@@ -49,7 +50,7 @@ def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
     row = programme.table[programme.rows * (r + 2) :]
     _add_room(programme, limit, sign * (at - programme.carried[i]) / size, weight)
     for k in range(r):
-        # the reaction, and the limit that follows it
+        # the reaction, and the limit that depends on it
         own = programme.stress[3 * programme.size * k + i :]
         follows = own[2 * programme.size] if limit % 2 == 1 else own[programme.size]
         row[k] = sign * (follows - own[0])
@@ -57,7 +58,7 @@ def _add_limit(programme: Reserve, i: int, limit: int, size: float) -> None:
 
 @kernel
 def _exchange(programme: Reserve, p: int, q: int) -> None:
-    """Let what stands at row p and what stands at column q change places."""
+    """Exchange the variable of row p with that of column q."""
     n, table = programme.stresses + 2, programme.table
     pivot_row = table[p * n :]
     inverse = 1.0 / pivot_row[q]
@@ -78,7 +79,7 @@ def _exchange(programme: Reserve, p: int, q: int) -> None:
 
 @kernel
 def _next_column(programme: Reserve, goal: int) -> int:
-    """A variable that would raise the reserve: the first of those that are free, then of rooms."""
+    """A variable that would raise the reserve: the first free one, else the first room."""
     n = programme.stresses + 2
     price = programme.table[goal * n :]
     found = _NOTHING
@@ -107,11 +108,11 @@ def _next_row(programme: Reserve, q: int, sign: float) -> int:
 
 @kernel
 def _solve(programme: Reserve) -> int:
-    """Raise the reserve as far as it goes; gives its row."""
+    """Make the reserve as large as possible; gives its row."""
     r, table = programme.stresses, programme.table
     n, goal = r + 2, 0
     for i in range(programme.rows):
-        # the reserve that this room allows, and that all before it allow
+        # the reserve that this room allows, and the one that all before it allow
         own, least = table[i * n + r + 1] / -table[i * n + r], table[goal * n + r + 1]
         if own < least / -table[goal * n + r]:
             goal = i
@@ -129,7 +130,7 @@ def _solve(programme: Reserve) -> int:
 
 @kernel
 def largest_reserve(programme: Reserve, count: int) -> float:
-    """The largest reserve of so many constraints, what they carry then, and what blocks more."""
+    """Find the largest reserve of a group, its reactions, and the limits that block more."""
     r, size = programme.stresses, 0.0
     for i in range(count):
         programme.blocks[i] = 0

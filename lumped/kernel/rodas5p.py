@@ -53,7 +53,7 @@ def _factorised(run: Run, h: float) -> bool:
 
 @kernel
 def step(run: Run, h: float) -> float:
-    """New states, their derivatives, and the error relative to what is tolerated."""
+    """Compute new states and their derivatives; gives the error relative to the tolerance."""
     plant, t, m, matrix = run.plant, run.t, run.m, run.matrix
     n, pattern, drift, right = plant.states, matrix.pattern, matrix.drift, matrix.right
     x, k, new = run.x, run.stages, run.new
@@ -108,10 +108,10 @@ def dense_output(run: Run) -> None:
 
 @kernel
 def dense_error(run: Run, h: float) -> float:
-    """Error of the interpolation, relative to what is tolerated, by its defect at one point.
+    """Error of the interpolation, relative to the tolerance, by its defect at one point.
 
-    The matrix of the step takes out of the defect what stiffness puts in. What is left at 0.3 is
-    nine times the largest error; one and a half times that is allowed.
+    The matrix of the step removes the stiff part of the defect. The rest at 0.3 is nine times the
+    largest error; an error of one and a half times the tolerance is allowed.
     """
     n, x, new, c, u = run.plant.states, run.x, run.new, run.dense, run.argument
     defect = run.stages[9 * n :]

@@ -1,8 +1,8 @@
-"""Rounds in which what is wrong changes, until nothing is.
+"""Rounds in which wrong items change, until none is wrong.
 
-All that is wrong changes at once while that helps, then the first alone, until there is less than
-ever before. That ends for any inertias (Judice and Pires, Computers and Operations Research 21
-(1994) 587; Murty's rule).
+All wrong items change at once while their number falls, then only the first one, until fewer are
+wrong than ever before. This ends for any inertias (Judice and Pires, Computers and Operations
+Research 21 (1994) 587; Murty's rule).
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from lumped.code.words import kernel
 __all__ = ["Rounds", "begin_rounds", "may_change"]
 
 _PATIENCE = 6
-"""Rounds in which all that is wrong changes at once although it has not become less."""
+"""Rounds in which all wrong items change at once although their number has not fallen."""
 _MANY = 1 << 40
 
 
 class Rounds(Record):
-    """How much was wrong at best, and the rounds left in which all of it changes."""
+    """The least number of wrong items so far, and the rounds left in which all change."""
 
     fewest: int
     patience: int
@@ -32,7 +32,7 @@ def begin_rounds(rounds: Rounds) -> None:
 
 @kernel
 def may_change(rounds: Rounds, wrong: int) -> int:
-    """How many of those that are wrong change in this round; the first of them do."""
+    """How many of the wrong items change in this round, beginning with the first."""
     if wrong < rounds.fewest:
         rounds.fewest, rounds.patience = wrong, _PATIENCE
         return wrong

@@ -1,8 +1,8 @@
-"""What a run writes: where it stands, its present step, the instant it settles, its output.
+"""Records that a run writes: its progress, its present step, the instant it settles, its output.
 
-Lengths are made of the sizes of a plant: ``states``, ``settings``, ``implicit``, ``parameters``,
-``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``, ``levers``, ``followers``, and
-``work``, the numbers that its functions need while they are interpreted.
+Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
+``parameters``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``, ``levers``,
+``followers``, and ``work``, the numbers that its functions need while they are interpreted.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
 
 STORM_WITHIN = 1e-9
-"""Of the size of all times: changes that follow each other closer make a storm."""
+"""Distance of changes, relative to the size of all times, below which they make a storm."""
 
 MOST_LEVERAGE = 1e3
-"""Ratio of a dependent motion to the state that leads it from which on the state is unfit, relative
-to what this ratio is like elsewhere."""
+"""Ratio of a dependent motion to the state that leads it, relative to the usual ratio, above which
+the state is unfit."""
 
 MOST_JUMP = 1e-9
-"""Of what prescribed motions lead: change, relative and absolute, that is rounding."""
+"""Jump of a prescribed motion, relative and absolute, that is rounding."""
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
 (NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
-"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: implicit steps shall be
-tried. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body would have
-to follow a jump. INSIDE: a body starts inside another."""
+"""Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: an implicit step is due and
+has no matrix yet. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body
+would have to follow a jump. INSIDE: a body starts inside another."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
 WAITING = 7
-"""Where a run goes on. WAITING: in a step that was accepted and of which more may be wanted."""
+"""Where a run goes on. WAITING: in an accepted step in which more times may be wanted."""
 
 
 class Look(Record):
-    """What decides positions at one point, in the order in which the function `look` gives it."""
+    """The quantities that decide positions at one point, in the order of the function `look`."""
 
     greater: Annotated[Numbers, "conditions", "2 * conditions + 7 * holds + jump_values + states"]
     less: Annotated[Numbers, "conditions"]
@@ -57,16 +57,16 @@ class Look(Record):
 
 
 class Reserve(Record):
-    """The linear programme of what constraints that share can still take (see `reserve`).
+    """The linear programme for the largest reserve of constraints that share (see `reserve`).
 
-    Nothing in it is read before it is written, so it is not cleared for another run.
+    Everything is written before it is read, so another run need not clear it.
 
     Attributes
     ----------
     size : int
         Number of all holds.
     influence : Numbers
-        How reaction, upper and lower limit of each hold follow if one gives a little, for each.
+        Changes of reaction, upper and lower limit of each hold if one yields a little, for each.
     stresses : int
         Independent distributions of reactions that move nothing.
     upper, lower, carried : Numbers
@@ -76,9 +76,9 @@ class Reserve(Record):
     stress : Numbers
         Reaction, upper and lower limit of each constraint in each of the distributions.
     table, rows : Numbers, int
-        Rooms, and what has changed places with them, by the other variables and a constant.
+        The variable of each row, expressed by those of the columns and a constant.
     row_owner, column_owner : Integers
-        What stands at each row and column: a room; below zero a distribution, or the reserve.
+        Variable of each row and column: a room; below zero a distribution, or the reserve.
     limit : Integers
         Which limit leaves each of the rooms.
     """
@@ -105,16 +105,16 @@ class Instant(Record):
     m: Annotated[Numbers, "settings"]
     before: Annotated[Numbers, "settings"]
 
-    # margins that are used up
+    # margins that fired
     fired: Annotated[Integers, "margins"]
     fired_count: int
 
-    # of conditions: those that may stay where both sides are equal, those that made states jump
+    # conditions that may stay although both sides are equal; those that made states jump
     is_exempt: Annotated[Integers, "conditions"]
     has_jumped: Annotated[Integers, "conditions"]
     was_true: Annotated[Integers, "jumps"]
 
-    # of holds: stuck before, come to a standstill now, struck by an impact, energy lost in it
+    # holds that stuck before, come to a standstill now, are struck by an impact; energy lost in it
     was_stuck: Annotated[Integers, "holds"]
     is_halted: Annotated[Integers, "holds"]
     is_struck: Annotated[Integers, "holds"]
@@ -130,8 +130,8 @@ class Instant(Record):
     wrong: Annotated[Integers, "max(conditions, holds)"]
     next_position: Annotated[Integers, "holds"]
 
-    # impacts: what closes, may take part, does so, and changes that; restitution, speed with which
-    # it leaves, change that is demanded, work of the impulse
+    # impacts: holds that close, may take part, take part, must change that; restitution, speed
+    # with which a hold leaves, change of speed that is demanded, work of the impulse
     is_closing: Annotated[Integers, "holds"]
     may_join: Annotated[Integers, "holds"]
     is_member: Annotated[Integers, "holds"]
@@ -144,8 +144,8 @@ class Instant(Record):
     x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]
 
-    # redundant constraints: which sliding or sticking ends, what has been let go at this instant;
-    # numbers of those of a group, their compliance, and at which limit they are
+    # redundant constraints: holds that let go, that have been let go at this instant; members of a
+    # group, compliances, the limit that each has reached
     gives_way: Annotated[Integers, "holds"]
     was_let_go: Annotated[Integers, "holds"]
     group: Annotated[Integers, "holds"]
@@ -207,7 +207,7 @@ class Matrix(Record):
 
 
 class Output(Record):
-    """What a run gives back; there is room for so much of each."""
+    """Results of a run, with the room for each."""
 
     # points: time, states, implicit quantities
     t: Numbers
@@ -256,14 +256,14 @@ class Run(Record):
     output: Output
     matrix: Matrix
 
-    # as it was asked for
+    # options
     p: Annotated[Numbers, "parameters"]
     atol: Annotated[Numbers, "states"]
     rtol: float
     chooses_method: int
     max_steps: int
 
-    # times: the size of all, what happens at once, the shortest bounce, the longest step
+    # times: size of all, delay that counts as at once, shortest bounce, longest step
     span: float
     soon: float
     shortest: float
@@ -276,7 +276,7 @@ class Run(Record):
     timed_setting: Integers
     timed_values: Numbers
 
-    # where it stands
+    # progress
     phase: int
     segment: int
     t: float
@@ -295,15 +295,15 @@ class Run(Record):
     may_be_redundant: int
     yielding: float
 
-    # what it cost so far; where it pauses
+    # cost so far; the number of steps at which it pauses
     steps: int
     rejected: int
     evaluations: int
     interpreted: int
     pause: int
 
-    # whether it returns as soon as all times that are wanted are recorded, and stays in that step;
-    # whether positions change in the step
+    # whether it returns as soon as all wanted times are recorded, and stays in that step; whether
+    # positions change in the step
     waits: int
     is_crossed: int
 
@@ -324,7 +324,7 @@ class Run(Record):
     steepness: float
     way: float
 
-    # margins in it: at a point, with their tolerances; at five points; slopes at two of them
+    # margins in the step: at a point, with their tolerances; at five points; slopes at two of them
     margin: Annotated[Numbers, "margins", "2 * margins"]
     tolerance: Annotated[Numbers, "margins"]
     samples: Annotated[Numbers, "5 * margins"]

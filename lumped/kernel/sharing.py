@@ -1,13 +1,14 @@
-"""Redundant constraints share what they carry: they yield a little, the stronger one less.
+"""Redundant constraints share a load: each yields a little, the stronger one less.
 
-What would carry more than it can is relieved by stresses that move nothing, so that all together
-keep the largest reserve. Only if there is none left does a set let go.
+If one constraint would exceed its limit, a self-stress (a distribution of reactions that moves
+nothing) shifts its load to the others, so that the smallest reserve becomes as large as possible.
+If no reserve is left, the constraints that block each other let go.
 """
 
 from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.compiler.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK, STUCK
+from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, SHARE, SLACK, STUCK
 from lumped.kernel.holds import copy_settings, is_held, look_at, put
 from lumped.kernel.overload import let_moving_go
 from lumped.kernel.plant import FREE
@@ -19,24 +20,24 @@ __all__ = ["share", "soften", "watch_redundancy", "yield_from"]
 _COMPLIANCE = 1e-8
 """Of redundant constraints, relative to the compliance of what they hold."""
 _ASKED = 64
-"""Holds, evenly chosen, that are asked for the compliance of what they hold."""
+"""Holds, evenly chosen, from which the compliance of what they hold is found."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6
-"""Influence, and square of that of all together, that is rounding."""
+"""Influence, and sum of its squares over a group, that is rounding."""
 _ROUNDS = 10
-"""Most times that shares are sought as limits follow them."""
+"""Most rounds of sharing, as limits may depend on reactions."""
 _SLACK = 5e-8
-"""Of the largest reaction: what is rounding of a shared one; of what yields more it is less."""
+"""Rounding of a shared reaction, relative to the largest one; less if a constraint yields more."""
 _FAR = 1e-5
-"""Relative excess from which on limits were not reached at this instant, but exceeded by a jump."""
+"""Relative excess above which a jump of the load exceeded the limit, not a gradual rise."""
 _AGREE = 1e-6
 _INFINITE = float("inf")
 
 
 @kernel
 def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
-    """Whether what sticks cannot be given any accelerations that one likes."""
+    """Whether the holds that stick cannot all follow arbitrary accelerations."""
     plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
     wanted = plant.any_demand
     look_at(run, x, trial, rest)
@@ -55,7 +56,7 @@ def _is_redundant(run: Run, x: Numbers, trial: Numbers) -> bool:
 
 @kernel
 def watch_redundancy(run: Run) -> None:
-    """Note whether constraints are redundant if all stick; with fewer they are less so."""
+    """Note whether constraints are redundant if all stick; otherwise no fewer ones can be."""
     plant, trial = run.plant, run.instant.trial
     copy_settings(plant, run.m, trial)
     for h in range(plant.holds):
@@ -67,7 +68,7 @@ def watch_redundancy(run: Run) -> None:
 
 @kernel
 def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
-    """How much acceleration a unit of force gives at most where a constraint acts."""
+    """The largest acceleration that a unit of force gives at a constraint."""
     plant, rest, pushed = run.plant, run.instant.at_rest, run.instant.pushed
     found = 0.0
     for h in range(plant.holds):
@@ -83,7 +84,7 @@ def _softest(run: Run, x: Numbers, alone: Numbers) -> float:
         look_at(run, x, alone, pushed)
         alone[demand] = 0.0
         put(plant, alone, h, FREE)
-        # it is infinite where a motion is prescribed
+        # the force is infinite where a motion is prescribed
         force = abs(pushed.reaction[h] - rest.reaction[h])
         if force > 0.0 and force < _INFINITE:
             found = max(found, 1.0 / force)
@@ -100,7 +101,7 @@ def _know_yielding(run: Run, x: Numbers, m: Numbers) -> None:
 
 @kernel
 def soften(run: Run, x: Numbers, m: Numbers) -> bool:
-    """Let what sticks yield a little if it is redundant, the stronger one less; whether it is."""
+    """Let holds that stick yield a little if they are redundant; whether they are."""
     plant, instant = run.plant, run.instant
     any_stuck = False
     for h in range(plant.holds):
@@ -131,11 +132,10 @@ def soften(run: Run, x: Numbers, m: Numbers) -> bool:
 
 @kernel
 def share(run: Run, x: Numbers, m: Numbers) -> None:
-    """Share what sticks carries so that it lasts, and note in `gives_way` what must let go.
+    """Share the load of holds that stick within their limits; note in `gives_way` which let go.
 
-    What carries too much is relieved by stresses that move nothing (see `reserve`). Where nothing
-    is noted because constraints are not redundant, `is_decided` is false. Leaves in `seen` what
-    that comes to.
+    Self-stresses relieve overloaded holds (see `reserve`). `is_decided` is false if the holds are
+    not redundant and nothing was noted. Leaves the resulting reactions in `seen`.
     """
     plant, instant = run.plant, run.instant
     for h in range(plant.holds):
@@ -145,17 +145,29 @@ def share(run: Run, x: Numbers, m: Numbers) -> None:
     if instant.is_decided:
         _share_if_redundant(run, x, m)
         look_at(run, x, m, instant.seen)
-        return
-    look_at(run, x, m, instant.seen)
-    if _is_far_beyond(run, m, instant.seen):
-        _know_yielding(run, x, m)
-        look_at(run, x, m, instant.at_rest)
-        instant.is_decided = let_moving_go(run, x, m)
+    else:
+        look_at(run, x, m, instant.seen)
+        if _is_far_beyond(run, m, instant.seen):
+            _know_yielding(run, x, m)
+            look_at(run, x, m, instant.at_rest)
+            instant.is_decided = let_moving_go(run, x, m)
+    _keep_what_stuck_before(run)
+
+
+@kernel
+def _keep_what_stuck_before(run: Run) -> None:
+    """Let holds go first that did not stick before this instant: they had no limit at rest yet."""
+    instant, any_new = run.instant, False
+    for h in range(run.plant.holds):
+        any_new = any_new or (instant.gives_way[h] != 0 and not instant.was_stuck[h])
+    for h in range(run.plant.holds):
+        if any_new and instant.was_stuck[h]:
+            instant.gives_way[h] = 0
 
 
 @kernel
 def _largest(run: Run, m: Numbers, look: Look) -> float:
-    """The largest reaction of what sticks, or that there may be."""
+    """The largest reaction, or range of limits, of the holds that stick."""
     found = 0.0
     for h in range(run.plant.holds):
         if is_held(run.plant, m, h):
@@ -167,7 +179,7 @@ def _largest(run: Run, m: Numbers, look: Look) -> float:
 
 @kernel
 def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
-    """Whether several of what sticks by far exceed their limits; a single one lets go as it is."""
+    """Whether several holds far exceed their limits; a single one lets go without a search."""
     count, least = 0, _FAR * _largest(run, m, look)
     for h in range(run.plant.holds):
         if is_held(run.plant, m, h):
@@ -178,7 +190,7 @@ def _is_far_beyond(run: Run, m: Numbers, look: Look) -> bool:
 
 @kernel
 def yield_from(run: Run, m: Numbers, look: Look) -> None:
-    """Let what sticks yield only by what it carries beyond its load at a point."""
+    """Let holds that stick yield only to changes of their reaction from that at a point."""
     plant = run.plant
     for h in range(plant.holds):
         m[plant.hold_setting[h] + SHARE] = look.reaction[h] if is_held(plant, m, h) else 0.0
@@ -186,7 +198,7 @@ def yield_from(run: Run, m: Numbers, look: Look) -> None:
 
 @kernel
 def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
-    """Let what sticks yield from what it carries, and share that anew where a limit is exceeded."""
+    """Share by compliance, and by self-stresses too if a limit is exceeded."""
     plant, instant = run.plant, run.instant
     yielding, look = instant.pushed, instant.at_rest
     look_at(run, x, m, yielding)
@@ -213,9 +225,9 @@ def _share_if_redundant(run: Run, x: Numbers, m: Numbers) -> None:
 
 @kernel
 def _find_shares(run: Run, x: Numbers, m: Numbers) -> float:
-    """Share what redundant constraints carry; gives the least reserve of all groups.
+    """Share the load in each group of redundant constraints; gives the least reserve of all groups.
 
-    Limits may follow reactions, so it is done again until none is exceeded.
+    Limits may depend on reactions, so this is repeated until no limit is exceeded.
     """
     plant, instant, look = run.plant, run.instant, run.instant.at_rest
     least = _INFINITE
@@ -241,9 +253,9 @@ def _is_overloaded(look: Look, h: int) -> bool:
 
 @kernel
 def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
-    """How reactions and limits of each that sticks follow if one of them gives a little.
+    """Changes of reactions and limits of all holds that stick if one of them yields a little.
 
-    That is relative to what a constraint relieves itself by.
+    They are scaled by the square roots of the compliances.
     """
     plant, instant, trial = run.plant, run.instant, run.instant.trial
     n, rest, pushed = plant.holds, run.instant.at_rest, run.instant.pushed
@@ -270,7 +282,7 @@ def _ask_each(run: Run, x: Numbers, m: Numbers) -> None:
 
 @kernel
 def _gathered(run: Run, m: Numbers, first: int) -> int:
-    """The group of those that can relieve each other, with the first; gives their number."""
+    """Find the group of holds that can relieve the first and each other; gives their number."""
     plant, instant = run.plant, run.instant
     instant.group[0] = first
     instant.is_grouped[first] = 1
@@ -290,9 +302,9 @@ def _gathered(run: Run, m: Numbers, first: int) -> int:
 
 @kernel
 def _find_stresses(run: Run, m: Numbers, count: int) -> None:
-    """Distributions of reactions in a group that move nothing, and how limits follow them.
+    """Self-stresses of a group, with the changes of limits that they cause.
 
-    They are what the influences span: Gram and Schmidt's columns with pivots.
+    They span the influences, which are made orthogonal by Gram and Schmidt's method with pivots.
     """
     plant, programme, group = run.plant, run.instant.reserve, run.instant.group
     n, stress = plant.holds, programme.stress
@@ -321,7 +333,7 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
         r += 1
     programme.stresses = r
     for i in range(count):
-        # an influence is that of a constraint relative to its compliance
+        # influences are scaled by compliances; undo this for the reactions
         scale = sqrt(run.yielding / m[plant.hold_setting[group[i]] + COMPLIANCE])
         for k in range(3 * r):
             stress[n * k + i] = scale * stress[n * k + i]
@@ -329,7 +341,7 @@ def _find_stresses(run: Run, m: Numbers, count: int) -> None:
 
 @kernel
 def _share_in_group(run: Run, m: Numbers, look: Look, count: int) -> float:
-    """Give a group the share that lasts longest, or note what gives way; gives its reserve."""
+    """Give a group the shares with the largest reserve, or note which let go; gives the reserve."""
     plant, instant, programme = run.plant, run.instant, run.instant.reserve
     for i in range(count):
         h = instant.group[i]

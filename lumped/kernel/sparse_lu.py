@@ -1,4 +1,4 @@
-"""LU factors of a sparse matrix whose pattern and pivots were chosen before (see `pivots`)."""
+"""LU factors of a sparse matrix with given pattern and pivots (see `pivots`)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from lumped.kernel.run import Matrix, Pattern, Run
 __all__ = ["factorise", "is_solved", "solve"]
 
 _ACCURATE = 1e-8
-"""Residual, relative to the terms of a row, up to which the pivots were good enough."""
+"""Largest residual with good pivots, relative to the terms of a row."""
 _TOLERATED = 1e-3
-"""The same, relative to what is tolerated."""
+"""The same, relative to the absolute tolerance."""
 
 
 @kernel
@@ -55,7 +55,7 @@ def solve(pattern: Pattern, matrix: Matrix, n: int, b: Numbers) -> None:
 
 @kernel
 def is_solved(run: Run, step: float, right: Numbers, x: Numbers) -> bool:
-    """Whether ``(I - step J) x`` is the right-hand side, up to what cancels in its terms."""
+    """Whether ``(I - step J) x`` is the right-hand side, up to rounding of its terms."""
     matrix, n = run.matrix, run.plant.states
     pattern, rest, size = matrix.pattern, matrix.row, matrix.size
     for i in range(n):

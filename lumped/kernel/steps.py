@@ -30,15 +30,15 @@ from lumped.kernel.run import (
 __all__ = ["advance", "is_unfit"]
 
 _NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
-"""Step times eigenvalue: from the first on stability may hold steps up; DOP853 ceases to be stable
-at 6.1 (Hairer's code), and its interpolation a little before."""
+"""Step times eigenvalue: above the first, stability may limit the step; DOP853 is unstable from 6.1
+on (Hairer's code), its interpolation a little earlier."""
 _STIFF_AFTER, _LONGER = 4, 3.0
-"""Steps near the limit before it is tried if an implicit one may be so many times longer."""
+"""Steps near the limit before the trial of an implicit step, which is so many times longer."""
 _FIRST_PATIENCE, _MOST_PATIENCE, _UNTRIED = 8, 256, 500
-"""Steps after a trial in vain before the next one; most steps without any."""
+"""Steps from a failed trial to the next, at first and at most; most steps without any trial."""
 
 _HOPELESS = 1e3
-"""Error of a step that is so far off that any shorter one is welcome."""
+"""Largest error that is used: such a step is shortened as far as one attempt may."""
 _SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
 _EXPLICIT_POWER, _IMPLICIT_POWER = 0.125, 0.2
 _SHORTEST = 1e-14
@@ -47,7 +47,7 @@ _SHORTEST = 1e-14
 
 @kernel
 def is_unfit(run: Run) -> bool:
-    """Whether a state hardly leads what depends on it, as near a dead centre."""
+    """Whether a dependent motion is much faster than the state that leads it (dead centre)."""
     count = run.plant.levers
     if count == 0:
         return False
@@ -124,12 +124,12 @@ def _tried(run: Run, h: float) -> float:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
         return 100.0
-    return error if error < _HOPELESS else _HOPELESS  # what is no number too
+    return error if error < _HOPELESS else _HOPELESS  # nan too
 
 
 @kernel
 def _is_dense_wanted(run: Run) -> bool:
-    """Whether anything is asked for inside the step."""
+    """Whether a value inside the step is needed."""
     output = run.output
     if run.plant.states == 0:
         return False
@@ -158,9 +158,9 @@ def _note_stiffness(run: Run) -> None:
 
 @kernel
 def _is_trial_due(run: Run, h: float) -> bool:
-    """Whether it should be tried if implicit steps are longer.
+    """Whether an implicit step should be tried.
 
-    Where nothing moves, rounding hides the limit of stability: once in a while it is tried anyway.
+    At rest, rounding hides the limit of stability, so a trial is due after many steps in any case.
     """
     if run.is_implicit or not run.chooses_method or run.end - run.t <= _LONGER * h:
         return False
@@ -204,14 +204,14 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
     growth = _SAFETY * max(error, 1e-12) ** -power
     growth = min(max(growth, _LEAST_GROWTH), 1.0 if run.was_rejected else _MOST_GROWTH)
     if is_dense and not run.is_implicit:
-        # beyond the limit of stability interpolation fails first, and the step would be made twice
+        # beyond the limit of stability the interpolation fails first, and the step is repeated
         growth = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
     return growth
 
 
 @kernel
 def _attempt(run: Run) -> int:
-    """One attempt of a step; why the loop must return, or whether it goes on."""
+    """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
     h = min(min(run.h, run.longest), end - t)
     if _is_trial_due(run, h):
@@ -244,7 +244,7 @@ def _attempt(run: Run) -> int:
 
 @kernel
 def _leave_step(run: Run) -> int:
-    """Record what is wanted of an accepted step and move on; why the loop returns."""
+    """Record the wanted points of an accepted step and move on; why the loop returns."""
     output = run.output
     record(run, run.t_cross if run.is_crossed else run.t_new, run.is_crossed != 0)
     run.phase = STEPPING
