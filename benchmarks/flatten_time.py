@@ -226,7 +226,7 @@ def timed(name: str, size: int) -> tuple[float, float, int]:
     middle = time.process_time()
     function = system.rhs
     end = time.process_time()
-    assert function.size1_out(0) == len(system.states)
+    assert function.size1_out(0) == len(system.state_names)
     return middle - begin, end - middle, system.report()["components"] - 1
 
 
@@ -295,7 +295,7 @@ def outcome_rows() -> list[tuple[str, ...]]:
             best = str(hand[name].n_instructions())
             ratio = f"{operations / hand[name].n_instructions():.2f}"
         count = system.report()["components"] - 1
-        cells = (str(count), str(len(system.states)), str(least), str(operations), best, ratio)
+        cells = (str(count), str(len(system.state_names)), str(least), str(operations), best, ratio)
         rows.append((name, *cells, f"{kilobytes[name]:.1f}" if name in kilobytes else ""))
     return rows
 

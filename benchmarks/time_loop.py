@@ -167,7 +167,7 @@ def compared(library: ctypes.CDLL | None) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
     for name, (model, c_name, until, rtol, rounds) in PROBLEMS.items():
         system = lp.assemble(model())
-        n, other = len(system.states), None
+        n, other = len(system.state_names), None
         if c_name == "clutches":
             wanted = [f"body[{i}].w" for i in range(4)]
             reference = ByHand(1e-12).run()
@@ -244,7 +244,7 @@ def machines() -> list[tuple[object, ...]]:
         rows.append(
             (
                 text,
-                len(system.states),
+                len(system.state_names),
                 f"{until:.3g}",
                 run.steps,
                 len(run.events),

@@ -1,7 +1,7 @@
 """Component library.
 
-The rotational and electrical parts, motors, controllers and signals stand here; the parts of
-straight-line motion have the names of the rotational ones and stand in
+Import the rotational and electrical parts, motors, controllers and signals from here; the parts of
+straight-line motion have the names of the rotational ones and are in
 `lumped.components.translation`.
 """
 
@@ -17,7 +17,7 @@ from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, Pu
 from lumped.components.characteristic import Stribeck
 from lumped.components.compliance import Damper, NonlinearSpring, Spring, SpringDamper
 from lumped.components.contact import ElastoBacklash
-from lumped.components.control import (
+from lumped.components.control.controllers import (
     CascadeControl,
     CurrentController,
     FedPI,
@@ -34,22 +34,26 @@ from lumped.components.control import (
     SquareRootController,
     Sum,
 )
+from lumped.components.control.sampled import SampledPI, SampleHold
+from lumped.components.control.sensors import (
+    AccelerationSensor,
+    AngleSensor,
+    PowerSensor,
+    RelativeAngleSensor,
+    RelativeSpeedSensor,
+    SpeedSensor,
+    TorqueSensor,
+)
+from lumped.components.control.sequence import (
+    Latch,
+    Minimum,
+    PositionSequencer,
+    SpeedProfile,
+    Switch,
+)
+from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
-from lumped.components.dc_motors import (
-    DCMotor,
-    QuasiStaticDCMotor,
-    QuasiStaticExcitedDCMotor,
-    QuasiStaticSeriesDCMotor,
-    SeparatelyExcitedDCMotor,
-    SeriesDCMotor,
-)
-from lumped.components.drives import (
-    ConverterDrive,
-    FieldOrientedMotor,
-    MappedMotor,
-    SpeedDrive,
-)
-from lumped.components.electrical import (
+from lumped.components.electric.circuit import (
     Capacitor,
     CurrentSensor,
     CurrentSource,
@@ -60,6 +64,33 @@ from lumped.components.electrical import (
     VariableResistor,
     VoltageSensor,
     VoltageSource,
+)
+from lumped.components.electric.dc_motors import (
+    DCMotor,
+    QuasiStaticDCMotor,
+    QuasiStaticExcitedDCMotor,
+    QuasiStaticSeriesDCMotor,
+    SeparatelyExcitedDCMotor,
+    SeriesDCMotor,
+)
+from lumped.components.electric.drives import (
+    ConverterDrive,
+    FieldOrientedMotor,
+    MappedMotor,
+    SpeedDrive,
+)
+from lumped.components.electric.motors import (
+    InductionMotor,
+    InverterInductionMotor,
+    SquirrelCageMotor,
+    SynchronousMotor,
+)
+from lumped.components.electric.thermal import (
+    FixedTemperature,
+    HeatCapacitor,
+    Heated,
+    HeatFlow,
+    ThermalConductor,
 )
 from lumped.components.friction import (
     BearingFriction,
@@ -89,27 +120,9 @@ from lumped.components.loads import (
     SignTorque,
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
-from lumped.components.motors import (
-    InductionMotor,
-    InverterInductionMotor,
-    SquirrelCageMotor,
-    SynchronousMotor,
-)
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
-from lumped.components.sampled import SampledPI, SampleHold
-from lumped.components.sensors import (
-    AccelerationSensor,
-    AngleSensor,
-    PowerSensor,
-    RelativeAngleSensor,
-    RelativeSpeedSensor,
-    SpeedSensor,
-    TorqueSensor,
-)
-from lumped.components.sequence import Latch, Minimum, PositionSequencer, SpeedProfile, Switch
-from lumped.components.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.sources import (
     Acceleration,
     FilteredPosition,
@@ -121,13 +134,6 @@ from lumped.components.sources import (
     Torque,
 )
 from lumped.components.synchroniser import Synchroniser
-from lumped.components.thermal import (
-    FixedTemperature,
-    HeatCapacitor,
-    Heated,
-    HeatFlow,
-    ThermalConductor,
-)
 from lumped.components.tyre import Tyre
 from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath

@@ -19,7 +19,7 @@ class Belt(Component):
     strand 2 shortened; a crossed belt turns the pulleys in opposite directions,
     ``e = r_a phi_a + r_b phi_b``. A strand only pulls: at ``c |e| = F_0`` one goes slack, which is
     an event, and then has ``T = 0``. Damping is at most as strong as the spring. Angles count from
-    the support, the frame of both axes, which takes ``-tau_a - tau_b``; open, it stands still.
+    the support, the frame of both axes, which takes ``-tau_a - tau_b``; it stands still if open.
 
     With the distance D of the axes and ``r = r_b - r_a`` (crossed: ``-r_b - r_a``) the strands are
     ``l = sqrt(D^2 - r^2)`` long, and pull axis a towards axis b with ``F = (T_1 + T_2) l / D`` and

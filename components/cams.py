@@ -38,7 +38,7 @@ class CamSwitch(Component):
 
 
 class _AngleTorque(Component):
-    """Torque ``tau`` on what is joined to the flange, from its angle against the support."""
+    """Torque ``tau`` that drives the flange, as a function of its angle against the support."""
 
     symbol = "load"
     flange = Flange()
@@ -57,9 +57,9 @@ class _AngleTorque(Component):
 class PulseTorque(_AngleTorque):
     """Torque in a part of every turn: ``tau = tau_max cos(pi x / width)``, ``|x| < width / 2``.
 
-    `x` is the angle from `centre`, and outside of the range the torque is zero. As ``"rectangle"``
-    it is `tau_max` throughout the range. A positive torque drives, a negative one is a load, such
-    as that of a cut.
+    `x` is the angle from `centre`; outside the range the torque is zero. With the shape
+    ``"rectangle"`` it is `tau_max` throughout the range. A positive torque drives, a negative one
+    is a load, such as that of a cut.
     """
 
     shape: Literal["half-sine", "rectangle"] = "half-sine"
@@ -104,8 +104,8 @@ class HarmonicTorque(_AngleTorque):
 class PeriodicTorque(_AngleTorque):
     """Torque of a table over the angle that repeats: ``tau(phi + period) = tau(phi)``.
 
-    `points` are rows of the angle in rad and the driving torque in N.m, within one period, whose
-    end is the first point again. ``"smooth"`` joins them by a periodic cubic spline (continuous
+    `points` are rows of the angle in rad and the driving torque in N.m, within one period; the
+    first point also ends the period. ``"smooth"`` joins them by a periodic cubic spline (continuous
     curvature), ``"lines"`` by straight lines; a run does not stop at their kinks.
     """
 
@@ -130,7 +130,7 @@ class PeriodicTorque(_AngleTorque):
         return total
 
     def _table(self) -> tuple[list[float], list[float]]:
-        """Angles and torques, closed by the first point one period later."""
+        """Angles and torques, with the first point again one period later."""
         rows = _rows("points", self.points, "angle (rad), torque (N.m)", (0.0, 10.0))
         if not isinstance(self.period, int | float) or not 0 < self.period < float("inf"):
             raise EquationError(

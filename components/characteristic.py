@@ -1,4 +1,4 @@
-"""Friction over sliding speed, and the law that sticks and slides by it."""
+"""Friction over sliding speed, and the constraint that sticks and slides with it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Characteristic = Sequence[Sequence[Number]] | Callable[[Expr], Number]
 """Friction at a sliding speed that is not negative.
 
 Rows of speed and friction, joined by straight lines and continued by the last one, but not below
-zero; or a function of the speed, written with `lumped.ops`. The frictions, and whatever stands in a
+zero; or a function of the speed, written with `lumped.ops`. The frictions, and numbers in a
 function, may be parameters of the enclosing component.
 """
 
@@ -39,8 +39,8 @@ class Stribeck:
     """Stribeck curve: ``coulomb + (static - coulomb) exp(-decay v) + viscous v``.
 
     Coulomb friction that is higher near standstill, and viscous friction (Armstrong-Helouvry,
-    Dupont, Canudas de Wit, Automatica 30 (1994) 1083). As all of it is at least `static` at
-    standstill, that is also the greatest static friction, if `peak` is 1.
+    Dupont, Canudas de Wit, Automatica 30 (1994) 1083). At standstill it equals `static`, which is
+    also the greatest static friction if `peak` is 1.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def dry_friction(
     grip: Number = 1.0,
     engaged: Compare | None = None,
 ) -> Hold:
-    """Friction against a sliding speed, in both directions the same.
+    """Friction against a sliding speed, equal in both directions.
 
     Sliding: ``reaction = grip F(speed)`` against the motion; at standstill up to
     ``peak grip F(0)``.
@@ -205,14 +205,14 @@ def coulomb(
     mode: Expr,
     engaged: Compare | None = None,
 ) -> Hold:
-    """Friction of one amount at all speeds, in both directions the same.
+    """Friction of one amount at all speeds, equal in both directions.
 
     Parameters
     ----------
     reaction, speed, mode : quantity
         See `lumped.hold`.
     sliding, holding : expression
-        Amount of the reaction where it slides, and the greatest where it sticks.
+        Amount of the reaction while it slides, and the greatest while it sticks.
     engaged : relation, optional
         While it is false there is no friction at all.
     """

@@ -47,5 +47,5 @@ class ElastoBacklash(Component):
         """Torque of a flank from its elastic and damping parts, positive when it pushes."""
         if self.limited:
             return one_sided(elastic, damping, self.d)
-        # in contact, this changes only where the push ends
+        # in contact, this changes only when the push ends
         return where(elastic + damping > 0, elastic + damping, 0)

@@ -1,8 +1,8 @@
 """Cranks: crank-slider with a heavy rod, rotating masses, and the load of a working stroke.
 
 All of them lie in one plane, x to the right and y up, on a frame that may move along x and y but
-not turn. What its flanges `frame_x` and `frame_y` hand on to a support are the inertia forces on
-the foundation, with the weights if `g` is given.
+not turn. The flanges `frame_x` and `frame_y` transmit the inertia forces to the foundation, with
+the weights if `g` is given.
 
 Source: Dresig and Holzweissig, Dynamics of Machinery, ch. 2.4 and 2.6 (reduced inertia, two
 masses in place of a rod, balancing).
@@ -60,7 +60,7 @@ class CrankSlider(Component):
 
     and the crank torque follows by virtual work. J' is negative for a slender rod. `two_mass`
     leaves it out: the usual replacement by two masses, exact for the force on the foundation but
-    not for the torque. Neither a rod nor a slider without mass is a special case.
+    not for the torque. Rod and slider may be without mass.
     """
 
     symbol = "crank"
@@ -183,7 +183,7 @@ class RotatingMass(Component):
 
 
 class StrokeLoad(Component):
-    """Force against the motion that depends on the place: ``f = -sign(v) F g(z)``.
+    """Force against the motion that depends on the position: ``f = -sign(v) F g(z)``.
 
     ``z = (s - s_0) / (s_1 - s_0)`` and ``g = (z/z_m)^p ((1 - z)/(1 - z_m))^q`` with its greatest
     value 1 at ``z_m = p / (p + q)``: none at the ends of the stroke and beyond. `F` is `forward`
@@ -208,7 +208,7 @@ class StrokeLoad(Component):
         p, q = self.p, self.q
         s = self.flange.s - self.support.s
         yield self.v == der(s)
-        # not quite zero outside of the stroke, where a power has no derivative by its exponent
+        # not quite zero outside the stroke: at zero a power has no derivative by its exponent
         begin = smooth(maximum((s - self.s_0) * (p + q) / (p * (self.s_1 - self.s_0)), _NOTHING))
         end = smooth(maximum((self.s_1 - s) * (p + q) / (q * (self.s_1 - self.s_0)), _NOTHING))
         back, forth = (smooth(minimum(maximum(u / self.v_0, 0), 1)) for u in (-self.v, self.v))
@@ -222,7 +222,7 @@ class StrokeLoad(Component):
 
 
 def _fall(part: CrankSlider | RotatingMass) -> tuple[Expr, Expr]:
-    """Acceleration of the frame less that of free fall, along x and y."""
+    """Acceleration of the frame minus that of free fall, along x and y."""
     return (
         der(der(part.frame_x.s)) - part.g * cos(part.down),
         der(der(part.frame_y.s)) - part.g * sin(part.down),

@@ -36,7 +36,7 @@ def elastic_force(characteristic: ElasticLaw, stretch: Expr) -> Expr:
 
 
 def elastic_energy(characteristic: ElasticLaw, stretch: Expr) -> Expr:
-    """Integral of the force from zero to a stretch; of a function by 20 points of Gauss."""
+    """Integral of the force from zero to a stretch; for a function by 20 Gauss points."""
     if callable(characteristic):
         points, weights = scipy.special.roots_legendre(20)
         total: Expr = Constant(0.0)

@@ -1,7 +1,7 @@
-"""Dry friction, brakes, clutches and freewheels, with standstill that is exact.
+"""Dry friction, brakes, clutches and freewheels, with exact standstill.
 
 All are made of one constraint that sticks and slides (`lumped.hold`): while the parts stand still
-relative to each other, the torque is whatever keeps them so, up to `peak` times the kinetic
+relative to each other, the torque is whatever keeps them at rest, up to `peak` times the kinetic
 friction at standstill; beyond that they slide, and the torque follows the characteristic
 (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083; Otter, Elmqvist and
 Mattsson, CACSD 1999, on friction elements that stick in any combination).
@@ -128,8 +128,8 @@ class JournalFriction(_OnShaft):
     """Friction of a journal under a load: ``tau = mu f_n d / 2`` against the motion.
 
     The shaft goes through from flange a to flange b. The load `f_n` on its journals may change
-    during a run, as where a body is picked up. At standstill the friction bears up to `peak` times
-    that torque.
+    during a run, for example when a body is picked up. At standstill the friction bears up to
+    `peak` times that torque.
     """
 
     symbol = "bearing"
@@ -176,10 +176,9 @@ class Clutch(_Pressed):
 class OneWayClutch(_Pressed):
     """Freewheel with a friction clutch in parallel: ``w_rel >= 0``, ``tau = mu(w_rel) c_geo f_n``.
 
-    Locked (``w_rel = 0``) it takes any torque that would make `w_rel` negative, and opens where
-    the torque the other way exceeds `peak` times the friction at standstill: at the first such
-    torque if there is no normal force ``f_n = f_max max(u, 0)``. `characteristic` is that of
-    `Clutch`.
+    Locked (``w_rel = 0``) it takes any torque that would make `w_rel` negative. It opens when the
+    torque in the other direction exceeds `peak` times the friction at standstill, or at once if
+    there is no normal force ``f_n = f_max max(u, 0)``. `characteristic` is that of `Clutch`.
     """
 
     symbol = "freewheel"
@@ -203,7 +202,7 @@ class OneWayClutch(_Pressed):
 class SlipCoupling(_BetweenShafts):
     """Coupling that slips above a torque: ``w_rel = 0`` while ``|tau| <= static``.
 
-    Slipping, ``tau = kinetic sign(w_rel)``; it sticks again where `w_rel` comes to zero and
+    Slipping, ``tau = kinetic sign(w_rel)``; it sticks again when `w_rel` comes to zero and
     `static` suffices. Disengaged, ``tau = 0``. `tau` acts on the coupling at flange b and,
     reversed, at flange a; `w_rel` is the speed of b relative to a. For safety couplings, belts,
     wheels and rolls whose limits are known as torques.

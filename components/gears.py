@@ -37,10 +37,10 @@ class IdealGear(Component):
     The torques follow from virtual work: ``tau_b = -ratio tau_a``, and the housing takes
     ``tau_support = -tau_a - tau_b``. An open support stands still.
 
-    With its support on a carrier that turns it is a mesh between two wheels of a planetary set,
+    With its support on a turning carrier it is a mesh between two wheels of a planetary set,
     ``w_a - w_c = ratio (w_b - w_c)`` (Willis, Principles of Mechanism, 1841): `ratio` is the teeth
-    of b over those of a, negative for two external gears and positive for one in a ring. Any set
-    is composed of such meshes, one for each pair of wheels.
+    of b over those of a, negative for two external gears and positive for one in a ring. Such
+    meshes, one for each pair of wheels, compose any set.
     """
 
     symbol = "gear"
@@ -78,7 +78,7 @@ class BevelGear(Component):
 
     The housing takes the torque of each shaft about the axis of that shaft, so it has two supports:
     ``tau_support_a = -tau_a`` and ``tau_support_b = -tau_b = ratio tau_a``. They are two components
-    of its motion, and a housing that swings does so by a small angle. Open supports stand still.
+    of its motion, so the housing may swing only by a small angle. Open supports stand still.
     """
 
     symbol = "bevel"
@@ -141,11 +141,11 @@ class SelectableGear(Component):
     """Gear of two ratios and a neutral position: ``w_a = ratio_1 w_b`` or ``w_a = ratio_2 w_b``.
 
     The command `u` engages gear 1 between 0.5 and 1.5, gear 2 from 1.5 on; below 0.5 no gear is
-    engaged and both sides turn freely. Speeds count from the support. Meant to be changed at
-    standstill: where a gear is engaged while its dogs turn against each other (`w_1`, `w_2`, at
-    side b), the speeds of everything that is rigidly joined jump to common ones, with momentum
-    kept, and the energy lost is the `loss` of the event. A run that starts turning is given both
-    speeds. Torques: ``tau_b = -ratio tau_a``.
+    engaged and both sides turn freely. Speeds count from the support. Change gear at standstill: if
+    a gear is engaged while its dogs turn against each other (`w_1`, `w_2`, at side b), the speeds
+    of everything that is rigidly joined jump to common ones, with momentum kept, and the energy
+    lost is the `loss` of the event. If a run starts turning, give the speeds of both sides. The
+    torques are ``tau_b = -ratio tau_a``.
     """
 
     symbol = "gearbox"

@@ -18,10 +18,10 @@ __all__ = ["SwingingMass", "Weight"]
 class SwingingMass(Component):
     """Body on an arm: ``(J + m R^2) der(w) = tau_flange - m g R cos(phi + phi0)``.
 
-    `J` is the inertia about the own centre of gravity of a body that turns with the arm, as a rod
-    does; zero for a point, and for a body that a parallel guide carries on a circle without
-    turning it: that has no energy of spin, and its height above the end of the arm does not
-    matter. A counterweight has a negative radius.
+    `J` is the inertia about the own centre of gravity of a body that turns with the arm, such as a
+    rod. It is zero for a point, and for a body that a parallel guide carries on a circle without
+    turning it; the height of such a body above the end of the arm does not matter. A counterweight
+    has a negative radius.
     """
 
     symbol = "arm"
@@ -50,7 +50,7 @@ class SwingingMass(Component):
 class Weight(Component):
     """Downward force on an arm, without mass: ``tau_flange = f R cos(phi + phi0)``.
 
-    For loads that come and go, and beside a body whose inertia stands elsewhere.
+    For loads that come and go, and for the weight of a body whose inertia is a separate part.
     """
 
     symbol = "weight"

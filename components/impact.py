@@ -1,6 +1,6 @@
 """Rigid contact of shafts: stops, play with impacts, couplings that close, bodies picked up.
 
-All are constraints that close and open (`lumped.hold`). Where one closes at a speed, the speeds of
+All are constraints that close and open (`lumped.hold`). If one closes at a speed, the speeds of
 everything that is rigidly joined to it jump, so that momentum is kept; the energy lost is the
 `loss` of the event. The speed after an impact is `restitution` times the speed before (Newton's
 law; Pfeiffer and Glocker, Multibody Dynamics with Unilateral Contacts, 1996, ch. 8).
@@ -75,8 +75,8 @@ class Backlash(Component):
 class Coupling(Component):
     """Dog clutch: ``w_rel = 0`` while closed, ``tau = 0`` while open.
 
-    It closes where the command `u` passes 0.5, at any angle and speed: then the speeds jump, with
-    momentum kept. `tau` acts on the coupling at flange b and, reversed, at flange a.
+    It closes when the command `u` rises above 0.5, at any angle and speed: the speeds then jump,
+    with momentum kept. `tau` acts on the coupling at flange b and, reversed, at flange a.
     """
 
     symbol = "dog"
@@ -99,9 +99,9 @@ class Coupling(Component):
 class PickUp(Component):
     """Body that is carried or lies at rest: ``J der(w) = -tau - tau_rest``.
 
-    While the command `u` is above 0.5 it turns with the flange, else it stands still. Where it is
+    While the command `u` is above 0.5 it turns with the flange, else it stands still. When it is
     picked up, the speeds of the flange and of the body jump to a common one, with momentum kept;
-    where it is put down, its own speed drops to zero and that of the flange stays.
+    when it is put down, its own speed drops to zero and that of the flange stays.
     """
 
     symbol = "pick_up"

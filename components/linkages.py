@@ -20,10 +20,10 @@ __all__ = ["Bar", "Eccentric", "GuidedRod", "PlaneSpring"]
 class Eccentric(Component):
     """Arm between two points: ``x_pin = x_hub + radius cos(q)``, ``y_pin = y_hub + radius sin(q)``.
 
-    ``q = phi + phase`` is its angle against the horizontal. A crank or eccentric whose hub may
-    stand still or move as well: either point may be held. The torques and forces follow from
-    virtual work: ``tau = radius (f_x sin(q) - f_y cos(q))`` with the forces on the pin, and the hub
-    takes their reverse. Open points are free; hold a point with `translation.Fixed`.
+    ``q = phi + phase`` is its angle against the horizontal. It is a crank or eccentric; hub or pin
+    may be held, and the other moves. The torques and forces follow from virtual work:
+    ``tau = radius (f_x sin(q) - f_y cos(q))`` with the forces on the pin, and the hub takes their
+    reverse. Open points are free; hold a point with `translation.Fixed`.
     """
 
     symbol = "arm"
@@ -51,9 +51,9 @@ class Eccentric(Component):
 class GuidedRod(Component):
     """Rod that hangs on a pin, its foot in a vertical guide: ``length sin(phi) = x_guide - x_pin``.
 
-    ``y_foot = y_pin - length cos(phi)``; `phi` is the angle at `flange`, by which the rod is turned
-    counter-clockwise from where it hangs straight down. The pin must stay within
-    the length of the rod to both sides of the guide. An open guide stands at ``x = 0``, an open
+    ``y_foot = y_pin - length cos(phi)``; `phi` is the angle at `flange`, counter-clockwise from
+    hanging straight down. The horizontal distance of the pin from the guide must stay below the
+    length of the rod. An open guide stands at ``x = 0``, an open
     foot is free. The forces follow from virtual work.
     """
 

@@ -1,7 +1,7 @@
 """Torques that depend on the speed: machines, fans, drag, brakes.
 
-All drive as `Torque` does: a negative nominal torque is a load. With `same_direction` the torque
-keeps its direction when the speed changes sign; otherwise it reverses with the speed.
+As for `Torque`, positive values drive: a negative nominal torque is a load. With `same_direction`
+the torque keeps its direction when the speed changes sign; otherwise it reverses with the speed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["EddyCurrentBrake", "InverseTorque", "LinearTorque", "QuadraticTorque
 
 
 class _SpeedTorque(Component):
-    """Torque ``tau`` on what is joined to the flange, from its speed ``w``."""
+    """Torque ``tau`` that drives the flange, as a function of its speed ``w``."""
 
     symbol = "load"
     flange = Flange()
@@ -69,8 +69,8 @@ class QuadraticTorque(_SpeedTorque):
 class SignTorque(_SpeedTorque):
     """Torque of constant magnitude, smoothed about standstill: ``tau = tau_nominal sign(w)``.
 
-    It cannot hold anything still; for that take `BearingFriction`. Smooth:
-    ``tau_nominal tanh(w / (0.02 w0))``; otherwise straight between -w0 and w0.
+    It cannot hold anything still; for that use `BearingFriction`. With `smooth` the torque is
+    ``tau_nominal tanh(w / (0.02 w0))``, otherwise straight between -w0 and w0.
     """
 
     w0: Param = param("rad/s", "speed of smoothing", 0.1, above=0)
@@ -98,7 +98,7 @@ class EddyCurrentBrake(Component):
     """Eddy-current brake: ``tau = 2 tau_max e^2 x / (1 + x^2)``, ``x = w / w_critical``.
 
     ``w_critical = w_nominal (1 + alpha (T - T_ref))`` grows with the resistance of the disc, so a
-    hot brake brakes less at low speed (Wouterse, Critical torque and speed of eddy current brake
+    hot disc brakes less at low speed (Wouterse, Critical torque and speed of eddy current brake
     with widely separated soft iron poles, IEE Proc. B 138 (1991) 153). The heat ``tau w`` leaves
     at the port `heat`, where T is that of the brake.
     """

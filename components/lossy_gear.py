@@ -23,15 +23,15 @@ class LossyGear(Component):
 
     While side a drives, ``tau_loss = (1 - eta_a) tau_a + tau_bearing_a``; while side b drives,
     ``tau_loss = (1 - 1/eta_b) tau_a + tau_bearing_b`` (forward motion; bearing friction changes
-    its sign with the motion). The side that drives is the one with the greater loss, so the law
-    has no jump. At standstill `tau_loss` is whatever keeps the gear still, up to the same law
-    (Pelchen, Schweiger and Otter, Modeling and Simulating the Efficiency of Gearboxes and of
+    its sign with the motion). The driving side is the one whose law gives the greater loss, so the
+    loss does not jump. At standstill `tau_loss` is whatever keeps the gear still, up to the same
+    law (Pelchen, Schweiger and Otter, Modeling and Simulating the Efficiency of Gearboxes and of
     Planetary Gearboxes, Modelica conference 2002).
 
     `losses` are rows of speed of flange a relative to the support in rad/s (from zero up),
     efficiency while a drives, efficiency while b drives, and bearing friction at side a in N.m
-    in both cases; joined by straight lines and continued by the last one. Where that would leave
-    the range of an efficiency, end the table with two equal rows.
+    in both cases; joined by straight lines and continued by the last one. If the continued line
+    would leave the range of an efficiency, end the table with two equal rows.
     """
 
     symbol = "gear"
@@ -71,7 +71,7 @@ class EfficientGear(Component):
     """Gear of one efficiency: ``tau_b = -ratio tau_a eta`` while a drives, ``/ eta`` while b does.
 
     A `LossyGear` whose mesh loses the same share in both directions at all speeds, and whose
-    efficiency may change without assembling anew.
+    efficiency may change without a new assembly.
     """
 
     symbol = "gear"
@@ -111,7 +111,7 @@ def _hold(
 ) -> Hold:
     """Loss torque while the gear turns, and its limits at standstill.
 
-    Side a drives forward where its torque is above the border, if that is one for all speeds.
+    If one border of torque is valid at all speeds, side a drives forward above this border.
     """
     tau = gear.flange_a.tau
 
@@ -140,7 +140,7 @@ def _hold(
 
 
 def _border(speed: float, eta_a: float, eta_b: float, tau_a: float, tau_b: float) -> float:
-    """Torque at side a where the losses are the same whichever side drives."""
+    """Torque at side a at which both sides' laws give the same loss."""
     if tau_a == tau_b:
         return 0.0
     return tau_a / 2 if eta_a * eta_b == 1 else (tau_a - tau_b) / (eta_a - 1 / eta_b)

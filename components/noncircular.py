@@ -2,8 +2,8 @@
 
 Both flanges count from the housing, which takes ``tau_support = -tau_a - tau_b``; an open support
 stands still. A pair in external mesh turns its flanges in opposite directions. Torques follow from
-virtual work. The angle of flange b is a function of that of flange a without jumps, so any number
-of turns is followed.
+virtual work. The angle of flange b is a continuous function of that of flange a, over any number of
+turns.
 
 Source: Litvin, Fuentes-Aznar, Gonzalez-Perez and Hayasaka, Noncircular Gears, 2009, ch. 2 and 4.
 """
@@ -28,7 +28,7 @@ class EllipticalGear(Component):
     With ``x = phi_a - phase``, the ratio ``-w_b / w_a = (1 - e^2) / (1 + e^2 - 2 e cos x)`` lies
     between ``(1 - e) / (1 + e)`` and its inverse, which it reaches at ``phi_a = phase``. Its
     integral is ``psi = x + 2 atan2(e sin x, 1 - e cos x)``, counted from ``phi_a = 0``; the
-    correction is bounded. `slowest_at` gives the phase at which b is slowest where it is wanted.
+    second term is bounded. `slowest_at` gives the phase for which b is slowest at a wanted angle.
     """
 
     symbol = "ellipses"
@@ -47,7 +47,7 @@ class NonCircularGear(Component):
     """Gear pair of a given transmission function: ``phi_b = transmission(phi_a)``.
 
     `transmission` takes the angle of flange a and returns that of flange b, both relative to the
-    support, in `lumped.ops`; for external mesh it falls. For example
+    support, written with `lumped.ops`; for external mesh it falls. For example
     ``lambda x: -(x + 0.1 * lp.ops.sin(2 * x))``; `lumped.transmissions` makes one from points or
     from a wanted ratio. The ratio ``w_b / w_a`` is its derivative,
     ``tau_a = -(w_b / w_a) tau_b``.

@@ -19,9 +19,9 @@ class ElasticPlanetary(Component):
         s_r = r_r (phi_ring - phi_c) - r_p (phi_p - phi_c)
         J_p der(w_p) = r_p (f_r - f_s)
 
-    The `n` planets move alike, so that there are the rotational modes of the stage and not those in
-    which planets move against each other. The torques follow from virtual work. The mass of the
-    planets is an `Inertia` on the carrier, ``n m r_c^2``. Rigid it is a `Planetary`.
+    The `n` planets move alike, so the stage has its rotational modes but none in which planets move
+    against each other. The torques follow from virtual work. Add the mass of the planets as an
+    `Inertia` on the carrier, ``n m r_c^2``. With rigid meshes it is a `Planetary`.
 
     Source: Kahraman, Natural modes of planetary gear trains, J. Sound and Vibration 173 (1994) 125
     (purely torsional model).

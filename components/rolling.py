@@ -20,7 +20,8 @@ __all__ = ["RollingTorque"]
 class RollingTorque(Component):
     """Load of a rolling pass on the drive of both rolls: ``tau = 2 F a + (T_back - T_front) R``.
 
-    Forming, ``tau_f = 2 F a``, acts against the motion, at standstill up to that; it becomes heat.
+    The torque of forming acts against the motion, ``tau_f = 2 F a``, at standstill up to this; its
+    work becomes heat.
     The tensions pull on the strip towards negative (`T_back`) and positive motion (`T_front`),
     whichever way the rolls turn. The lever arm is ``a = lambda sqrt(R dh)`` with the reduction
     ``dh`` and ``lambda`` about 0.5 for hot and 0.4 for cold rolling. Without roll force the pair is

@@ -1,4 +1,4 @@
-"""Gear shifting under way: friction cones that bring the speeds together, dogs that lock."""
+"""Gear shifting while turning: friction cones bring the speeds together, then dogs lock."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["Synchroniser"]
 class Synchroniser(Component):
     """Cones and dogs between a gear wheel and its shaft: ``tau_cones = mu n R f / sin(alpha)``.
 
-    The shift force ``f = f_max u`` presses the cones until both sides turn alike; there the dogs
-    lock without an impact, and from then on carry any torque. They open where `u` comes to zero.
-    Where the torque in the shaft is more than that of the cones, the speeds do not come together
-    and it does not lock. It starts open; ``locked=1.0`` starts it locked. `tau` acts at flange b
+    The shift force ``f = f_max u`` presses the cones until both sides turn at one speed; then the
+    dogs lock without an impact and carry any torque. They open when `u` comes to zero. If the
+    torque in the shaft is more than that of the cones, the speeds do not come together and the dogs
+    do not lock. It starts open; ``locked=1.0`` starts it locked. `tau` acts at flange b
     and, reversed, at flange a; `w_rel` is the speed of b relative to a.
 
     Source: Naunheimer, Bertsche, Ryborz and Novak, Automotive Transmissions, 2nd ed. 2011, ch. 9.2.

@@ -11,26 +11,26 @@ from lumped.ops import atan, exp, sin, sqrt
 __all__ = ["Tyre"]
 
 _STILL = Datum(1e-15)
-"""Speed in m/s, and slip, that do not matter but beside zero."""
+"""Speed in m/s, and slip, that avoid a division by zero."""
 
 
 class Tyre(Component):
     """Tyre rolling and slipping on a road: ``f = f_n mu m(k)`` where it rolls steadily.
 
     ``m(k) = sin(C atan(B k - E (B k - atan(B k))))`` with the slip ``k = (R w - v) / V``,
-    ``V = (|v| + |R w|) / 2``: 2 for a wheel that spins on the spot, -2 for one that is locked. Data
-    over the slip s against the speed of the road alone have ``k = s / (1 + s/2)``.
+    ``V = (|v| + |R w|) / 2``: 2 for a wheel that spins on the spot, -2 for one that is locked. For
+    data over the slip s relative to the speed of the road alone, ``k = s / (1 + s/2)``.
 
     The tread follows as a spring between rim and road, with the deflection ``sigma z``::
 
         sigma der(z) = (R w - v) - V z B C k / m(k)
         f = f_n mu B C (z + T_d exp(-(V / v_low)^2) der(z))
 
-    Small slip thus builds up over the way `sigma`, large slip over a shorter one, and the force is
-    bounded by that of the formula. At standstill nothing is divided by zero: the tyre is a spring
-    of the stiffness ``f_n mu B C / sigma`` that holds a vehicle, with a damper that fades from the
-    speed `v_low` on. The wheel has no inertia here; join an `Inertia` to `wheel`, and the vehicle
-    to `hub`.
+    So the force builds up over the distance `sigma` for small slip, over a shorter one for large
+    slip, and is bounded by that of the formula. At standstill nothing is divided by zero: the tyre
+    is a spring of the stiffness ``f_n mu B C / sigma`` that holds a vehicle, with a damper that
+    fades from the speed `v_low` on. The wheel has no inertia here; join an `Inertia` to `wheel`,
+    and the vehicle to `hub`.
 
     Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4.3 (magic formula) and 7.2
     (relaxation); Canudas de Wit, Tsiotras, Velenis, Basset and Gissinger, Vehicle System Dynamics

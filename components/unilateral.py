@@ -1,4 +1,4 @@
-"""Contacts that press or pull, but never both."""
+"""Contacts that only press or only pull."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def one_sided(elastic: Expr, damping: Expr, d: Number) -> Expr:
     elastic : expression
         Force of the spring, N or N.m, positive in contact.
     damping : expression
-        Force of the damper, of the same sign where the contact gets closer.
+        Force of the damper, of the same sign while the contact gets closer.
     d : expression
-        Its coefficient; without a damper there is nothing to limit.
+        Coefficient of the damper; with zero there is nothing to limit.
     """
     no_less = where(damping <= -elastic, -elastic, damping)
     limited = where(damping >= elastic, elastic, no_less)

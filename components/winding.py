@@ -42,13 +42,13 @@ class Coil(Component):
 
     The mandrel turns at `flange`; `strip` is the strip where it touches the coil, its position the
     wound length ``s = r theta + h theta^2 / (4 pi fill)``, its force ``f = -T`` a tension. `theta`
-    is the angle wound: that of the flange from the direction of the strip, `tangent`, which an
-    open port holds still. ``J = pi rho b fill (R^4 - r^4) / 2`` is the wound strip alone; add the
+    is the angle wound: the angle of the flange relative to the direction of the strip, `tangent`,
+    which is fixed if open. ``J = pi rho b fill (R^4 - r^4) / 2`` is the wound strip alone; add the
     mandrel. Bending the strip plastically takes ``M_b = sigma_s b h^2 / 4`` against the motion,
     at standstill up to that.
 
-    Begin a run with some strip wound by a start value, ``Coil(..., L=120.0)``. `state` changes,
-    with an event, where the coil grows beyond `R_max` and where it is pulled off the mandrel.
+    To begin a run with some strip wound, give a start value, ``Coil(..., L=120.0)``. `state`
+    changes, with an event, when the coil grows beyond `R_max` or is pulled off the mandrel.
     """
 
     symbol = "coil"
@@ -104,7 +104,7 @@ class Coil(Component):
 class Strip(Component):
     """Elastic strip that only pulls: ``T = c s_rel + d v_rel`` while ``s_rel > 0``, else 0.
 
-    ``s_rel = s_b - s_a`` is how far it is stretched, flange b being ahead in the sense of winding.
+    ``s_rel = s_b - s_a`` is its stretch, flange b being ahead in the sense of winding.
     ``c = E b h / l`` for a free length l. Damping is at most as strong as the spring, so that the
     tension begins and ends at zero. Losing the tension and finding it again are events.
     """
@@ -133,8 +133,8 @@ class StripPath(Component):
     ``alpha = phi_0 + phi_carrier`` from the direction roll to turret, `d` long. Then
     ``D^2 = d^2 + r_t^2 + 2 d r_t cos(alpha)``, the free length is ``l = sqrt(D^2 - R^2)``, and the
     strip points at the angle ``atan2(r_t sin(alpha), d + r_t cos(alpha)) - asin(R / D)``, that of
-    `tangent`. Torques follow from virtual work at the present radius R, whose growth does no work:
-    it shortens l by as much as it turns the strip. Join `strip` and `tangent` to those of a `Coil`
+    `tangent`. Torques follow from virtual work at the present radius R. Its growth does no work: it
+    shortens l by as much as the strip turns. Join `strip` and `tangent` to those of a `Coil`
     and `R` to its radius; the carrier then takes the reaction of the tension. The mass of the strip
     between the rolls is left out, and the roll must be outside of the circle of the coil.
     """
@@ -170,7 +170,7 @@ class StripPath(Component):
 
 
 def pulling(s_rel: Expr, v_rel: Expr, c: Expr, d: Number) -> Expr:
-    """Tension of what only pulls, N.
+    """Tension of a strip that only pulls, N.
 
     Parameters
     ----------

@@ -42,24 +42,15 @@ def sentence(layer: str) -> str:
 
 
 @cache
-def imported(layer: str) -> tuple[set[str], set[str]]:
-    """Layers that it imports from: at all, and for more than annotations."""
+def imported(layer: str) -> set[str]:
+    """Layers that it imports from, for annotations too."""
     found: set[str] = set()
-    annotations: set[str] = set()
     for file in files(layer):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        checked = {
-            inner
-            for node in ast.walk(tree)
-            if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-            for inner in ast.walk(node)
-        }
-        for node in ast.walk(tree):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lumped"):
                 path = [*(node.module or "").split(".")[1:], *(a.name for a in node.names)]
-                (annotations if node in checked else found).add(path[0])
-    others = set(layers()) - {layer}
-    return (found | annotations) & others, found & others
+                found.add(path[0])
+    return found & (set(layers()) - {layer})
 
 
 def picture() -> str:
@@ -73,7 +64,7 @@ def picture() -> str:
         f'width="{width}" height="{height}" font-family="sans-serif" font-size="13">',
         f'<rect width="{width}" height="{height}" fill="white"/>',
         f'<text x="{width - LEFT}" y="{0.7 * ROW:g}" fill="#555" text-anchor="end">dots: imports '
-        "from the layer whose square stands in that column; rings: for annotations only</text>",
+        "from the layer whose square stands in that column</text>",
     ]
     for i, name in enumerate(names):
         y = ROW * (i + 1)
@@ -82,7 +73,7 @@ def picture() -> str:
         lines.append(f'<text x="{LEFT}" y="{y + 18}" font-weight="bold">{name}</text>')
         told = escape(sentence(name))
         lines.append(f'<text x="{LEFT + TEXT}" y="{y + 18}">{told}</text>')
-        uses, runs = imported(name)
+        uses = imported(name)
         for j, other in enumerate(names):
             x = grid + DOT * (j + 0.5)
             if j == i:
@@ -90,9 +81,7 @@ def picture() -> str:
                     f'<rect x="{x - 5:g}" y="{y + 8}" width="10" height="10" fill="#1f77b4"/>'
                 )
             elif other in uses:
-                fill = "#555" if other in runs else "none"
-                circle = f'<circle cx="{x:g}" cy="{y + 13}" r="4" stroke="#555" fill="{fill}"/>'
-                lines.append(circle)
+                lines.append(f'<circle cx="{x:g}" cy="{y + 13}" r="4" fill="#555"/>')
     return "\n".join([*lines, "</svg>\n"])
 
 

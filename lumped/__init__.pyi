@@ -20,7 +20,6 @@ from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.sensitivity import sensitivity as sensitivity
 from lumped.language.check_units import check_units as check_units
 from lumped.language.component import Component as Component
-from lumped.language.connection import Connection as Connection
 from lumped.language.connection import chain as chain
 from lumped.language.connection import compose as compose
 from lumped.language.connection import connect as connect
@@ -28,6 +27,7 @@ from lumped.language.expression import Equation as Equation
 from lumped.language.expression import Expr as Expr
 from lumped.language.expression import der as der
 from lumped.language.expression import time as time
+from lumped.language.port import Connection as Connection
 from lumped.language.port import Flange as Flange
 from lumped.language.port import HeatPort as HeatPort
 from lumped.language.port import LinearFlange as LinearFlange

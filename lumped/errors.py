@@ -7,10 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from lumped.timeloop.result import Trajectory
+from typing import Any
 
 __all__ = [
     "ConnectError",
@@ -91,7 +88,7 @@ class SolverError(LumpedError):
         What was computed up to the failure.
     """
 
-    def __init__(self, text: str, partial: Trajectory | None = None) -> None:
+    def __init__(self, text: str, partial: Any = None) -> None:
         super().__init__(text)
         self.partial = partial
 
@@ -126,11 +123,11 @@ class Interrupted(KeyboardInterrupt):
         What was computed until then.
     """
 
-    def __init__(self, text: str, partial: Trajectory) -> None:
+    def __init__(self, text: str, partial: Any) -> None:
         super().__init__(text)
         self.partial = partial
 
-    def __reduce__(self) -> tuple[type[Interrupted], tuple[str, Trajectory]]:
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[str, Any]]:
         return type(self), (str(self), self.partial)
 
 

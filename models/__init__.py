@@ -1,4 +1,4 @@
-"""Published machines: each beside the numbers that its publication prints."""
+"""Published machines, each with the numbers that its publication prints."""
 
 if not __name__.startswith("lumped."):
     raise ImportError(
@@ -37,7 +37,7 @@ MARKS = {
     "I": "inferred from the published results",
     "A": "assumed, as the source does not give it",
 }
-"""How a number is known."""
+"""Origins of a number, by their letters."""
 
 
 class Row(NamedTuple):
@@ -46,19 +46,19 @@ class Row(NamedTuple):
     Attributes
     ----------
     quantity, unit : str
-        What it is.
+        Its name and unit.
     published : float or None
         Printed value; None if the source gives none, or a range.
     computed : float
         Value of the model.
     place, remark : str
-        Where the printed value stands, with one of the `MARKS` in brackets: how the number of the
-        source is known, or what the computed one rests on. What explains a deviation.
+        Place of the printed value, with one of the `MARKS` in brackets: origin of the source's
+        number, or basis of the computed one. Explanation of a deviation.
     bounds : (float or None, float or None) or None
-        Printed range, where there is one instead of a value; None for an end that is open.
+        Printed range, if the source prints one instead of a value; None for an open end.
     fitted : bool
-        Whether something that the source does not give was chosen so that this value comes out:
-        then the row proves nothing.
+        Whether a value that the source does not give was fitted to this number: then the row
+        proves nothing.
     """
 
     quantity: str
@@ -87,7 +87,7 @@ class Row(NamedTuple):
 
 
 class Machine(Protocol):
-    """What the module of a machine offers; `ABOUT` is what its report says besides numbers."""
+    """Contents of the module of a machine; `ABOUT` has the texts of its report."""
 
     ABOUT: "About"
 
@@ -101,10 +101,10 @@ class Machine(Protocol):
         """The machine to draw."""
 
     def scene(self, until: float = ..., **options: Any) -> "Trajectory":
-        """The run that is shown, and whose error against its time; options of `lumped.simulate`."""
+        """The run of the report, also for error against run time; options of `lumped.simulate`."""
 
     def measures(self, parameters: Mapping[str, Any] | None = None) -> "list[Measure]":
-        """What a change of parameters of that run is seen by."""
+        """Numbers that show the effect of changed parameters on that run."""
 
 
 def machine(name: str) -> Machine:

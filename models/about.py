@@ -1,4 +1,4 @@
-"""What a report says of a machine besides its numbers, and what its run is measured by."""
+"""Texts of a report on a machine, and the numbers by which its runs are compared."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Motor(NamedTuple):
     Attributes
     ----------
     name : str
-        What it is.
+        Its name.
     torque, speed : str
         Names of its torque and speed in the run of the machine.
     rated, maximum : float, rows of (speed, torque) or None
@@ -32,23 +32,22 @@ class Motor(NamedTuple):
 
 
 class About(NamedTuple):
-    """Texts of a report, and what it shows of a run.
+    """Texts of a report, and the quantities of a run that it shows.
 
     Attributes
     ----------
     introduction : str
-        What the machine is and what is asked.
+        The machine and the question.
     source, findings, assumptions : tuple of str
-        Where the numbers come from and where the print is wrong; what comes out; what had to be
-        assumed.
+        Origin of the numbers and misprints; results; assumptions.
     scene : str
-        What happens in the run.
+        Events of the run, in words.
     until : float
         Its end, s; infinite for the end of the motion.
     captions : mapping of str to str
-        What each figure shows, by its name.
+        Caption of each figure, by its name.
     watched : mapping of str to str
-        Quantities of the run whose extremes are told: words, and the name in the model.
+        Quantities of the run whose extremes are reported: words, and the name in the model.
     motors : tuple of Motor
         Motors to size.
     """
@@ -73,7 +72,7 @@ class Measure(NamedTuple):
 
 
 def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
-    """Least and greatest values of what is watched, RMS torques of the motors, energy lost."""
+    """Extremes of the watched quantities, RMS torques of the motors, energy lost."""
     for words, name in about.watched.items():
         values, unit = run[name], run.system.quantity(name).unit
         yield Measure(f"{words}, least", unit, float(values.min()))
@@ -87,11 +86,11 @@ def extremes(run: lp.Trajectory, about: About) -> Iterator[Measure]:
 
 
 def sized(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
-    """What a run asks of a motor."""
+    """Demand of a run on a motor."""
     limits = {"rated": motor.rated, "maximum": motor.maximum}
     return lp.simulation.sizing(run, torque=motor.torque, speed=motor.speed, **limits)
 
 
 def shared(system: lp.System, parameters: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Of some parameters of a machine those that another of its models has too."""
+    """Those of some parameters of a machine that another model of it also has."""
     return {name: x for name, x in (parameters or {}).items() if name in system.parameters}

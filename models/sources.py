@@ -1,4 +1,4 @@
-"""Numbers of a machine's source, each with its unit, how it is known, and what it is."""
+"""Numbers of a machine's source, each with its unit, origin and meaning."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ __all__ = ["Given", "constants"]
 
 
 class Given(float):
-    """A number together with what a report says of it.
+    """A number together with its description in a report.
 
-    It counts as a plain float; what is computed from it is one.
+    It counts as a plain float; results of computing with it are plain floats.
 
     Parameters
     ----------
@@ -23,9 +23,9 @@ class Given(float):
     unit : str
         Its unit.
     mark : {"P", "R", "I", "A"}
-        How it is known, see `lumped.models.MARKS`.
+        Its origin, see `lumped.models.MARKS`.
     text : str
-        What it is, and its symbol in the source if it has one there.
+        Its meaning, and its symbol in the source if it has one there.
 
     Raises
     ------

@@ -402,6 +402,6 @@ class Drive:
 
 
 if __name__ == "__main__":
-    from hybrid_drives import main
+    from hybrid_comparisons import main
 
     main(sys.argv[1:])

@@ -1,6 +1,6 @@
 """Parts of straight-line motion.
 
-The names are those of the rotational twins on purpose, so import the module:
+The names are deliberately those of the rotational twins, so import the module:
 ``from lumped.components import translation``. All positions of a model count along one axis, and
 a force is positive along it.
 """

@@ -140,7 +140,7 @@ class Backlash(Component):
 class Coupling(Component):
     """Dog clutch: ``v_rel = 0`` while closed, ``f = 0`` while open.
 
-    It closes where the command `u` passes 0.5, at any position and speed: then the speeds jump,
+    It closes when the command `u` rises above 0.5, at any position and speed: the speeds then jump,
     with momentum kept. `f` acts on the coupling at flange b and, reversed, at flange a.
     """
 
@@ -164,9 +164,9 @@ class Coupling(Component):
 class PickUp(Component):
     """Body that is carried or lies at rest: ``m der(v) = -f - f_rest``.
 
-    While the command `u` is above 0.5 it moves with the flange, else it stands still. Where it is
+    While the command `u` is above 0.5 it moves with the flange, else it stands still. When it is
     picked up, the speeds of the flange and of the body jump to a common one, with momentum kept;
-    where it is put down, its own speed drops to zero and that of the flange stays.
+    when it is put down, its own speed drops to zero and that of the flange stays.
     """
 
     symbol = "pick_up"

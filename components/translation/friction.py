@@ -59,9 +59,9 @@ class GuideFriction(_OnRod):
     """Friction of a rod in a guide under a load: ``f = mu |load|`` against the motion.
 
     The rod goes through from flange a to flange b. `load` is the force across, of either sign, such
-    as the force `guide` of a `CrankSlider`; it may depend on the friction itself, and where that
-    makes it grow without limit, the mechanism jams and a run ends with an error. At standstill the
-    friction bears up to `peak` times that force.
+    as the force `guide` of a `CrankSlider`. It may depend on the friction itself; if both grow
+    without limit, the mechanism jams and a run ends with an error. At standstill the friction bears
+    up to `peak` times that force.
     """
 
     symbol = "bearing"
@@ -151,8 +151,8 @@ class MassWithStopAndFriction(Component):
 
     `characteristic` gives the friction force `f` in N over the sliding speed in m/s: rows of both,
     or a function such as `lumped.components.Stribeck`. At a stop the mass comes to rest at once,
-    and `f_stop` is all that holds it there; it leaves when it is pulled away by more than `peak`
-    times the friction at standstill.
+    held by `f_stop` alone; it leaves when it is pulled away by more than `peak` times the friction
+    at standstill.
     """
 
     symbol = "mass_stops"

@@ -23,7 +23,7 @@ __all__ = ["EddyCurrentBrake", "InverseForce", "LinearForce", "QuadraticForce", 
 
 
 class _SpeedForce(Component):
-    """Force ``f`` on what is joined to the flange, from its velocity ``v``."""
+    """Force ``f`` that drives the flange, as a function of its velocity ``v``."""
 
     symbol = "force"
     flange = LinearFlange()
@@ -65,7 +65,7 @@ class QuadraticForce(_SpeedForce):
 class SignForce(_SpeedForce):
     """Force of constant magnitude, smoothed about standstill: ``f = f_nominal sign(v)``.
 
-    Smooth: ``f_nominal tanh(v / (0.02 v0))``; otherwise straight between -v0 and v0.
+    With `smooth` it is ``f_nominal tanh(v / (0.02 v0))``, otherwise straight between -v0 and v0.
     """
 
     v0: Param = param("m/s", "velocity of smoothing", 0.1, above=0)

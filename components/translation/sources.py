@@ -34,7 +34,7 @@ class Fixed(Component):
 
 
 class Force(Component):
-    """Force ``f`` on what is joined to the flange: ``f_flange = -f``, ``f_support = f``.
+    """Force on a body: ``f_flange = -f`` (it drives the body), ``f_support = f``.
 
     `f` is given as a number, as an expression of the time, or connected to a signal.
     An open support stands still.

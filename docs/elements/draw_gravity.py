@@ -19,7 +19,7 @@ from lumped.components import (
     SquareRootController,
     SwingingMass,
 )
-from lumped.components.sensors import AngleSensor
+from lumped.components.control.sensors import AngleSensor
 
 FOLDER = Path(__file__).parent
 

@@ -1,4 +1,4 @@
-"""Object code on disk, found again by what it was made from."""
+"""Object code on disk, found again by the hash of its source."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def folder() -> Path:
 
 @cache
 def own() -> str:
-    """Hash of what all code depends on in this package."""
+    """Hash of the files of this package on which all code depends."""
     here = Path(__file__).parent
     numerics = here.parent / "numerics"
     kernels = sorted((here.parent / "kernel").glob("*.py"))
@@ -55,7 +55,7 @@ def loop_name() -> str:
 
 
 def load(key: str) -> bytes | None:
-    """What was saved under a key; None if there is nothing, or nothing whole."""
+    """Code saved under a key; None if there is none, or only a damaged file."""
     try:
         held = (folder() / key).read_bytes()
     except OSError:
@@ -68,7 +68,7 @@ def load(key: str) -> bytes | None:
 
 
 def save(key: str, code: bytes) -> None:
-    """Keep something; without a word if the folder cannot be written."""
+    """Save code under a key; does nothing if the folder cannot be written."""
     with suppress(OSError):
         place = folder() / key
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 
 _MOST_ON_STACK = 4096
-"""Numbers that are handed from chunk to chunk; more than these are kept elsewhere."""
+"""Numbers handed from chunk to chunk on the stack; more are kept elsewhere."""
 
 _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 

@@ -31,5 +31,5 @@ def compiled_functions(functions: Mapping[str, Operations]) -> Code:
 
 
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:
-    """The same if it was made before."""
+    """Machine code of functions if it was made before, else None."""
     return kept(_source(functions), list(functions))

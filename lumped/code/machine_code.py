@@ -31,7 +31,7 @@ def _target_machine() -> Any:
 
 @cache
 def _host() -> str:
-    """What object code depends on besides its source."""
+    """Text of all on which object code depends besides its source."""
     _target()
     cpu = (llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
     return "|".join((llvmlite.__version__, llvm.get_default_triple(), *cpu))
@@ -43,7 +43,7 @@ class Code:
     Attributes
     ----------
     addresses : dict of str to int
-        Where its functions are.
+        Addresses of its functions.
     """
 
     def __init__(self, code: bytes, names: Sequence[str]) -> None:
@@ -55,19 +55,19 @@ class Code:
 
 
 def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix: str = "") -> Code:
-    """Object code made before from the same source, or made now.
+    """Object code of a source: kept from before, or compiled now.
 
     Parameters
     ----------
     source : str
-        What the code is made from.
+        Text that identifies the code.
     names : sequence of str
         Functions wanted.
     assembly : callable
         Gives the LLVM assembly if it is needed.
     prefix : str
-        Begin of the name under which it is kept. What has one runs through LLVM's optimisation,
-        which straight-line code does not need.
+        Begin of the name under which the code is kept. Code with a prefix is optimised by LLVM;
+        straight-line code does not need that.
     """
     found = kept(source, names, prefix)
     if found is not None:

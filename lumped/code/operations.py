@@ -1,4 +1,4 @@
-"""CasADi functions of scalar operations as tables, to be interpreted or compiled."""
+"""Tables of the scalar operations of CasADi functions, to be interpreted or compiled."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Operations:
 
     @cached_property
     def key(self) -> bytes:
-        """What tells it apart from any other function."""
+        """Bytes that differ for different functions."""
         return hashlib.sha256(self.table.tobytes() + b"|" + self.constants.tobytes()).digest()
 
 
@@ -64,7 +64,7 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
     Raises
     ------
     UnsupportedError
-        If it is made of anything else.
+        If it contains other operations.
     """
     if not function.is_a("SXFunction"):
         raise UnsupportedError(f"{function.name()}: not a function of scalar operations")

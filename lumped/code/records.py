@@ -1,4 +1,4 @@
-"""Records: what kernels share, with fields that have names, types and lengths.
+"""Records: the data that kernels share, in fields with names, types and lengths.
 
 A record is declared like a dataclass::
 
@@ -8,10 +8,10 @@ A record is declared like a dataclass::
         plant: Plant
 
 A field is an integer, a number, numbers or integers of a length, or another record. The length is
-an expression of the sizes with which the record is made; without one the field points to an array
-that is given. A second length tells how far one may write beyond the field, into those after it.
-In memory a record is a block of 64-bit words: its fields in their order, those of a
-length as the address of their place further on.
+an expression of the sizes with which the record is made; without a length the field points to a
+given array. A second length says how far a function may write beyond the field, into those after
+it. In memory a record is a block of 64-bit words: its fields in their order. A field with a length
+holds the address of its place further on.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Field(NamedTuple):
     length : str
         Expression of sizes; empty if there is none.
     reach : str
-        The same with fields after it that one function writes together with it.
+        Length including later fields that one function writes together with it.
     """
 
     name: str
@@ -82,7 +82,7 @@ class _Word:
 
 
 def address(held: Any) -> int:
-    """Where an array or a record stands."""
+    """Address of an array or a record."""
     if isinstance(held, Record):
         return held._address
     found: int = held.__array_interface__["data"][0]
@@ -90,7 +90,7 @@ def address(held: Any) -> int:
 
 
 class _Layout(NamedTuple):
-    """Where the fields that have a length stand: their words, offsets, and views by name."""
+    """Places of the fields with a length: their words, offsets, and views by name."""
 
     words: np.ndarray
     offsets: np.ndarray
@@ -111,7 +111,7 @@ class Record(metaclass=_Kind):
     Parameters
     ----------
     sizes : mapping of str to int
-        What the lengths of its fields are made of.
+        Values of the names in the lengths of its fields.
     **given
         Values of fields.
     """
@@ -142,11 +142,11 @@ class Record(metaclass=_Kind):
             setattr(self, name, value)
 
     def remember(self) -> None:
-        """Note how it is now."""
+        """Note the present contents."""
         self._first = self._words.copy(), dict(self._held)
 
     def begin_again(self) -> None:
-        """Be as it was when it was told to remember."""
+        """Restore the contents noted by `remember`."""
         words, held = self._first
         self._words[:] = words
         self._held.clear()
@@ -154,13 +154,13 @@ class Record(metaclass=_Kind):
 
     @classmethod
     def lengths(cls) -> set[str]:
-        """Sizes that the lengths of its fields are made of."""
+        """Names of sizes in the lengths of its fields."""
         texts = " ".join(field.length for field in cls.fields.values())
         return set(re.findall(r"[a-z_]+", texts)) - {"max"}
 
 
 class _Views(dict[str, Any]):
-    """Arrays and records that a record points to; own ones are made when they are asked for."""
+    """Arrays and records that a record points to; views of its own memory are made when used."""
 
     def __init__(self, record: Record, layout: _Layout) -> None:
         super().__init__()

@@ -268,7 +268,7 @@ class _Function(Writer):
 
 
 def _bare(value: Value) -> str:
-    """Its text without parentheses around it."""
+    """Text of a value without the parentheses around it."""
     text = value.text
     if not (text.startswith("(") and text.endswith(")")):
         return text

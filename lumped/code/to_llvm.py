@@ -21,7 +21,7 @@ _ORDER = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
 _INTRINSIC = {"sqrt": "sqrt", "fabs": "fabs", "pow": "pow", "copysign": "copysign"}
 _INTRINSIC |= {"fmin": "minnum", "fmax": "maxnum"}
 _LARGE = 40
-"""Instructions of a function from which on it is not put where it is called."""
+"""Instructions above which a function is not inlined."""
 
 
 def literal(value: float) -> str:
@@ -63,7 +63,7 @@ class _Function(Writer):
         """LLVM assembly of the function."""
         linkage = "" if self._visible else "internal "
         given = ", ".join(f"{_type(kind)} %{name}" for name, kind in self.arguments)
-        # what is large gains nothing where it is called from, but takes long to compile there
+        # inlining a large function gains nothing and takes long to compile
         apart = " noinline" if len(self._lines) > _LARGE else ""
         head = f'define {linkage}{_type(self.result)} @"{self.kernel.name}"({given}){apart} {{'
         return "\n".join([*self._tables, head, "entry:", *self._head, *self._lines, "}"])
@@ -147,7 +147,7 @@ class _Function(Writer):
         self._loops.pop()
 
     def _leave(self, instruction: str) -> None:
-        # what follows a jump is never reached
+        # code after a jump is never reached
         self._lines += [f"  {instruction}", f"{self._fresh('after')}:"]
 
     def write_return(self, value: Value | None) -> None:

@@ -1,10 +1,10 @@
-"""A small part of Python, read so that it can be written in another language.
+"""Reader for a small part of Python, which is then written in another language.
 
 Functions take and give integers, numbers, truth values, addresses and records (see `records`).
 There are assignments, ``if``, ``while``, ``for`` over a range, arithmetic, comparisons and calls;
-integers are not negative where they are divided. A name that is not assigned to is a constant of
-its module: a number, a tuple of numbers or another function of this kind. Operations keep their
-order and rounding. `to_llvm` and `to_c` write what is read here.
+integers must not be negative in divisions. A name without assignment is a constant of the module: a
+number, a tuple of numbers or another function of this kind. Operations keep their order and
+rounding. `to_llvm` and `to_c` write the result.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Written = TypeVar("Written", bound="Writer")
 
 
 class TranslationError(Exception):
-    """Something that the language does not have."""
+    """A construct that the language does not have."""
 
 
 class Value(NamedTuple):
@@ -54,7 +54,7 @@ def _definition(source: str) -> ast.FunctionDef:
 
 
 def reached(kernels: Iterable[Kernel], write: Callable[[Kernel], Written]) -> list[Written]:
-    """What is written of functions and all that they call."""
+    """Written forms of functions and of all that they call."""
     found: dict[str, Written] = {}
     waiting = list(kernels)
     while waiting:
@@ -72,9 +72,9 @@ class Writer(ABC):
     Attributes
     ----------
     kernel : Kernel
-        What is read.
+        The function that is read.
     called : list of Kernel
-        What the function calls.
+        Functions that it calls.
     variables : dict of str to kind
         Its variables.
     """
@@ -100,7 +100,7 @@ class Writer(ABC):
         return _KINDS.get(text) or self.kernel.space[text]
 
     def unknown(self, node: ast.AST) -> TranslationError:
-        """Error for what the language does not have."""
+        """Error for a construct that the language does not have."""
         return TranslationError(f"{self.kernel.name}: {ast.unparse(node)}")
 
     # -- statements ------------------------------------------------------------------------

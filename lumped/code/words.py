@@ -1,16 +1,18 @@
 """Words of the small language in which the time loop is written (see `translate`).
 
 A kernel is a Python function that is also translated into LLVM assembly and into C. Called from
-Python it runs as it stands, which is good for a debugger and for tests.
+Python it runs unchanged, for a debugger and for tests.
 """
 
 from __future__ import annotations
 
+import ast
 import ctypes
 import ctypes.util
-import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,10 +22,10 @@ __all__ = ["Integers", "Kernel", "Library", "Numbers", "call", "kernel", "sqrt",
 
 
 Integers = NDArray[np.int64]
-"""Integers of 64 bits that stand one after the other; ``n[k:]`` are those from k on."""
+"""Array of 64-bit integers; ``n[k:]`` is the array from k on."""
 
 Numbers = NDArray[np.float64]
-"""Numbers of double precision that stand one after the other."""
+"""Array of double-precision numbers."""
 
 Written = TypeVar("Written", bound=Callable[..., object])
 
@@ -40,7 +42,7 @@ def call(address: int, x: Numbers, p: Numbers, t: float, m: Numbers, out: Number
 
 @dataclass(frozen=True)
 class Library:
-    """A function of the C library, of numbers."""
+    """A mathematical function of the C library."""
 
     c_name: str
 
@@ -51,7 +53,7 @@ class Library:
 
 
 def _loaded() -> Any:
-    """The C library's functions of numbers."""
+    """The C library's mathematical functions."""
     library = ctypes.CDLL(ctypes.util.find_library("m") or ctypes.util.find_library("msvcrt"))
     for name in (*_ONE, *_TWO):
         function = getattr(library, name)
@@ -82,7 +84,7 @@ class Kernel:
     source : str
         Its text.
     space : dict
-        What the names in it mean.
+        Values of the names in it.
     function : callable
         The same in Python.
     """
@@ -98,10 +100,27 @@ class Kernel:
 
 
 def kernel(function: Written) -> Written:
-    """Mark a function as part of the language; only others that are marked call it."""
+    """Mark a function as part of the language; only other kernels may call it."""
     name = f"{function.__module__}.{function.__name__}"
-    made: Any = Kernel(name, inspect.getsource(function), function.__globals__, function)
+    source = _sources(function.__code__.co_filename)[function.__code__.co_firstlineno]
+    made: Any = Kernel(name, source, function.__globals__, function)
     return made
+
+
+@cache
+def _sources(file: str) -> dict[int, str]:
+    """Texts of the functions of a module by their first lines.
+
+    `inspect.getsource` goes through the module once for each function.
+    """
+    text = Path(file).read_text(encoding="utf-8")
+    lines = text.splitlines(keepends=True)
+    found = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef)]
+    begins = [min([node.lineno, *(d.lineno for d in node.decorator_list)]) for node in found]
+    return {
+        begin: "".join(lines[begin - 1 : node.end_lineno])
+        for begin, node in zip(begins, found, strict=True)
+    }
 
 
 def written(name: str, source: str, space: dict[str, Any]) -> Any:

@@ -1,1 +1,1 @@
-"""From a component tree to a system, step by step."""
+"""The assembled system: states in use, what switches, functions, report."""

@@ -8,10 +8,10 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from lumped.compiler.flatten import flatten
 from lumped.compiler.idle_parts import idle
 from lumped.compiler.system import Name, System
 from lumped.errors import ModelWarning
+from lumped.flattening.flatten import flatten
 from lumped.language.component import Component
 from lumped.support.arguments import checked
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import scipy
 
-from lumped.compiler.flatten import FlatModel, Group
-from lumped.compiler.sparse_graph import links
-from lumped.compiler.tree import Node
+from lumped.flattening.flatten import FlatModel, Group
+from lumped.flattening.tree import Node
 from lumped.language.expression import Ref
+from lumped.support.sparse_graph import links
 
 __all__ = ["idle"]
 

@@ -43,7 +43,7 @@ def write_parameters(
     """
     path = Path(path)
     _check_ending(path)
-    p = system._flat.parameters
+    p = system.structure.parameters
     values = zip(p.free, system.theta(parameters).tolist(), strict=True)
     texts = {p.names[i]: f"{value!r} {p.declared[i].unit}" for i, value in values}
     if path.suffix == ".json":

@@ -2,29 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lumped.compiler.structure import Structure
+from lumped.reduction.pruning import LeftOut
 from lumped.support.text_table import table
 
-__all__ = ["LeftOut", "Report"]
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Something the system does not compute.
-
-    Attributes
-    ----------
-    what, why : str
-        Name or count, and reason.
-    """
-
-    what: str
-    why: str
-
-    def __repr__(self) -> str:
-        return f"{self.what}: {self.why}"
+__all__ = ["Report", "report_on", "shortened"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +60,61 @@ class Report:
         if self.left_out:
             parts.append(_listed("left out", [repr(item) for item in self.left_out]))
         return "\n\n".join(parts)
+
+
+def report_on(structure: Structure, names: Sequence[str], seconds: Mapping[str, float]) -> Report:
+    """What the reduction did: counts, states and why they are, blocks, times.
+
+    Parameters
+    ----------
+    structure : Structure
+        What came of it.
+    names : sequence of str
+        Names of the states in use.
+    seconds : mapping of str to float
+        Time of each stage.
+    """
+    flat, reduced, name = structure.flat, structure.reduced, structure.node_name
+    connection = len(flat.joints.equal) + len(flat.joints.sums) + len(flat.joints.grounded)
+    coupled = [block for block in reduced.blocks if len(block.nodes) > 1]
+    counts = {
+        "components": len(structure.tree.nodes),
+        "unknowns": structure.tree.unknown_count,
+        "equations": flat.equation_count + connection,
+        "after alias elimination": reduced.incidence.count,
+        "differentiated": int((reduced.times > 0).sum()),
+        "index": int(reduced.times.max(initial=0)) + 1,
+        "coupled blocks": len(coupled),
+        "largest block": max((len(b.nodes) for b in reduced.blocks), default=0),
+        "states": len(structure.states),
+    }
+    reasons = [_reason(structure, node) for node in structure.states]
+    return Report(
+        counts,
+        dict(zip(names, reasons, strict=True)),
+        tuple(shortened([name(n) for n in block.nodes]) for block in coupled),
+        tuple(name(n) for n in structure.implicit),
+        tuple(structure.left_out),
+        tuple(name for _, name in flat.joints.grounded),
+        dict(seconds),
+    )
+
+
+def _reason(structure: Structure, node: int) -> str:
+    """Why a node is a state."""
+    if node not in structure.reduced.tied:
+        return "its derivative stands in the equations"
+    unknown = structure.members.get(node)
+    wish = "avoid" if unknown is None else structure.tree.quantity(unknown).wish
+    if wish in ("prefer", "always"):
+        return f"declared state='{wish}'; constraints determine others"
+    return "leads what constraints tie to it; declared before them or wanted more"
+
+
+def shortened(items: Sequence[str], separator: str = ", ", most: int = 12) -> str:
+    """Some of many texts, and how many more there are."""
+    more = f"{separator}... {len(items) - most} more" if len(items) > most else ""
+    return separator.join(items[:most]) + more
 
 
 def _listed(title: str, items: Sequence[str], most: int = 20) -> str:

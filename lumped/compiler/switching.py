@@ -13,14 +13,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.compiler import hold_modes
-from lumped.compiler.evaluation import Values
-from lumped.compiler.flatten import Group
-from lumped.compiler.incidence import Occurrence
-from lumped.compiler.template import Jump, Relation, Template
 from lumped.errors import SingularModelError
+from lumped.flattening import hold_modes
+from lumped.flattening.flatten import Group
+from lumped.flattening.template import Jump, Relation, Template
 from lumped.language.lowering import has_steps
 from lumped.language.pieces import Pieces
+from lumped.reduction.evaluation import Values
+from lumped.reduction.incidence import Occurrence
 from lumped.support.made_once import Shared, made_once
 
 __all__ = ["Condition", "Switching", "is_even"]

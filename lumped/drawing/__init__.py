@@ -1,4 +1,4 @@
-"""Plots, schematics, films and report pages."""
+"""Schematics, films and report pages."""
 
 from lumped.support.lazy_names import lazy_names
 

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from matplotlib import animation
 from matplotlib.figure import Figure
 
-from lumped.compiler.tree import Node
 from lumped.errors import OptionError, UnknownNameError, told_by
+from lumped.flattening.tree import Node
 from lumped.language.expression import Expr, Ref, as_expr
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
 from lumped.support.arguments import checked
-
-if TYPE_CHECKING:
-    from lumped.timeloop.result import Trajectory
+from lumped.timeloop.result import Trajectory
 
 __all__ = ["animate", "moving_lines"]
 
@@ -37,7 +34,7 @@ def animate(run: Trajectory, path: str | Path, *, frames: int = 80, seconds: flo
     run : Trajectory
         From `lumped.simulate`.
     path : str or Path
-        File to write: .gif, or .mp4 if the program ffmpeg is there.
+        File to write: .gif, or .mp4 if the program ffmpeg is installed.
     frames : int
         Pictures, evenly spaced over the time of the run; at most 300.
     seconds : float
@@ -110,15 +107,15 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     run : Trajectory
         From `lumped.simulate`.
     times : ndarray, shape (k,)
-        Times within the run, s; quantities are straight between output points.
+        Times within the run, s; quantities are interpolated linearly between output points.
 
     Returns
     -------
     dict of str to ndarray, shape (k, points, 2)
         Positions in m, by the component's path and the name of the line.
     """
-    tree = run.system._tree
-    parameters = run.system._flat.parameters
+    tree = run.system.structure.tree
+    parameters = run.system.structure.parameters
     values = parameters.all(run.theta)
     symbols: dict[str, ca.SX] = {}
 

@@ -1,4 +1,4 @@
-"""Figures as parts of a page: SVG without anything to load, and where its curves are."""
+"""Figures as parts of a page: self-contained SVG, and the places of its curves."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def inline(figure: Figure, title: str, key: str) -> str:
     Parameters
     ----------
     figure : Figure
-        What to show.
+        Figure to show.
     title : str
         Its name, also for those who cannot see it.
     key : str
-        What makes the names inside the picture unique on the page.
+        Text that makes the names inside the picture unique on the page.
     """
     named = {}
     axes = []
@@ -60,7 +60,7 @@ def inline(figure: Figure, title: str, key: str) -> str:
 
 
 def _axis(figure: Figure, axis: Axes, key: str) -> dict[str, Any]:
-    """Where the axes stand in the picture, in points from its top left corner."""
+    """Place of the axes in the picture, in points from its top left corner."""
     width, height = 72 * figure.get_size_inches()
     place = axis.get_position()
     below = [axis, *axis.get_shared_x_axes().get_siblings(axis)]

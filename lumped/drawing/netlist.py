@@ -1,13 +1,13 @@
-"""What a schematic shows: components down to a depth, their frames, and what meets where."""
+"""Contents of a schematic: components down to a depth, their frames, and the nets between them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from lumped.compiler.connection_sets import Joints, join
 from lumped.compiler.system import System
-from lumped.compiler.tree import Tree
+from lumped.flattening.connection_sets import Joints, join
+from lumped.flattening.tree import Tree
 from lumped.language.component import Component
 from lumped.language.quantity import Input, Output
 
@@ -26,13 +26,13 @@ class Item:
     path : str
         Dotted path; of a port, that of the port.
     label : str
-        What is written beside it.
+        Text beside the symbol.
     symbol, kind : str
         Name of the symbol, and of the component's class.
     place : int
         Number in declaration order.
     grounded : dict of str to str
-        Ports that are left open and hold themselves, and their kinds.
+        Open ports that are grounded, and their kinds.
     """
 
     path: str
@@ -45,7 +45,7 @@ class Item:
 
 @dataclass(eq=False)
 class Net:
-    """Ports or signals that meet.
+    """Ports or signals that are joined.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
     Parameters
     ----------
     model : Component or System
-        What to show.
+        Model to show.
     depth : int, optional
         Composites below this depth are drawn as one symbol each; default is to open all.
 
@@ -105,7 +105,7 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
         If the connections of a component are faulty.
     """
     if isinstance(model, System):
-        tree, joints = model._tree, model._flat.joints
+        tree, joints = model.structure.tree, model.structure.flat.joints
     else:
         tree = Tree(model)
         joints = join(tree)
@@ -152,7 +152,7 @@ class _Builder:
         return number in self.items
 
     def _edge(self, number: int, name: str) -> Item:
-        """A port of an opened composite, drawn because nothing is joined to it on one side."""
+        """A port of an opened composite, drawn because it is open on one side."""
         if (number, name) not in self.ports:
             path = self.tree.nodes[number].name(name)
             item = self.ports[number, name] = Item(path, name, PORT, PORT, number)

@@ -1,4 +1,4 @@
-"""A report on a model as one page that needs nothing but a browser."""
+"""A report on a model as one page for any browser."""
 
 from __future__ import annotations
 
@@ -12,16 +12,15 @@ from lumped.compiler.system import System
 from lumped.drawing.inline import inline
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
 from lumped.drawing.schematic import schematic
+from lumped.simulation.sizing import Sizing
+from lumped.simulation.work_precision import WorkPrecision
 from lumped.support.arguments import checked
 from lumped.support.text_table import number
 from lumped.support.whole_files import write_text
+from lumped.timeloop.result import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from lumped.simulation.sizing import Sizing
-    from lumped.simulation.work_precision import WorkPrecision
-    from lumped.timeloop.result import Trajectory
 
 __all__ = ["Given", "Told", "report_html"]
 
@@ -37,11 +36,11 @@ class Given(Protocol):
 
     @property
     def mark(self) -> str:
-        """Letter that says how it is known."""
+        """Letter for its origin."""
 
     @property
     def text(self) -> str:
-        """What it is, in words."""
+        """Its meaning, in words."""
 
     def __float__(self) -> float:
         """Its value."""
@@ -62,10 +61,10 @@ def report_html(
     sizing: Mapping[str, Sizing] | None = None,
     accuracy: WorkPrecision | None = None,
 ) -> Path:
-    """Write a report on a model, and on runs of it if there are any.
+    """Write a report on a model, and on given runs of it.
 
     It begins with the texts, goes on with results, and ends with the model, its parameters and
-    what was left out. The page loads nothing. Without scripts it shows all but the zoom.
+    the quantities left out. The page loads no other files. Without scripts it only lacks the zoom.
 
     Parameters
     ----------
@@ -78,18 +77,18 @@ def report_html(
     text : mapping of str to str or sequence of str, optional
         Sections to begin with, by their headings: a paragraph, or items of a list.
     compared : iterable of Told, optional
-        Numbers of the model, published ones beside them where there are any.
+        Numbers of the model, beside published ones if there are any.
     given : iterable of Given, optional
         Numbers of the source.
     marks : mapping of str to str, optional
-        What the letters in brackets behind places and numbers mean.
+        Meanings of the letters in brackets behind places and numbers.
     figures : mapping of str to Figure, optional
         Pictures to show, by their captions, such as ``{"Run-up": run.plot()}``.
     runs : mapping of str to Trajectory, optional
-        Runs whose events are told, by what happens in them; with ``certify=True`` their energy
-        balance too.
+        Runs whose events are listed, by their captions; with ``certify=True`` their energy balance
+        too.
     sizing : mapping of str to Sizing, optional
-        What runs ask of motors, by their names, from `lumped.simulation.sizing`.
+        Demands of runs on motors, by their names, from `lumped.simulation.sizing`.
     accuracy : WorkPrecision, optional
         Error against run time, from `lumped.simulation.work_precision`.
 
@@ -168,8 +167,8 @@ def _unit(system: System, name: str) -> str:
 
 
 def _tree(system: System) -> str:
-    """Components as nested lists, composites that can be folded."""
-    nodes = system._tree.nodes
+    """Components as nested lists, whose composites fold."""
+    nodes = system.structure.tree.nodes
     texts: list[str] = []
     for node in nodes:
         cls = type(node.component)
@@ -193,7 +192,7 @@ def _tree(system: System) -> str:
 
 
 def _parameters(system: System) -> str:
-    parameters = system._flat.parameters
+    parameters = system.structure.parameters
     free = set(parameters.free)
     rows = [
         (p.text, name, number(value), p.unit, "" if i in free else "follows from others")

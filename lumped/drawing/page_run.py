@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from itertools import groupby
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from lumped.simulation.sizing import Sizing
 from lumped.support.text_table import number
-
-if TYPE_CHECKING:
-    from lumped.simulation.sizing import Sizing
-    from lumped.timeloop.result import Event, Trajectory
+from lumped.timeloop.result import Event, Trajectory
 
 __all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
 
@@ -20,11 +18,11 @@ _MOST = 200
 
 
 class Told(Protocol):
-    """A number of the model, beside a published one where there is one."""
+    """A number of the model, with a published one if there is one."""
 
     @property
     def quantity(self) -> str:
-        """What it is."""
+        """Its name."""
 
     @property
     def unit(self) -> str:
@@ -36,19 +34,19 @@ class Told(Protocol):
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Published value, computed value, and what lies between them."""
+        """Published value, computed value, and the deviation."""
 
     @property
     def place(self) -> str:
-        """Where the published value stands, or what the computed one rests on."""
+        """Place of the published value, or basis of the computed one."""
 
     @property
     def remark(self) -> str:
-        """What explains a deviation."""
+        """Explanation of a deviation."""
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table; columns in `numbers` stand to the right."""
+    """A table; columns in `numbers` are aligned to the right."""
 
     def line(cells: Sequence[str], tag: str) -> str:
         texts = (
@@ -65,7 +63,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[
 
 
 def comparison(rows: list[Told], marks: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Sections with published numbers, and apart from them with those of the model alone."""
+    """A section with published numbers, and one with those of the model alone."""
     printed, own = [r for r in rows if r.printed], [r for r in rows if not r.printed]
     used = {
         m: text for m, text in marks.items() if any(f"[{m}]" in r.place + r.remark for r in rows)
@@ -99,9 +97,9 @@ def events(runs: Mapping[str, Trajectory]) -> str:
 
 
 def _changes(same: list[Event]) -> str:
-    """What happens at an instant: each change once, with the components that it concerns.
+    """Changes at an instant: each once, with the components that it concerns.
 
-    Where a component changes a mode that has a name, the condition behind it is left out.
+    If a component changes a named mode, the condition behind it is left out.
     """
     named = {event.component for event in same if event.after.isalpha()}
     found: dict[str, list[str]] = {}

@@ -1,8 +1,8 @@
-"""Where each item of a schematic stands: cells of a grid, the shaft line from left to right.
+"""Places of the items of a schematic in cells of a grid, the shaft line from left to right.
 
 In each frame, the longest chain of parts that share mechanical nets is the line. Branches stand
 above and below the net they hang on, then come parts that are joined electrically, and signal
-blocks above all. A frame is one block in the frame around it, turned round if that shortens wires.
+blocks above all. A frame is one block in the frame around it, mirrored if that shortens wires.
 """
 
 from __future__ import annotations
@@ -205,9 +205,9 @@ class _Group:
         return result
 
     def _line(self) -> list[Item | Frame]:
-        """The longest of shortest chains: from the part farthest from any to that farthest from it.
+        """The longest of shortest chains, by two searches for the farthest part.
 
-        Signals run along it, otherwise it begins with the end that was declared first.
+        Its direction is that of signals; without signals it begins with the end declared first.
         """
         first = min(self.parts, key=self._declared)
         start = self._farthest(first)[-1]
@@ -311,7 +311,7 @@ class _Group:
         )
 
     def _settle(self, n: int, part: Item | Frame) -> None:
-        """Where a net that is not part of the line has its trunk: on the far side of a branch."""
+        """Set the trunk of a net that is not part of the line: on the far side of a branch."""
         if n in self.home:
             return
         fold, column, row, flip = self.at[part]

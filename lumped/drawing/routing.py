@@ -1,8 +1,8 @@
 """Wires of a schematic: vertical and horizontal runs in the channels between cells.
 
-Every net gets lanes of its own, so wires of different nets cross but never lie on each other.
-Coordinates are first coarse: channel ``c`` (before column or row ``c``) is ``2 c``, the cell
-itself ``2 c + 1``, give or take half; inches follow when the lanes are counted.
+Every net gets its own lanes, so wires of different nets cross but never lie on each other.
+Coordinates are coarse at first: channel ``c`` (before column or row ``c``) is ``2 c``, the cell
+itself ``2 c + 1``, with an offset of at most half; inches follow when the lanes are counted.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class _Run:
     """A straight run of a net in a channel."""
 
     net: int
-    marks: set[float]  # coarse places at which something joins it
+    marks: set[float]  # coarse places at which other runs or ports join it
     zone: int = 0
     lane: int = 0
     before: list[_Run] = field(default_factory=list)  # runs whose lanes come first
@@ -80,7 +80,7 @@ _Runs = dict[tuple[int, int], _Run]
 
 
 def route(plan: Netlist, placed: Placed) -> Routed:
-    """Wires of all nets, and the places of everything."""
+    """Wires of all nets, and the places of all items."""
     ports = terminals(plan.nets, placed.cells)
     for shift in range(len(ports) + 1):
         runs = _runs(plan, placed, ports)
@@ -187,7 +187,7 @@ def _spine(across: dict[int, set[float]], along: dict[int, set[float]]) -> int:
 
 
 def _ordered(runs: _Plan, ports: list[Terminal], placed: Placed) -> Item | None:
-    """Note which lane must be left of which; where that contradicts itself, an item to move.
+    """Note which lane must be left of which; if that is contradictory, give an item to move.
 
     Where ports of two nets face each other, the net from the left must turn first.
     """
@@ -335,7 +335,7 @@ def _drawn(
         item: (x.centres[c], y.centres[r] - LABEL / 2) for item, (c, r) in placed.cells.items()
     }
     wires: list[list[tuple[Point, Point]]] = [[] for _ in plan.nets]
-    on: dict[_Run, set[float]] = defaultdict(set)  # where something joins it, in inches
+    on: dict[_Run, set[float]] = defaultdict(set)  # places at which others join it, in inches
     places, facing = [], defaultdict(list)
     for port in ports:
         cx, cy = centres[port.item]

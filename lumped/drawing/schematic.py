@@ -43,17 +43,17 @@ def schematic(
 ) -> Figure:
     """Drive-train schematic: symbols along the shaft line, frames around composites.
 
-    The longest chain of parts runs from left to right, and goes on below if it is long. Branches
-    stand above and below it, signals are thin lines with arrows, electrical wires thin lines.
+    The longest chain of parts runs from left to right, and continues below if it is long. Branches
+    stand above and below it. Signals are thin lines with arrows, electrical wires thin lines.
 
     Parameters
     ----------
     model : Component or System
-        What to draw.
+        Model to draw.
     path : str or Path, optional
         File to write: .svg, .png, .pdf.
     depth : int, optional
-        Composites below this depth are drawn as one symbol; 1 shows the parts of the model only.
+        Composites at this depth are drawn as one symbol; 1 shows the parts of the model only.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def _is_svg(path: str | Path) -> bool:
 
 
 def draw(plan: Netlist, routed: Routed) -> Figure:
-    """Draw what was placed and routed."""
+    """Draw the items and wires."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
     figure = Figure((width, height))
@@ -208,7 +208,7 @@ _HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.2, "alpha": 0.75}
 
 
 def _lead(axes: Axes, symbol: Symbol, centre: Point, port: Terminal, point: Point) -> None:
-    """Line from the edge of the cell to the symbol; ground below a port that holds itself."""
+    """Line from the edge of the cell to the symbol, or to ground at an open, grounded port."""
     x, y = centre
     if port.net < 0:
         point = (point[0], y + SCALE * symbol.height + 0.05)

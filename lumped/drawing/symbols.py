@@ -1,7 +1,7 @@
 """Symbols of drive engineering as polylines in a square from -1 to 1, y upwards.
 
-A component class names its symbol (``symbol = "inertia"``); one that names none is a box. The
-shaft comes in from the left and goes out to the right at ``y = 0``.
+A component class names its symbol (``symbol = "inertia"``); without one it is a box. The shaft
+comes in from the left and goes out to the right at ``y = 0``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""At which side of its symbol each port of a schematic is joined, and where on that side."""
+"""The side of its symbol at which each port of a schematic stands, and its place on that side."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Terminal:
     offset : float
         Place on that side, from -0.5 to 0.5, downwards or to the right.
     net : int
-        Number of its net; -1 for a port that is left open and holds itself.
+        Number of its net; -1 for an open, grounded port.
     role : str
         "line", "support", "in" or "out".
     kind : str

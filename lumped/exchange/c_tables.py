@@ -12,11 +12,11 @@ import numpy as np
 from lumped.code.emit_c import c_text, declaration
 from lumped.code.operations import Operations, operations_of
 from lumped.code.to_c import as_c, header
-from lumped.compiler import hold_modes
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
 from lumped.exchange.interface import Interface, Shown, limits_of
+from lumped.flattening import hold_modes
 from lumped.kernel import plant, run
 from lumped.kernel.holds import TOUCHING
 from lumped.kernel.linkages import close
@@ -144,14 +144,18 @@ def _loop_files() -> dict[str, str]:
 
 def _operations(name: str, system: System, results: Sequence[ca.SX]) -> Operations:
     """A function with the inputs of a system."""
-    return operations_of(ca.Function(name, system._inputs, [ca.densify(r) for r in results]))
+    return operations_of(ca.Function(name, system.inputs, [ca.densify(r) for r in results]))
 
 
 def _own_functions(interface: Interface) -> dict[str, Operations]:
     """What the interface needs beside the functions of the plant, one result after the other."""
     system, form = interface.system, interface.form
-    _, p, time, m = system._inputs
-    all_states, v, all_clocks = system._values.states, system._values, clocks(system)
+    _, p, time, m = system.inputs
+    all_states, v, all_clocks = (
+        system.structure.values.states,
+        system.structure.values,
+        clocks(system),
+    )
     jacobian = ca.jacobian(form.miss, all_states)
     jacobian = jacobian[form.rows, form.columns] if form.rows else ca.SX(0, 1)
     places = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in all_clocks))
@@ -171,12 +175,12 @@ def _own_functions(interface: Interface) -> dict[str, Operations]:
 def _sizes(interface: Interface, timed: int) -> dict[str, int]:
     system, form, s = interface.system, interface.form, interface.system.switching
     return {
-        "N_STATES": len(system.states),
-        "N_ALL_STATES": len(system._reduced.states),
-        "N_PARAMETERS": system._inputs[1].numel(),
-        "N_MODES": system._flat.mode_count,
-        "N_IMPLICIT": len(system._values.implicit),
-        "N_SETTINGS": system._inputs[3].numel(),
+        "N_STATES": len(system.state_names),
+        "N_ALL_STATES": len(system.structure.reduced.states),
+        "N_PARAMETERS": system.inputs[1].numel(),
+        "N_MODES": system.structure.mode_count,
+        "N_IMPLICIT": len(system.structure.implicit),
+        "N_SETTINGS": system.inputs[3].numel(),
         "N_OUTPUTS": len(interface.outputs),
         "N_MARGINS": interface.margins,
         "N_CONDITIONS": len(s.relation_modes),
@@ -196,11 +200,12 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
     """Declarations and values; one entry more than needed, as C has no empty arrays."""
     system, form, s = interface.system, interface.form, interface.system.switching
     parameters = [v for v in interface.variables if v.role in ("parameter", "input")]
+    name = system.structure.node_name
     leads = [
-        f"{system._node_name(follower)} should lead instead of {system._node_name(leader)}"
+        f"{name(follower)} should lead instead of {name(leader)}"
         for follower, leader in levers(system)[0]
     ]
-    implicit = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+    implicit = ", ".join(name(n) for n in system.structure.implicit[:6])
     sides = [c.relation.sides for c in s.conditions]
     texts: list[str] = []
     for k, c in enumerate(s.conditions):
@@ -211,11 +216,11 @@ def _tables(interface: Interface, token: str) -> list[tuple[str, str]]:
         ("const char *const model_token", _quoted(token)),
         ("const char *const implicit_names", _quoted(implicit)),
         _texts("parameter_names", [v.name for v in parameters]),
-        _array("double", "parameter_starts", system._flat.parameters.defaults.tolist()),
+        _array("double", "parameter_starts", system.structure.parameters.defaults.tolist()),
         _array("bool", "parameter_tunable", [v.tunable for v in parameters]),
         _texts("state_names", system.state_names),
         _array("double", "state_nominal", nominals(system).tolist()),
-        _array("int", "state_place", system._in_use),
+        _array("int", "state_place", system.structure.in_use),
         _array("bool", "state_settable", interface.settable_states),
         _array("double", "implicit_starts", form.guesses.tolist()),
         _texts("change_names", [*(c.name for c in s.conditions), *s.names]),
@@ -301,14 +306,14 @@ def _faults(variables: Sequence[Shown]) -> str:
 
 def _bound(system: System) -> ca.SX:
     """Parameters that follow from others, and how far those with such a limit are from it."""
-    p = system._flat.parameters
+    p = system.structure.parameters
     over = [p.values[high] - least for high, least, *_ in p.ordered]
     return ca.vertcat(p.values, *over)
 
 
 def _bound_faults(system: System) -> str:
     """A C function that says which parameter is out of a range that depends on others."""
-    p = system._flat.parameters
+    p = system.structure.parameters
     tests = []
     for i, declared in enumerate(p.declared):
         for key, limit in limits_of(declared).items() if i not in p.free else ():

@@ -173,7 +173,7 @@ def _structure(root: Xml.Element, interface: Interface, *, new: bool) -> None:
 def _dependencies(interface: Interface) -> dict[int, list[int]]:
     """Value references of states and inputs on which outputs and derivatives depend."""
     system, variables = interface.system, interface.variables
-    x, p, _, _ = system._inputs
+    x, p, _, _ = system.inputs
     symbols = ca.vertcat(x, p)
     states = [r for r, v in enumerate(variables) if v.role == "state"]
     parameters = [r for r, v in enumerate(variables) if v.role in ("parameter", "input")]

@@ -112,14 +112,14 @@ class Interface:
     @cached_property
     def settable_states(self) -> list[bool]:
         """States whose start value follows from no parameter and no other start value."""
-        states, theta = self.form.states, self.system._inputs[1]
+        states, theta = self.form.states, self.system.inputs[1]
         bound = set(ca.jacobian_sparsity(states, theta).get_triplet()[0]) | set(self.form.columns)
-        return [i not in bound for i in self.system._in_use]
+        return [i not in bound for i in self.system.structure.in_use]
 
     @cached_property
     def variables(self) -> list[Shown]:
         """All variables in the order of their value references."""
-        system, p = self.system, self.system._flat.parameters
+        system, p = self.system, self.system.structure.parameters
         fixed = needing_rates(system)
         found = [Shown("time", "s", "time", "time")]
         for place, (number, start) in enumerate(zip(p.free, p.defaults.tolist(), strict=True)):
@@ -166,9 +166,9 @@ class Interface:
         return found
 
     def _start_states(self) -> list[float]:
-        function = ca.Function("x", [self.system._inputs[1]], [self.form.states])
+        function = ca.Function("x", [self.system.inputs[1]], [self.form.states])
         values = np.asarray(function(self.point.theta)).ravel()
-        return [float(values[i]) for i in self.system._in_use]
+        return [float(values[i]) for i in self.system.structure.in_use]
 
     def _described(self, name: str) -> tuple[str, str]:
         """Unit and text of a state, which may be a derivative."""

@@ -71,8 +71,8 @@ def _refuse(system: System) -> None:
     if system.switching.names:
         names = ", ".join(dict.fromkeys(system.switching.names))
         raise ExportError(f"{system.name}: {names} can hold and slide. {other}")
-    if system._values.implicit:
-        names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+    if system.structure.implicit:
+        names = ", ".join(system.structure.node_name(n) for n in system.structure.implicit[:6])
         raise ExportError(
             f"{system.name}: {names} follow from a closed linkage by iteration. {other}"
         )
@@ -100,14 +100,18 @@ class _Text:
     def _equations(self) -> list[str]:
         """All equations; afterwards the writer knows the variables that they need."""
         system, switching = self.system, self.system.switching
-        x, p, t, m = system._inputs
+        x, p, t, m = system.inputs
         theta = [Term(_quoted(v.name)) for v in self.given]
         results = [
             system.rates,
             self.interface.output_expressions,
-            system._in_states(ca.vertcat(ca.SX(0, 1), *(c.greater for c in switching.conditions))),
-            system._in_states(ca.vertcat(ca.SX(0, 1), *(c.less for c in switching.conditions))),
-            system._in_states(switching.values),
+            system.structure.in_states(
+                ca.vertcat(ca.SX(0, 1), *(c.greater for c in switching.conditions))
+            ),
+            system.structure.in_states(
+                ca.vertcat(ca.SX(0, 1), *(c.less for c in switching.conditions))
+            ),
+            system.structure.in_states(switching.values),
         ]
         ends = np.cumsum([0, *(r.numel() for r in results)]).tolist()
         shared = ca.vertsplit(ca.cse(ca.densify(ca.vertcat(*results))), ends)
@@ -134,17 +138,17 @@ class _Text:
     def _modes(self, theta: list[Term]) -> list[Term]:
         """What each mode is: a comparison of the time, a condition or a setting of its own."""
         system, s = self.system, self.system.switching
-        terms = [Term("0")] * system._flat.mode_count
+        terms = [Term("0")] * system.structure.mode_count
         for k, condition in enumerate(s.conditions):
             terms[condition.mode] = Term(f"c{k + 1}", logical=True)
         for condition in (*s.timed, *s.conditions):
             for i, mode in enumerate(condition.modes if condition.pieces is not None else ()):
                 terms[mode] = Term(f"s{condition.mode}_{i}")
         self.clocked: list[str] = []
-        v = system._values
+        v = system.structure.values
         for condition in s.timed:
             sides = [ca.densify(condition.greater), ca.densify(condition.less)]
-            function = ca.Function("sides", [v.modes, system._inputs[1], v.time], sides)
+            function = ca.Function("sides", [v.modes, system.inputs[1], v.time], sides)
             given = [terms, theta, [Term("time")]]
             (left,), (right,) = self.writer.written(function, given, inline=True)
             if condition.pieces is not None:
@@ -179,9 +183,9 @@ class _Text:
         for jump in self.system.switching.jumps:
             lines.append(f"  when {self.modes[jump.mode].text} then")
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
-                if node not in self.system.states:
+                if node not in self.system.structure.states:
                     continue
-                name = _quoted(self.system.state_names[self.system.states.index(node)])
+                name = _quoted(self.system.state_names[self.system.structure.states.index(node)])
                 value = real(values[jump.first + i]).text
                 lines.append(f"    reinit({name}, {'-' if sign < 0 else ''}({value}));")
             lines.append("  end when;")
@@ -216,8 +220,8 @@ class _Text:
     def _starts(self) -> list[str]:
         """Start value of each state as text."""
         form, system = self.interface.form, self.system
-        picked = form.states[system._in_use] if system._in_use else ca.SX(0, 1)
-        function = ca.Function("starts", [system._inputs[1]], [ca.densify(picked)])
+        picked = form.states[system.structure.in_use] if system.structure.in_use else ca.SX(0, 1)
+        function = ca.Function("starts", [system.inputs[1]], [ca.densify(picked)])
         theta = [Term(_quoted(v.name)) for v in self.given]
         (found,) = self.writer.written(function, [theta], inline=True)
         return [real(term).text for term in found]

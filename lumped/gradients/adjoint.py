@@ -20,10 +20,10 @@ from lumped.errors import SolverError
 from lumped.gradients.backward_steps import CHUNKS, backwards, chained, step_function
 from lumped.gradients.jumps import Crossing, Jump, Side
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.state_changes import exchange_fault
 from lumped.numerics.inside_step import Method
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.calls import Call
-from lumped.timeloop.guards import exchange_fault
 from lumped.timeloop.result import Trajectory
 
 __all__ = [
@@ -151,7 +151,7 @@ class Steps(Shared):
     @made_once
     def back(self, method: Method, count: int, results: int) -> Call:
         """Several steps backwards (see `chained`)."""
-        parameters = self.system._inputs[1].numel()
+        parameters = self.system.inputs[1].numel()
         return chained(self.single(method, results), parameters, count)
 
     @made_once
@@ -163,7 +163,7 @@ class Steps(Shared):
     @made_once
     def integrated(self) -> ca.Function:
         """What is integrated: (x, p, t, m)."""
-        return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
+        return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
 
 
 @made_once
@@ -250,7 +250,11 @@ def sweep(
         From `legs_of`, with the instants of the points and spans among their times.
     """
     count = seeds.chosen.shape[1]
-    found = [Swept(np.zeros((len(run.system.states), count)), np.zeros((len(run.theta), count)))]
+    found = [
+        Swept(
+            np.zeros((len(run.system.structure.states), count)), np.zeros((len(run.theta), count))
+        )
+    ]
     for number in reversed(range(len(legs))):
         found = [_over(run, legs[number], number, steps, seeds, points, s) for s in found]
         if number:

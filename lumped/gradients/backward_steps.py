@@ -23,10 +23,10 @@ FRACTIONS = tuple(i / 8 for i in range(1, 9))
 
 def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Function:
     """One step: (x, p, t, h, m) -> new x, integrals over the step."""
-    n, q = len(system.states), integrands.numel()
+    n, q = len(system.state_names), integrands.numel()
     x, p, t, h, m = _symbols(system)
     rates = ca.densify(ca.cse(ca.vertcat(system.rates, integrands)))
-    rhs = ca.Function("rates", system._inputs, [rates])
+    rhs = ca.Function("rates", system.inputs, [rates])
 
     def rate(z: ca.MX, t: ca.MX) -> ca.MX:
         return rhs(ca.vertsplit(z, [0, n, n + q])[0], p, t, m)
@@ -35,9 +35,9 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
     if method == "explicit":
         new = explicit_step(rate, z, rate(z, t), t, h)[-1]
     else:
-        by_x = ca.horzcat(ca.jacobian(rates, system._inputs[0]), ca.SX(n + q, q))
-        by_t = ca.densify(ca.jacobian(rates, system._inputs[2]))
-        jacobian, drift = ca.Function("slopes", system._inputs, [by_x, by_t])(x, p, t, m)
+        by_x = ca.horzcat(ca.jacobian(rates, system.inputs[0]), ca.SX(n + q, q))
+        by_t = ca.densify(ca.jacobian(rates, system.inputs[2]))
+        jacobian, drift = ca.Function("slopes", system.inputs, [by_x, by_t])(x, p, t, m)
         new = implicit_step(rate, (jacobian, drift), z, rate(z, t), t, h)[-1]
     results = ca.vertsplit(new, [0, n, n + q])
     function = ca.Function("step", [x, p, t, h, m], results)
@@ -118,6 +118,6 @@ def looked(system: System, method: Method, quantities: ca.Function) -> ca.Functi
 
 def _symbols(system: System) -> list[ca.MX]:
     """States, parameters, time, length of a step, settings."""
-    x, p, _, m = system._inputs
+    x, p, _, m = system.inputs
     sizes = {"x": x.numel(), "p": p.numel(), "t": 1, "h": 1, "m": m.numel()}
     return [ca.MX.sym(name, size) for name, size in sizes.items()]

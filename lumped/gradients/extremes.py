@@ -134,10 +134,10 @@ def _highest(
 @made_once
 def _look(system: System, name: str) -> ca.Function:
     """A quantity and its slope: (x, p, t, m)."""
-    x, _, t, _ = system._inputs
+    x, _, t, _ = system.inputs
     y = system.expressions([name])
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return ca.Function("look", system._inputs, [ca.densify(ca.vertcat(y, along))])
+    return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))])
 
 
 class _Looks:

@@ -12,9 +12,9 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, crossings_of
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.state_changes import exchange_fault
 from lumped.numerics.inside_step import Method
 from lumped.timeloop.executable import Executable, smooth_executable
-from lumped.timeloop.guards import exchange_fault
 from lumped.timeloop.result import Piece, Trajectory
 from lumped.timeloop.run import nominals
 from lumped.timeloop.smooth_part import smooth_part
@@ -111,7 +111,7 @@ class Forward:
         sizes: np.ndarray | None = None,
     ) -> None:
         self.system, self.seed, self.rtol = system, seed, rtol
-        self.n, self.k = len(system.states), seed.shape[1]
+        self.n, self.k = len(system.state_names), seed.shape[1]
         self.integrands = ca.SX(0, 1) if integrands is None else integrands
         self.q = int(self.integrands.numel())
         self.sizes = np.ones(self.q) if sizes is None else sizes
@@ -218,14 +218,14 @@ class Forward:
 
     @cached_property
     def _integrated(self) -> ca.Function:
-        return ca.Function("integrated", self.system._inputs, [ca.densify(self.integrands)])
+        return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
 
     def along(
         self, run: Trajectory, courses: list[np.ndarray], names: tuple[str, ...]
     ) -> np.ndarray:
         """Derivatives of quantities, shape (len(run.t), len(names), k)."""
         y = self.system.expressions(names)
-        inputs = [self.system._inputs[0], self.S, *self.system._inputs[1:]]
+        inputs = [self.system.inputs[0], self.S, *self.system.inputs[1:]]
         output = ca.Function("output", inputs, [ca.vec(self._along(y))])
         values = []
         pieces = [piece for piece in run.pieces if len(piece.t)]
@@ -244,19 +244,19 @@ class Forward:
 
     def _along(self, expression: ca.SX) -> ca.SX:
         """Derivatives of an expression along the columns of S and the parameters."""
-        x, p, _, _ = self.system._inputs
+        x, p, _, _ = self.system.inputs
         seed = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
         return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), seed))
 
     def _augment(self) -> Executable:
-        x, p, t, m = self.system._inputs
+        x, p, t, m = self.system.inputs
         Q = ca.SX.sym("Q", self.q, 1 + self.k)
         both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
         slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(self.integrands))
         rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], self.integrands, slopes[1]))
         inputs = [both, p, t, m]
         functions = {"rates": ca.Function("rates", inputs, [rates])}
-        implicit = len(self.system._values.implicit)
+        implicit = len(self.system.structure.implicit)
         if implicit:
             closed = self.system.closure(x, p, t, m)
             functions["closure"] = ca.Function("closure", inputs, list(closed))

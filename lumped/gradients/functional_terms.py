@@ -219,7 +219,7 @@ class Course:
 
     def _moving(self, number: int, name: str = "") -> Point:
         """The instant at which a leg begins."""
-        none = np.zeros(len(self.run.system.states)), np.zeros(len(self.run.theta))
+        none = np.zeros(len(self.run.system.structure.states)), np.zeros(len(self.run.theta))
         return Point(number, float(self.legs[number].t[0]), 0, *none, number, 1.0, name)
 
     # -- extremes ----------------------------------------------------------------------------
@@ -419,8 +419,8 @@ def _sum(ways: list[Way]) -> Way:
 @made_once
 def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
-    x, p, t, _ = system._inputs
+    x, p, t, _ = system.inputs
     y = product(system, names)
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
-    return ca.Function("differentiated", system._inputs, results)
+    return ca.Function("differentiated", system.inputs, results)

@@ -108,8 +108,8 @@ class Gradient:
 
     @checked
     def plot(self, of: str | None = None) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
-        from lumped.drawing.plots import tornado
+        """Tornado of the parameters that matter most."""
+        from lumped.plots import tornado
 
         row = 0 if of is None else self._row(of)
         label = self.of[row]
@@ -191,7 +191,7 @@ def gradient(
     """
     until = in_seconds(until, "until")
     wanted = tuple(of)
-    p = system._flat.parameters
+    p = system.structure.parameters
     names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
     check(system, wanted, names, "gradient")
     labels = tuple(str(functional) for functional in wanted)
@@ -202,7 +202,7 @@ def gradient(
         until=until,
         parameters=parameters,
         start=start,
-        grid=None if system.states else _GRID,
+        grid=None if system.structure.states else _GRID,
         rtol=tightened(rtol),
         method=method,
     )

@@ -130,7 +130,7 @@ def hessian(
             f"hessian: {label} has no second derivatives here; take final, at, integral, mean or "
             "rms."
         )
-    if not system.states:
+    if not system.structure.states:
         raise OptionError(f"{system.name}: a run without states has no steps to differentiate.")
     places, varied = sources(system, names, start or {})
     fine = tightened(rtol)

@@ -100,7 +100,7 @@ class _Part:
 def _looked(run: Trajectory, leg: Leg, steps: Steps, rows: np.ndarray) -> tuple[np.ndarray, ...]:
     """Integrals over some steps, those over both halves, states between; columns are steps."""
     system, q = run.system, steps.integrands.numel()
-    found = [np.zeros((size, len(rows))) for size in (q, q, len(system.states))]
+    found = [np.zeros((size, len(rows))) for size in (q, q, len(system.state_names))]
     implicit = leg.t[rows] >= run.statistics.implicit_from
     methods: tuple[tuple[Method, np.ndarray], ...] = (
         ("explicit", np.flatnonzero(~implicit)),

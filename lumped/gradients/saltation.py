@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler import hold_modes
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.flattening import hold_modes
 from lumped.gradients.jumps import Crossing, Jump, Side
 from lumped.gradients.state_changes import Blow, Changes
 from lumped.support.made_once import made_once
@@ -72,18 +72,18 @@ class Saltation:
 
     def __init__(self, system: System) -> None:
         self.system, self.changes = system, Changes(system)
-        self.inputs = system._inputs
+        self.inputs = system.inputs
         x, p, t, _ = self.inputs
         self.clocks = [clock for clock in clocks(system) if clock.moves]
         arguments = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in self.clocks))
         slopes = [ca.densify(ca.jacobian(arguments, by)) for by in (t, p)]
         self.clocked = ca.Function("clocked", self.inputs, [ca.densify(arguments), *slopes])
-        margins = system._in_states(system.switching.margins[0])
+        margins = system.structure.in_states(system.switching.margins[0])
         by_both = ca.jacobian(margins, ca.vertcat(x, p))
         self.margins = ca.Function("margins", self.inputs, [by_both])
         along = ca.vertcat(system.rates, 1)
         rates = ca.jtimes(margins, ca.vertcat(x, t), along)
-        speeds = system._in_states(system.switching.speed)
+        speeds = system.structure.in_states(system.switching.speed)
         by_both = ca.densify(ca.jacobian(speeds, ca.vertcat(x, p)))
         self.speeds = ca.Function("speeds", self.inputs, [by_both])
         self.bends = ca.Function(
@@ -228,7 +228,7 @@ class Saltation:
 
     @property
     def _count(self) -> int:
-        return self.system._flat.mode_count
+        return self.system.structure.mode_count
 
     def _ordered(
         self, run: Trajectory, t: float, old: Side, new: Side, causes: tuple[_Cause, ...]

@@ -226,17 +226,17 @@ class Second(Shared):
 @made_once
 def _bent(system: System, names: tuple[str, ...]) -> ca.Function:
     """A product, its derivatives by states and parameters, and their second ones: (x, p, t, m)."""
-    x, p, _, _ = system._inputs
+    x, p, _, _ = system.inputs
     y = product(system, names)
     bend, slope = ca.hessian(y, ca.vertcat(x, p))
-    return ca.Function("bent", system._inputs, [y, ca.densify(slope), bend])
+    return ca.Function("bent", system.inputs, [y, ca.densify(slope), bend])
 
 
 @made_once
 def _turned(steps: Steps) -> ca.Function:
     """Derivatives of rates and integrands by states and parameters, times weights."""
     system, q = steps.system, steps.integrands
-    x, p, t, m = system._inputs
+    x, p, t, m = system.inputs
     by = ca.SX.sym("by", x.numel() + q.numel())
     slopes = ca.jtimes(ca.vertcat(system.rates, q), ca.vertcat(x, p), by, True)
     return ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])

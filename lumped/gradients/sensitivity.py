@@ -139,8 +139,8 @@ class Sensitivity:
 
     @checked
     def plot(self, of: Name | None = None, *, at: float | None = None) -> Figure:
-        """Tornado of what matters most to a quantity (see `lumped.drawing.plots.tornado`)."""
-        from lumped.drawing.plots import tornado
+        """Tornado of what matters most to a quantity."""
+        from lumped.plots import tornado
 
         name = self.of[0] if of is None else self.run.system.key(of)
         time = self.run.t[-1] if at is None else at
@@ -260,7 +260,7 @@ def sensitivity(
             method="steps",
         )
 
-    every = None if system.states else _GRID
+    every = None if system.structure.states else _GRID
     steps = run(every) if functionals or system.switching else None
     found = None
     if names:
@@ -293,11 +293,11 @@ class Varied:
         self.to = tuple(varied_name(system, name) for name in to)
         own = [name for name in self.to if name != END]
         self.inner = [i for i, name in enumerate(self.to) if name != END]
-        self.n, self.k = len(system.states), len(own)
+        self.n, self.k = len(system.state_names), len(own)
         self.given = start
         self.places, self.varied = sources(system, own, start)
         # each column is scaled by the size of what it is differentiated by
-        defaults = system._flat.parameters.defaults
+        defaults = system.structure.parameters.defaults
         self.scale = np.array([abs(defaults[i]) if i >= 0 else 1.0 for i in self.places])
         self.scale[self.scale == 0] = 1.0
         self.seed = np.zeros((len(defaults), self.k))

@@ -57,8 +57,8 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
 @made_once
 def _look(system: System) -> ca.Function:
     """Margins and their rates: (x, p, t, m)."""
-    parts = system.margins(*system._inputs)[0], system.margin_rates(*system._inputs)
-    return ca.Function("look", system._inputs, [ca.densify(ca.vertcat(*parts))])
+    parts = system.margins(*system.inputs)[0], system.margin_rates(*system.inputs)
+    return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(*parts))])
 
 
 class _Touches:

@@ -42,10 +42,10 @@ def sources(
     OptionError
         If a name is nothing that can be varied.
     """
-    tree, reduced = system._tree, system._reduced
-    given = [*system._flat.given, *(tree.unknown(name) for name in by_name(start))]
+    tree, reduced = system.structure.tree, system.structure.reduced
+    given = [*system.structure.flat.given, *(tree.unknown(name) for name in by_name(start))]
     nodes = {reduced.node(unknown): unknown for unknown in given}
-    p = system._flat.parameters
+    p = system.structure.parameters
     known = {p.names[i]: place for place, i in enumerate(p.free)}
     places: list[int] = []
     varied: dict[int, np.ndarray] = {}
@@ -55,7 +55,7 @@ def sources(
             continue
         unknown = tree.unknown(name)
         node = reduced.node(unknown)
-        if node is None or (node not in nodes and node not in system.states):
+        if node is None or (node not in nodes and node not in system.structure.states):
             raise OptionError(
                 f"{system.name}: {name} is no parameter that can be changed, no given start "
                 f"value and no state. States: {', '.join(system.state_names[:12])}."
@@ -93,15 +93,15 @@ def slopes_at_zero(
 
 def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarray) -> None:
     """Refuse start values of states that other given values determine."""
-    reduced, tree = system._reduced, system._tree
-    place = {node: i for i, node in enumerate(system.states)}
+    reduced, tree = system.structure.reduced, system.structure.tree
+    place = {node: i for i, node in enumerate(system.structure.states)}
     for unknown, unit in varied.items():
         node = reduced.node(unknown)
         if node not in place:
             continue
         own = float(reduced.aliases.signs[unknown]) * S[place[node]]
         if (np.abs(own - unit)[unit != 0] > 1e-9).any():
-            given = sorted(tree.unknown_name(u) for u in system._flat.given)
+            given = sorted(tree.unknown_name(u) for u in system.structure.flat.given)
             raise OptionError(
                 f"{system.name}: {tree.unknown_name(unknown)} cannot be varied at the start: other "
                 f"start values or initial equations determine it. Vary these instead"
@@ -111,7 +111,7 @@ def _refuse_fixed(system: System, varied: Mapping[int, np.ndarray], S: np.ndarra
 
 def varied_values(run: Trajectory, names: Sequence[str]) -> np.ndarray:
     """Parameters, and start values of other names."""
-    p = run.system._flat.parameters
+    p = run.system.structure.parameters
     known = {p.names[i]: v for i, v in zip(p.free, run.theta.tolist(), strict=True)}
     end = {END: float(run.t[-1])} if END not in known else {}
     known |= end

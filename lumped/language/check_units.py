@@ -1,4 +1,4 @@
-"""Whether equations add and compare only quantities of the same kind."""
+"""Check that equations add and compare only quantities of the same kind."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SAME = {"+", "-", "min", "max"}
 
 
 class _ClashError(Exception):
-    """Two sides of different kinds, or an argument that must be a number and is not."""
+    """Two sides of different kinds, or a function argument that must be a number and is none."""
 
 
 @checked
@@ -87,7 +87,7 @@ def _parts(part: Component, path: str) -> Iterator[tuple[str, Component]]:
 
 
 def _pairs(part: Component) -> Iterator[tuple[Expr, Expr, str]]:
-    """What must be of the same kind, and how it reads."""
+    """Pairs that must be of the same kind, with a text of each."""
     for item in [*part.equations(), *part.initial_equations()]:
         for single in item if isinstance(item, tuple) else (item,):
             yield from _sides(single)
@@ -122,7 +122,7 @@ def _condition(condition: Compare) -> Iterator[tuple[Expr, Expr, str]]:
 
 
 def _dimension(root: Expr) -> Dimension | None:
-    """Dimension of an expression; None for what fits everywhere."""
+    """Dimension of an expression; None if it fits everywhere."""
     done: dict[int, Dimension | None] = {}
     for node in walk(root):
         done[id(node)] = _of(node, [done[id(child)] for child in node.children()])

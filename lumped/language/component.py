@@ -13,15 +13,12 @@ import numpy as np
 
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.expression import Equation, Expr
-from lumped.language.port import Port
+from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
 from lumped.language.switch import Item
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import plain
-
-if TYPE_CHECKING:
-    from lumped.language.connection import Connection
 
 __all__ = ["Component", "Outline", "is_part", "path_of", "steps"]
 
@@ -63,7 +60,7 @@ class Component:
 
     A subclass declares quantities (`param`, `var`, `Input`, `Output`), ports and parts as class
     attributes, yields its equations from `equations` and its connections from `connections`.
-    What shall hold at the start only, such as ``der(self.w) == 0``, it yields from
+    It yields equations that hold at the start only, such as ``der(self.w) == 0``, from
     `initial_equations`. Plain annotated class attributes are structural choices, fixed at
     flattening.
 
@@ -140,7 +137,7 @@ class Component:
     _bound: dict[str, Any]
 
     def equations(self) -> Iterable[Item]:
-        """Equations of the component, and what changes them; yielded one by one."""
+        """Equations of the component, and its `hold` and `when` items; yielded one by one."""
         return ()
 
     def initial_equations(self) -> Iterable[Equation | tuple[Equation, ...]]:
@@ -152,7 +149,7 @@ class Component:
         return ()
 
     def outline(self) -> Iterable[Outline]:
-        """What moves in a plane, for pictures: a name, and the points of a line, or one point.
+        """Moving shapes in a plane, for pictures: a name, and the points of a line, or one point.
 
         Points are horizontal and vertical positions in m, expressions of the component's
         quantities.
@@ -306,12 +303,12 @@ class Component:
 
 _METHODS = ("connections", "equations", "initial_equations")
 _ALIKE = 0.88
-"""Likeness of names from which one is taken for the other misspelt."""
+"""Likeness of names above which one counts as the other misspelt."""
 
 _C = TypeVar("_C", bound=Component)
 
 _whole: ContextVar[bool] = ContextVar("whole", default=False)
-"""Whether a model is being pickled with its classes, so that its parts need not bring theirs."""
+"""Whether a model is being pickled with its classes, so that its parts need not add theirs."""
 
 
 def _importable(cls: type) -> bool:
@@ -323,7 +320,7 @@ def _importable(cls: type) -> bool:
 
 
 def _rebuilt(cls: type[_C], values: dict[str, Any], place: Any) -> _C:
-    """An instance with values that were checked."""
+    """An instance from values already checked."""
     made = object.__new__(cls)
     object.__setattr__(made, "_values", values)
     object.__setattr__(made, "_place", place)
@@ -346,7 +343,7 @@ def _table_of(
 
 
 def _refuse_slips(cls: type[Component]) -> None:
-    """Refuse declarations that Python accepts and that cannot be meant."""
+    """Refuse declarations that Python accepts but that must be mistakes."""
     own = vars(cls)
     for name in own.get("__annotations__", {}):
         if name not in own and not name.startswith("_"):

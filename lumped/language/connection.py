@@ -9,26 +9,11 @@ from typing import Any
 from lumped.errors import ConnectError, DeclarationError
 from lumped.language.component import Component, is_part, path_of
 from lumped.language.expression import Equation, Expr, Ref
-from lumped.language.port import Port
+from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity
 from lumped.support.arguments import checked
 
-__all__ = ["Connection", "chain", "compose", "connect", "label"]
-
-
-class Connection:
-    """Ports or signals that meet.
-
-    Attributes
-    ----------
-    ends : tuple of Port or reference
-        In the order given.
-    """
-
-    __slots__ = ("ends",)
-
-    def __init__(self, ends: tuple[Port | Ref, ...]) -> None:
-        self.ends = ends
+__all__ = ["chain", "compose", "connect", "label"]
 
 
 def connect(*ends: Port | Expr) -> Connection:

@@ -1,9 +1,9 @@
-"""Derivatives of CasADi SX expressions that share what a person would share.
+"""Derivatives of CasADi SX expressions with the common parts that one would share by hand.
 
 CasADi's own derivatives keep factors that cancel, such as ``2 x`` of a square over ``2 sqrt(r)``
-of a root, and multiply a rate into each term. Here a derivative carries its numeric factor and its
-rate beside it until it meets one with another, and a quotient or root is used again in its own
-derivative. So the slope ``g'`` of ``q == g(phi)`` is the same expression in the torque law, in
+of a root, and multiply a rate into each term. Here a derivative keeps its numeric factor and its
+rate apart until it is added to one with another rate, and a quotient or root is used again in its
+own derivative. So the slope ``g'`` of ``q == g(phi)`` is the same expression in the torque law, in
 ``der(q) == g' der(phi)`` and as the coefficient of an acceleration.
 """
 
@@ -42,9 +42,9 @@ def partials(expression: ca.SX, symbols: ca.SX) -> ca.SX:
     Parameters
     ----------
     expression : SX, shape (1, 1)
-        What to differentiate.
+        Expression to differentiate.
     symbols : SX, shape (n, 1)
-        By what.
+        Symbols by which to differentiate.
 
     Returns
     -------
@@ -63,9 +63,9 @@ def along(expression: ca.SX, symbols: ca.SX, rates: ca.SX) -> ca.SX:
     Parameters
     ----------
     expression : SX, shape (1, 1)
-        What to differentiate.
+        Expression to differentiate.
     symbols, rates : SX, shape (n, 1)
-        What changes, and its rates: symbols or numbers.
+        Symbols that change, and their rates: symbols or numbers.
 
     Returns
     -------

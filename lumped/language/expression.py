@@ -39,7 +39,7 @@ class Expr:
     __slots__ = ()
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
-        """Operators of numpy numbers are those of this class; numpy's functions are refused."""
+        """Let operators of numpy numbers use those of this class; refuse numpy's functions."""
         operator = _UFUNCS.get(ufunc.__name__)
         if operator is None or len(inputs) != 2:
             raise EquationError(
@@ -300,8 +300,8 @@ class Piecewise(Expr):
     pieces : Pieces
         The polynomials.
     heights : tuple of Expr
-        Values at the points of straight lines, where they are not numbers; the rows of `pieces`
-        hold zeros then.
+        Values at the points of straight lines, if they are not numbers; the rows of `pieces` are
+        then zeros.
     """
 
     __slots__ = ("heights", "of", "pieces")
@@ -315,7 +315,7 @@ class Piecewise(Expr):
 
 
 class Smooth(Expr):
-    """An expression whose kinks do not matter, by the word of the user."""
+    """An expression whose kinks the user declares to be unimportant."""
 
     __slots__ = ("of",)
 
@@ -363,7 +363,7 @@ def der(of: Expr) -> Expr:
     Parameters
     ----------
     of : expression
-        What is differentiated.
+        Expression to differentiate.
 
     Returns
     -------

@@ -57,20 +57,20 @@ Branches = tuple[tuple[ca.SX, bool], ...]
 
 
 class Kinks(Protocol):
-    """What becomes of expressions that are not smooth."""
+    """How expressions that are not smooth are lowered."""
 
     def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         """1 while a relation holds, else 0; its lowered sides are given."""
 
     def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
-        """Settings of the piece that a place is in (see `Pieces.table`)."""
+        """Settings of the piece that contains a place (see `Pieces.table`)."""
 
     def nested(self, mode: ca.SX, branches: Branches) -> None:
-        """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
+        """Note the values, 1 or 0, that other modes must have for a mode to matter."""
 
 
 class Plain:
-    """Kinks that nobody watches: the piece is chosen anew at each evaluation."""
+    """Kinks that are not watched: each evaluation chooses the piece."""
 
     def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
         """1 where the relation holds."""
@@ -88,7 +88,7 @@ class Plain:
         return selected
 
     def nested(self, mode: ca.SX, branches: Branches) -> None:
-        """Nobody watches them anyway."""
+        """Nothing to note, as no mode is watched."""
 
 
 def lower(
@@ -104,7 +104,7 @@ def lower(
     Parameters
     ----------
     root : Expr
-        What to lower.
+        Expression to lower.
     leaf : callable
         Symbol of a reference or parameter.
     time : SX, optional
@@ -112,7 +112,7 @@ def lower(
     derivative : callable, optional
         Time derivative of an SX expression; without it ``der`` is refused.
     kinks : Kinks, optional
-        What becomes of kinks; without it nobody watches them, as inside of `smooth`.
+        How kinks are lowered; by default they are not watched, as inside `smooth`.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def lower(
 
 
 def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
-    """Branches of `where` in which each node stands: of all its places, what they share."""
+    """Branches of `where` around each node; for several places, those common to all."""
     found: dict[int, tuple[tuple[int, bool], ...]] = {id(nodes[-1]): ()}
     for node in reversed(nodes):
         if isinstance(node, Smooth):
@@ -191,8 +191,8 @@ def _branches(nodes: list[Expr]) -> dict[int, tuple[tuple[int, bool], ...]]:
 def _bounded(nodes: list[Expr]) -> set[int]:
     """Nodes under a function that is not defined everywhere, such as a root.
 
-    Within a step that passes a kink, the piece before it would leave the range of the function;
-    so there the kink is taken as it is at each evaluation. The run stops at it all the same.
+    Within a step that passes a kink, the piece before it would leave the range of the function, so
+    each evaluation chooses the piece there. The run stops at the kink all the same.
     """
     found: set[int] = set()
     for node in reversed(nodes):
@@ -209,7 +209,7 @@ def _bounded(nodes: list[Expr]) -> set[int]:
 
 
 def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
-    """Modes of functions that are conditions in short."""
+    """Modes of functions that abbreviate conditions."""
     zero, none, x = Constant(0.0), ca.SX(0), node.args[0]
     if node.op == "abs":
         return [kinks.mode(Compare(x, zero), args[0], none)]
@@ -220,7 +220,7 @@ def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
 
 
 def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
-    """What these functions choose."""
+    """The value that such a function chooses by its modes."""
     x, y = args[0], args[-1]
     if node.op == "abs":
         return (2 * modes[0] - 1) * x
@@ -230,7 +230,7 @@ def _kinked(node: Call, args: list[ca.SX], modes: list[ca.SX]) -> ca.SX:
 
 
 def _piecewise(node: Piecewise, place: ca.SX, heights: list[ca.SX], kinks: Kinks) -> ca.SX:
-    """The polynomial of the piece that holds."""
+    """The polynomial of the current piece."""
     if node.pieces.count == 1 and node.pieces.period is None:
         kinks = Plain()
     settings = kinks.piece(node, place)
@@ -244,7 +244,7 @@ def _piecewise(node: Piecewise, place: ca.SX, heights: list[ca.SX], kinks: Kinks
 
 
 def _between(number: ca.SX, share: ca.SX, heights: list[ca.SX]) -> ca.SX:
-    """Between the two heights of a piece."""
+    """Interpolation between the two heights of a piece."""
     left = right = ca.SX(0)
     for i in range(len(heights) - 1):
         here = number == i
@@ -254,7 +254,7 @@ def _between(number: ca.SX, share: ca.SX, heights: list[ca.SX]) -> ca.SX:
 
 
 def has_steps(expression: ca.SX, symbols: ca.SX) -> bool:
-    """Whether functions with jumps or kinks, such as a floor, stand over some of the symbols."""
+    """Whether functions with jumps or kinks, such as a floor, depend on some of the symbols."""
     rest = [s for s in ca.symvar(expression) if not ca.depends_on(symbols, s)]
     function = ca.Function("f", [symbols, ca.vertcat(ca.SX(0, 1), *rest)], [expression])
     moves = [False] * max(function.sz_w(), 1)

@@ -1,4 +1,4 @@
-"""Piecewise polynomials: their pieces and borders, and what a run is told about one of them."""
+"""Piecewise polynomials: their pieces and borders, and the settings of a run for a piece."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class Pieces:
     Attributes
     ----------
     begins : tuple of float, shape (n,)
-        Where the pieces begin, increasing. Without a period the first one also holds below its
+        Begins of the pieces, increasing. Without a period the first piece also applies below its
         begin, and the last one has no end.
     rows : tuple of tuple of float, shape (n, degree + 1)
         Coefficients of each piece by falling powers of the distance from its begin.
     period : float, optional
-        After which the pieces repeat; the last one ends a period after the first begins.
+        Period after which the pieces repeat; the last one ends a period after the first begins.
     """
 
     begins: tuple[float, ...]
@@ -47,7 +47,7 @@ class Pieces:
         """Settings of the pieces, shape (n, width).
 
         With ``s`` the distance from the begin, the margin ``k0 + s (k1 + k2 s)`` is positive inside
-        the piece, zero at its borders, and falls with the slope 1 there.
+        the piece and zero at its borders, where it falls outwards with the slope 1.
         """
         n, begins = self.count, np.array(self.begins)
         if self.period is None:
@@ -61,7 +61,7 @@ class Pieces:
         return np.column_stack([np.arange(n), begins, margin, np.array(self.rows)])
 
     def number(self, place: np.ndarray) -> np.ndarray:
-        """Number of the piece at each place; beyond one period they are counted on."""
+        """Number of the piece at each place; beyond one period the numbers go on."""
         begins = np.array(self.begins)
         if self.period is None:
             found: np.ndarray = np.searchsorted(begins[1:], place, side="right")
@@ -74,7 +74,7 @@ class Pieces:
         return found - (place < self.begin(found))
 
     def begin(self, number: np.ndarray) -> np.ndarray:
-        """Where pieces begin; of the first without a period, where it is counted from."""
+        """Begins of pieces; the first one without a period has the place from which s counts."""
         begins = np.array(self.begins)
         if self.period is None:
             found: np.ndarray = begins[np.clip(number, 0, self.count - 1)]
@@ -83,7 +83,7 @@ class Pieces:
         return np.asarray(begins[inside] + cycle * self.period)
 
     def settings(self, number: np.ndarray) -> np.ndarray:
-        """What a run is told in a piece, shape (..., width)."""
+        """Settings of a run in a piece, shape (..., width)."""
         number = np.asarray(number)
         found: np.ndarray = self.table[number % self.count].copy()
         found[..., 0] = number

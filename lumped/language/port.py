@@ -9,7 +9,7 @@ from lumped.language.expression import Equation, Expr, Partial, Ref, walk
 from lumped.language.quantity import Quantity
 from lumped.support.arguments import checked
 
-__all__ = ["Flange", "HeatPort", "LinearFlange", "Pin", "Port", "lossless"]
+__all__ = ["Connection", "Flange", "HeatPort", "LinearFlange", "Pin", "Port", "lossless"]
 
 
 class _PortQuantity(Quantity):
@@ -203,3 +203,18 @@ def lossless(relation: Equation, *ports: Port) -> tuple[Equation, ...]:
             ratio: Expr | float = Partial(relation.right, used[key]) if key in used else 0.0
             flows.append(port.through() == -ratio * drive)
     return (relation, *flows)
+
+
+class Connection:
+    """Ports or signals that meet.
+
+    Attributes
+    ----------
+    ends : tuple of Port or reference
+        In the order given.
+    """
+
+    __slots__ = ("ends",)
+
+    def __init__(self, ends: tuple[Port | Ref, ...]) -> None:
+        self.ends = ends

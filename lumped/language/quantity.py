@@ -32,14 +32,14 @@ def beyond(value: float) -> str | None:
 
 
 class Quantity:
-    """What is known of a quantity wherever it stands.
+    """Declaration of a quantity.
 
     Attributes
     ----------
     unit : str
         SI unit, for example ``"N.m/rad"``; ``"1"`` without unit.
     text : str
-        What it is, in words.
+        Meaning, in words.
     kind : {"parameter", "variable", "potential", "flow", "input", "output"}
         Its role.
     """
@@ -232,12 +232,12 @@ def var(
     unit, text : str
         SI unit and meaning.
     start : float or expression, optional
-        Value at the start where nothing else determines it; a value given to the
-        instance instead must hold exactly.
+        Default value at the start, used if nothing else determines it; a value given to the
+        instance must hold exactly.
     nominal : float
         Typical magnitude, in `unit`.
     state : {"always", "prefer", "default", "avoid", "never"}
-        Wish for this quantity to be a state of the reduced system.
+        Preference for this quantity as a state of the reduced system.
 
     Returns
     -------

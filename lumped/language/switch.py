@@ -1,4 +1,4 @@
-"""What changes by jumps: constraints that hold and let go, and changes of states at an instant."""
+"""Jumps: constraints that stick and let go, and changes of states at an instant."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Hold:
         return self.upper is None or self.lower is None
 
     def equations(self) -> list[Equation]:
-        """What determines the reaction and the mode, as it reads while the constraint holds."""
+        """Equations of the reaction and the mode, as they read while the constraint sticks."""
         held = der(self.speed) == 0
         return [held] if self.mode is None else [held, self.mode == 0]
 
@@ -65,33 +65,32 @@ def hold(
 ) -> Hold:
     """A constraint ``speed == 0`` that holds as long as its reaction stays within limits.
 
-    The one primitive of friction, clutches, freewheels, stops and couplings. While it *sticks*,
-    the reaction is whatever keeps the speed at zero. Beyond a limit it lets go and *slides*
-    forward or backward with a reaction that is then known. All elements of a model choose their
-    modes together, so that accelerations and reactions agree (Pfeiffer and Glocker, Multibody
-    Dynamics with Unilateral Contacts, 1996, ch. 5; Murty, Opsearch 11 (1974) 196). A reaction
-    without limit can be an impulse: where such a constraint closes at a speed, velocities jump so
-    that momentum is kept.
+    Friction, clutches, freewheels, stops and couplings are all made of it. While it *sticks*, the
+    reaction is whatever keeps the speed at zero. Beyond a limit it lets go and *slides* forward or
+    backward with a given reaction. All elements of a model choose their modes together, so that
+    accelerations and reactions agree (Pfeiffer and Glocker, Multibody Dynamics with Unilateral
+    Contacts, 1996, ch. 5; Murty, Opsearch 11 (1974) 196). A reaction without limit can be an
+    impulse: if such a constraint closes at a speed, velocities jump so that momentum is kept.
 
     Parameters
     ----------
     reaction, speed : quantity
-        Reaction, positive against a positive speed; speed that is held at zero.
+        Reaction, positive against a positive speed; the speed that is zero while it sticks.
     forward, backward : expression, optional
         Reaction while sliding with positive and negative speed. Without `backward` (`forward`)
         the speed cannot become negative (positive).
     upper, lower : expression, optional
         Limits of the reaction while it sticks; None for no limit.
     engaged : relation, optional
-        While it is false there is no reaction at all.
+        While this is false there is no reaction.
     gap : expression, optional
         Position whose derivative is `speed`: the constraint only closes where the gap is zero,
         and pushes towards positive speed. `upper` is then 0 unless given.
     restitution : expression
         Ratio of the speeds after and before an impact.
     mode : quantity, optional
-        Is made 0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a
-        gap), 2 while it is not engaged.
+        0 while it sticks, 1 and -1 while it slides forward and backward (1: open, for a gap), 2
+        while it is not engaged.
 
     Returns
     -------
@@ -101,7 +100,7 @@ def hold(
     Raises
     ------
     EquationError
-        If `reaction` or `speed` are not quantities, or the limits cannot be meant.
+        If `reaction` or `speed` are not quantities, or the limits make no sense.
     """
     for what, given in (("reaction", reaction), ("speed", speed)):
         if not isinstance(given, Ref):

@@ -1,1 +1,1 @@
-"""Methods that know no model: steps, eigenvalues, closed forms, programmes, processes."""
+"""Methods independent of models: steps, eigenvalues, closed forms, programmes, processes."""

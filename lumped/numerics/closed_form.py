@@ -1,11 +1,11 @@
 """Solution of ``der(x) = A x + g(t)`` in closed form, for a polynomial g.
 
-By modal superposition, evaluated at each time by itself, so nothing accumulates: with
+Modal superposition gives each time independently, so no error accumulates: with
 ``s = t - begin``, a mode ``der(q) = l q + sum(c_k s^k)`` is
 ``q = phi_0(l s) q_0 + sum(c_k k! s^(k+1) phi_(k+1)(l s))`` with ``phi_0 = exp`` and
 ``phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`` (Hochbruck and Ostermann, Acta Numerica 19 (2010) 209).
-Undamped drives take their modes from singular values, as in `lumped.numerics.eigen`. Where
-eigenvectors are nearly parallel, the exponential of the matrix goes from one time to the next.
+Undamped drives take their modes from singular values, as in `lumped.numerics.eigen`. If
+eigenvectors are nearly parallel, the exponential of the matrix leads from one time to the next.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _WORST = 1e3
 """Condition of eigenvectors up to which they are used."""
 _TERMS = 22
 _MOST_GROWTH = 600.0
-"""Logarithm of a growth that is still a number, with some to spare."""
+"""Logarithm of the largest growth that a number can hold, with some to spare."""
 
 
 class _Part(Protocol):
@@ -236,7 +236,7 @@ class _Stepped:
 
 
 def _phase(values: Complex, span: float) -> float:
-    """What rounding in the largest eigenvalue does to the slowest mode while it lasts."""
+    """Error of phase that rounding of the largest eigenvalue causes in the slowest mode."""
     decay = float(-values.real.max())
     if -decay * span > _MOST_GROWTH:
         return np.inf

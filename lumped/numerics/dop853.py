@@ -296,6 +296,6 @@ E6 = (
     *(0.0, 0.0),
 )
 """The only combination of the first thirteen stages that meets all 37 conditions of order six, so
-that it vanishes with the sixth power of the step; its size is that of the others. The estimate of
-Hairer is quadratic in the one of fifth order, and both vanish together at some steps; this one is
-linear, and vanishes at others."""
+that it vanishes with the sixth power of the step; its size is that of the others. Hairer's estimate
+is quadratic in the one of fifth order, and both vanish together at some steps; this one is linear
+and vanishes at other steps."""

@@ -1,8 +1,8 @@
-"""Eigenvalues of a linearised drive, with the digits of the low modes kept.
+"""Eigenvalues of a linearised drive that keep the digits of the low modes.
 
 An undamped drive has a diagonal scaling that makes its matrix skew-symmetric; where it couples
 only torsions with speeds, its natural frequencies are singular values of one block (the SVD of
-``M^-1/2 B C^1/2``), which extreme stiffness elsewhere does not spoil.
+``M^-1/2 B C^1/2``), whose accuracy does not suffer from extreme stiffness elsewhere.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def eigenpairs(a: Real) -> tuple[Complex, Complex]:
 
 
 def nonzero(a: Real) -> int:
-    """How many eigenvalues are not zero, however small they are beside others.
+    """Number of nonzero eigenvalues, however small they are beside others.
 
-    The rank of the matrix with rows and columns of equal size, or of its square where a zero may
-    have fewer vectors than its count; a stiffness ratio takes no part in it.
+    This is the rank of the matrix with rows and columns of equal size, or of its square if a zero
+    may have fewer vectors than its count; stiffness ratios do not affect it.
     """
     sparse = scipy.sparse.csr_array(a)
     if skew_scaling(sparse) is None:

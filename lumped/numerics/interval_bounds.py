@@ -10,7 +10,7 @@ import casadi as ca
 __all__ = ["INFINITE", "interval_bounds"]
 
 Interval = tuple[ca.SX, ca.SX]
-"""Lower and upper end; the same expression twice for what does not depend on the interval."""
+"""Lower and upper end; the same expression twice if it does not depend on the interval."""
 
 INFINITE = 1e300
 """Ends beyond this are no bounds."""
@@ -19,7 +19,7 @@ INFINITE = 1e300
 def interval_bounds(function: ca.Function) -> ca.Function:
     """Intervals in which the results lie (Moore, Interval Analysis, 1966).
 
-    Ends are rounded to nearest, so bounds hold but for rounding.
+    Ends are rounded to nearest, so bounds are valid except for rounding.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _applied(operation: int, args: list[Interval]) -> Interval:
         found = _TWO[operation](args[0], args[1])
     else:
         found = (ca.SX(-math.inf), ca.SX(math.inf))
-    # what is not a number, such as the difference of infinite ends, is no bound
+    # nan, such as the difference of infinite ends, is no bound
     return ca.fmax(found[0], -1e308), ca.fmin(found[1], 1e308)
 
 
@@ -112,7 +112,7 @@ def _square(a: Interval) -> Interval:
 
 
 def _wave(a: Interval, top: float, function: Callable[[ca.SX], ca.SX]) -> Interval:
-    """Of a sine or cosine that has its maxima at `top` and every turn from there."""
+    """Interval of a sine or cosine with maxima at `top` and every turn from there."""
     low, high = _hull(function(a[0]), function(a[1]))
     turn = 2 * math.pi
     begin, end = (a[0] - top) / turn, (a[1] - top) / turn
@@ -154,7 +154,7 @@ def _atan2(y: Interval, x: Interval) -> Interval:
 
 
 def _truth(yes: ca.SX, no: ca.SX) -> Interval:
-    """1 where something holds for sure, 0 where it does not, else both."""
+    """1 if a relation is certainly true, 0 if certainly false, else both."""
     return yes, 1 - no
 
 

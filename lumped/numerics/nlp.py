@@ -28,11 +28,11 @@ class Rows:
     Attributes
     ----------
     label, unit : str
-        What is bounded.
+        Name and unit of the bounded quantity.
     first, count : int
-        Rows.
+        First row, number of rows.
     scale : float
-        Size of what is bounded.
+        Size of the bounded quantity.
     times : ndarray or None
         Instants of the rows, s.
     given : bool
@@ -50,7 +50,7 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What IPOPT found.
+    """Result of IPOPT.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Solution:
     residual, violation : float
         Greatest violation of the conditions of optimality and of the constraints, scaled.
     condition : float
-        Condition number (1-norm, estimated) of the equations of optimality with what is active;
-        infinite if the optimum is not unique, or what is active depends on each other.
+        Condition number (1-norm, estimated) of the equations of optimality with the active
+        constraints; infinite if the optimum is not unique or these depend on each other.
     seconds : float
         Wall time.
     """
@@ -216,7 +216,7 @@ class Programme:
         )
 
     def reached(self, solution: Solution) -> tuple[str, ...]:
-        """Names of the constraints given by the user that press."""
+        """Names of the user's constraints that are active."""
         pressing = np.abs(solution.multipliers) > 1e-6
         found = [
             row.label

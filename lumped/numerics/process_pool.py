@@ -1,4 +1,4 @@
-"""Work shared among processes, none of which can take the rest down with it."""
+"""Work shared among processes; one that dies does not stop the others."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ _job: Callable[[dict[str, float]], Outcome]
 def outcomes(
     job: Callable[[dict[str, float]], Outcome], tasks: Sequence[Task], workers: int, client: Any
 ) -> Iterator[Done]:
-    """Outcome of each task and the seconds that it took, as they come.
+    """Yield the outcome of each task and the seconds that it took, in the order of completion.
 
-    An interrupt ends the work quietly.
+    An interrupt ends the work without an error.
 
     Parameters
     ----------
     job : callable
-        What to do; pickled only where processes cannot be forked.
+        Function of a task; pickled only where processes cannot be forked.
     tasks : sequence of (int, dict)
         Number and argument of each.
     workers : int
         Processes.
     client : dask.distributed.Client or None
-        Where to work instead.
+        Cluster that works instead of own processes.
     """
     size = max(1, len(tasks) // (_CHUNKS * workers))
     chunks = [list(tasks[i : i + size]) for i in range(0, len(tasks), size)]
@@ -57,7 +57,7 @@ def outcomes(
             suspects: list[Task] = []
             while chunks:
                 chunks = yield from _in_pool(job, chunks, workers, suspects)
-            for task in suspects:  # alone, so that it is known which one it was
+            for task in suspects:  # one by one, so that the fatal one is known
                 alone: list[Task] = []
                 yield from _in_pool(job, [[task]], 1, alone)
                 for number, _ in alone:
@@ -72,7 +72,7 @@ def _in_pool(
     workers: int,
     suspects: list[Task],
 ) -> Any:
-    """Work until all is done or a process dies; give back what was not begun."""
+    """Work until all is done or a process dies; give back the tasks not begun."""
     waiting = list(reversed(chunks))
     running: dict[Future[list[Done]], list[Task]] = {}
     pool = ProcessPoolExecutor(workers, _context(), _begin, (job, True))
@@ -81,7 +81,7 @@ def _in_pool(
             while waiting and len(running) < _AHEAD * workers:
                 chunk = waiting.pop()
                 with warnings.catch_warnings():
-                    # libraries that keep threads have none that hold a lock here
+                    # threads that libraries keep hold no lock here
                     warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
                     running[pool.submit(_work, chunk)] = chunk
             done, _ = wait(running, return_when=FIRST_COMPLETED)

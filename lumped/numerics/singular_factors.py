@@ -12,8 +12,8 @@ __all__ = ["factors_of"]
 def factors_of(matrix: scipy.sparse.sparray) -> Any | None:
     """LU factors of a square sparse matrix (see `scipy.sparse.linalg.splu`); None if singular.
 
-    The structure is looked at first: SuperLU goes on with a column in which no pivot is left, and
-    the libraries below it then print on the standard error.
+    The structure is checked first: SuperLU would go on with a column without a pivot, and the
+    libraries below it would then print to standard error.
     """
     columns = scipy.sparse.csc_array(matrix)
     if scipy.sparse.csgraph.structural_rank(columns) < columns.shape[0]:

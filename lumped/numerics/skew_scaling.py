@@ -57,7 +57,7 @@ def two_colours(a: scipy.sparse.csr_array) -> NDArray[np.bool_] | None:
 def balance(a: scipy.sparse.csr_array) -> Real:
     """Scaling that makes rows and columns of ``s_i a_ij / s_j`` about equally long.
 
-    All at once and by half the step of Osborne's method, which goes one by one.
+    Scales all at once, by half the step of Osborne's method, which scales one by one.
     """
     size = abs(a)
     size.setdiag(0)

@@ -1,4 +1,4 @@
-"""Sequential quadratic programming with exact gradients, its end checked by its own conditions."""
+"""Sequential quadratic programming with exact gradients; checks the optimality of its result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
 """Value and gradient for scaled unknowns."""
 
 Rows = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, list[str]]]
-"""What must not be negative, scaled; its gradients; names with values."""
+"""Numbers that must not be negative, scaled; their gradients; names with values."""
 
 _ACTIVE = 1e-6
 
@@ -42,7 +42,7 @@ def sqp(
     box : ndarray, shape (k, 3)
         Start, lower and upper bound of each scaled unknown.
     evaluations : callable
-        How often the model was analysed so far.
+        Gives how often the model was analysed so far.
     tolerance : float
         Relative change of the objective at which the search ends.
 
@@ -50,7 +50,7 @@ def sqp(
     -------
     solution : Solution
     active : tuple of str
-        Names of what presses.
+        Names of active constraints.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def sqp(
 def bounded(
     key: str, value: float, slope: np.ndarray, low: float, high: float
 ) -> list[tuple[float, np.ndarray, str]]:
-    """Rows of a number between bounds: what must not be negative, its gradient and name."""
+    """Rows of a bounded number: distance from each bound, its gradient and name."""
     found = []
     for bound, sign in ((low, 1.0), (high, -1.0)):
         if np.isfinite(bound):

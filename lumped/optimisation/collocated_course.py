@@ -141,7 +141,9 @@ def repeating(run: Trajectory) -> Repeating:
         )
     gain = last.x[-1] - first.x[0]
     size = np.maximum(np.abs(run.x).max(axis=0, initial=0.0), 1e-300)
-    turning = (np.abs(gain) > _TURNS * size) & ~np.isin(system.states, list(system.cyclic))
+    turning = (np.abs(gain) > _TURNS * size) & ~np.isin(
+        system.structure.states, list(system.structure.cyclic)
+    )
     advance = np.zeros(len(gain))
     for i in np.flatnonzero(turning):
         shifted = np.array(first.x.T)

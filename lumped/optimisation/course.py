@@ -87,7 +87,7 @@ def smooth(run: Trajectory, why: str) -> None:
 
 def held_instants(system: System, varied: list[int]) -> None:
     """Refuse parameters that move an instant at which a function of time changes its piece."""
-    theta = system._inputs[1]
+    theta = system.inputs[1]
     clocked = ca.vertcat(ca.SX(0, 1), *(c.condition.argument for c in clocks(system) if c.moves))
     moving = ca.jacobian_sparsity(clocked, theta).get_triplet()[1]
     held = [n for i, n in enumerate(system.parameters) if i in moving and i in varied]
@@ -120,7 +120,7 @@ def followed_by(run: Trajectory, theta: np.ndarray) -> Trajectory:
     pieces = []
     for piece in run.pieces:
         settings = piece.settings
-        implicit = len(run.system._values.implicit)
+        implicit = len(run.system.structure.implicit)
         if implicit:
             inputs = (np.zeros((0, len(piece.t))), theta, piece.t[None, :], settings.T)
             found, step = (np.asarray(v) for v in run.system.closure(*inputs))

@@ -106,7 +106,7 @@ def varied(
     """
     if not vary:
         raise OptionError("optimise: name at least one parameter in `vary`, with its bounds.")
-    parameters = system._flat.parameters
+    parameters = system.structure.parameters
     names, box, scales = [], [], []
     for name, given in vary.items():
         place = system.places([name])[0]
@@ -141,7 +141,7 @@ def key_unit(system: System, key: Key) -> str:
 
 def unit_of(system: System, name: str) -> str:
     """Unit of a parameter."""
-    parameters = system._flat.parameters
+    parameters = system.structure.parameters
     return parameters.declared[parameters.free[system.places([name])[0]]].unit
 
 

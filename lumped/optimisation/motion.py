@@ -202,7 +202,7 @@ class _Search:
 
     def _place(self, drive: Name) -> int:
         system, key = self.system, self.system.key(drive)
-        if key not in system._tree.input_parameters:
+        if key not in system.structure.tree.input_parameters:
             raise OptionError(
                 f"motion: {key} is no input that is given to its instance as a number, as in "
                 "Torque(tau=0)."
@@ -260,7 +260,7 @@ class _Search:
         """States of a point with another position and speed."""
         system, x = self.system, point.x.copy()
         if "slopes" not in self.__dict__:
-            states, theta, time, modes = system._inputs
+            states, theta, time, modes = system.inputs
             y = system.expressions([self.position])
             rate = ca.jtimes(y, states, system.rates)
             parts = [ca.vertcat(y, rate), ca.jacobian(ca.vertcat(y, rate), states)]
@@ -281,14 +281,16 @@ class _Search:
         return sizes
 
     def _drive_bounds(self, limits: Limits) -> list[float]:
-        name = self.system._flat.parameters.names[self.system._flat.parameters.free[self.place]]
+        name = self.system.structure.parameters.names[
+            self.system.structure.parameters.free[self.place]
+        ]
         found = bounds_of(name, limits[name]) if name in limits else ()
         return [b for b in found if np.isfinite(b)]
 
     def _load(self) -> float:
         """Size of the drive: what accelerates to the middle speed in a quarter of the time."""
         system = self.system
-        x, theta, time, modes = system._inputs
+        x, theta, time, modes = system.inputs
         rate = ca.jtimes(system.expressions([self.position]), x, system.rates)
         swift = ca.jtimes(rate, x, system.rates)
         function = ca.Function(

@@ -169,7 +169,7 @@ def optimise(
     if isinstance(run, PeriodicOrbit):
         _check_free(run, vary)
         repeats, run = of_orbit(run), run.run
-    elif periodic and run.system.states:
+    elif periodic and run.system.structure.states:
         repeats = repeating(run)
     problem = Problem(run, vary, wanted, bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(weights.values())), wanted)
@@ -263,7 +263,7 @@ class Problem:
         return unit_of(self.system, key) if isinstance(key, str) else key_unit(self.system, key)
 
     def _course(self) -> Course:
-        if not self.system.states:
+        if not self.system.structure.states:
             return along(self.run, self.theta)
         return collocated(
             self.programme, self.run, self.theta, self.places, self.intervals, self.repeats
@@ -355,7 +355,7 @@ class Problem:
         self.system.check_parameters(theta)
         parameters = dict(zip(self.names, u.tolist(), strict=True))
         settings = self.course.settings
-        if self.system.states:
+        if self.system.structure.states:
             run = simulated(self.run, theta, t, np.asarray(found[2]), settings)
             true = measured_well(run, self.functionals)
             told = true

@@ -37,7 +37,7 @@ def best_modes(
 def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
     """The equilibrium of other parameters, found as that of a point was."""
     system, kept = point.system, point.kept or Kept()
-    p = system._flat.parameters
+    p = system.structure.parameters
     return equilibrium(
         system,
         parameters=parameters,

@@ -106,7 +106,7 @@ def pareto(
         raise OptionError(f"pareto: minimise = {minimise!r}; give two different functionals.")
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
-    repeats = repeating(run) if periodic and run.system.states else None
+    repeats = repeating(run) if periodic and run.system.structure.states else None
     problem = Problem(
         run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, repeats
     )

@@ -164,11 +164,11 @@ class _Search:
 def _wittenbauer(orbit: PeriodicOrbit, place: int, speed: Name, irregularity: float) -> float:
     """Inertia to add if torques depend on the angle alone."""
     system, run = orbit.system, orbit.run
-    x, p, t, _ = system._inputs
+    x, p, t, _ = system.inputs
     w = system.expressions([speed])
     a = ca.jtimes(w, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     both = ca.densify(ca.vertcat(w, a, ca.jacobian(a, p[place])))
-    function = ca.Function("inertia", system._inputs, [both])
+    function = ca.Function("inertia", system.inputs, [both])
     parts = [
         np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T))
         for piece in run.pieces

@@ -36,8 +36,8 @@ def advances(point: OperatingPoint, turn: Mapping[Name, float], period: float | 
         If a name is no state, nor in a constant ratio to one, or nothing repeats after the turn.
     """
     system = point.system
-    found = np.zeros(len(system.states))
-    x, p, _, _ = system._inputs
+    found = np.zeros(len(system.state_names))
+    x, p, _, _ = system.inputs
     choices: list[np.ndarray] = [found]
     for name, given in turn.items():
         key, unit = system.key(name), system.quantity(name).unit
@@ -85,15 +85,15 @@ def _fault(point: OperatingPoint, advance: np.ndarray, period: float | None) -> 
 
 def drifting(system: System, advance: np.ndarray) -> np.ndarray:
     """Which states have no effect on any that must repeat, such as a counter of energy."""
-    x = system._inputs[0]
-    n = len(system.states)
-    place = {node: i for i, node in enumerate(system.states)}
+    x = system.inputs[0]
+    n = len(system.state_names)
+    place = {node: i for i, node in enumerate(system.structure.states)}
     acts = np.zeros((n + 1, n), dtype=bool)  # the last row is what switches
     _mark(acts, np.arange(n), system.rates, x)
     if system.switching:
-        needed = system._in_states(system.switching.needed())
+        needed = system.structure.in_states(system.switching.needed())
         _mark(acts, np.full(needed.numel(), n), needed, x)
-        values = system._in_states(system.switching.values)
+        values = system.structure.in_states(system.switching.values)
         rows = np.full(values.numel(), n)
         for jump in system.switching.jumps:
             for i, node in enumerate(jump.nodes):
@@ -114,10 +114,10 @@ def _mark(acts: np.ndarray, owners: np.ndarray, expression: ca.SX, x: ca.SX) -> 
 
 def needs_time(system: System, theta: np.ndarray) -> bool:
     """Whether functions of time act on the states."""
-    t = system._inputs[2]
+    t = system.inputs[2]
     parts = [system.rates]
     if system.switching:
-        parts.append(system._in_states(system.switching.needed()))
+        parts.append(system.structure.in_states(system.switching.needed()))
     return bool(
         ca.jacobian_sparsity(ca.vertcat(*parts), t).nnz()
         or any(clock.moves for clock in clocks(system))
@@ -214,5 +214,5 @@ def _point(
 
 def _modes(old: OperatingPoint, settings: np.ndarray) -> np.ndarray:
     """Modes of now with implicit quantities of the start, where angles have not turned yet."""
-    count = len(settings) - len(old.system._values.implicit)
+    count = len(settings) - len(old.system.structure.implicit)
     return np.concatenate([settings[:count], old.modes[count:]])

@@ -105,7 +105,7 @@ def orbit_sensitivity(
     system, active, T = problem.system, problem.active, orbit.guess.period
     names = tuple(system.key(name) for name in of)
     places = system.places(to)
-    k, n = len(active), len(system.states)
+    k, n = len(active), len(system.state_names)
     scale = np.abs(run.theta[places])
     scale[scale == 0] = 1.0
     seed = np.zeros((len(run.theta), k + len(places)))
@@ -219,10 +219,10 @@ def _greatest(
 def _rates(run: Trajectory, names: tuple[str, ...]) -> np.ndarray:
     """Time derivatives of quantities, shape (len(run.t), len(names))."""
     system = run.system
-    x, _, t, _ = system._inputs
+    x, _, t, _ = system.inputs
     along = ca.vertcat(system.rates, 1)
     rate = ca.jtimes(system.expressions(names), ca.vertcat(x, t), along)
-    function = ca.Function("rates", system._inputs, [ca.densify(rate)])
+    function = ca.Function("rates", system.inputs, [ca.densify(rate)])
     found = [
         np.asarray(function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)).T
         for piece in run.pieces

@@ -128,7 +128,7 @@ def periodic(
             "prescribed; give turn= or near= instead, or a parameter in free= for which this is "
             "the period."
         )
-    if not len(system.states):
+    if not len(system.state_names):
         raise OptionError(f"periodic: {system.name} has no states; simulate one period of it.")
     active = np.flatnonzero(~drifting(system, advance))
     if not len(active):

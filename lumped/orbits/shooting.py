@@ -217,11 +217,11 @@ def _forward(problem: Problem) -> Forward:
 
 @made_once
 def _made_forward(system: System, varied: int, rtol: float) -> Forward:
-    return Forward(system, np.zeros((system._inputs[1].numel(), varied)), rtol)
+    return Forward(system, np.zeros((system.inputs[1].numel(), varied)), rtol)
 
 
 def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
-    S = np.eye(len(problem.system.states))[:, problem.active]
+    S = np.eye(len(problem.system.structure.states))[:, problem.active]
     courses, _ = forward.courses(shot.run, S)
     found: np.ndarray = courses[-1][-1][problem.active]
     return found
@@ -230,7 +230,7 @@ def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
 def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
     """A new guess that begins in the modes in which the last run ended."""
     old = shot.guess.point
-    count = len(old.modes) - len(old.system._values.implicit)
+    count = len(old.modes) - len(old.system.structure.implicit)
     modes = np.concatenate([shot.settings[:count], old.modes[count:]])
     point = OperatingPoint(old.system, 0.0, x, old.theta, modes)
     return Guess(point, period, shot.guess.phase)

@@ -44,7 +44,7 @@ class Extreme(NamedTuple):
 def course(run: Trajectory, expression: ca.SX) -> list[Course]:
     """A scalar expression of the states of a run, piece by piece."""
     system = run.system
-    x, _, t, _ = system._inputs
+    x, _, t, _ = system.inputs
 
     def rate(y: ca.SX) -> ca.SX:
         found: ca.SX = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
@@ -52,7 +52,7 @@ def course(run: Trajectory, expression: ca.SX) -> list[Course]:
 
     first = rate(expression)
     every = ca.densify(ca.vertcat(expression, first, rate(first)))
-    function = ca.Function("course", system._inputs, [every])
+    function = ca.Function("course", system.inputs, [every])
     found = []
     for piece in run.pieces:
         if len(piece.t) > 1:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lumped.compiler.hold_modes import FORWARD
+from lumped.flattening.hold_modes import FORWARD
 from lumped.timeloop.holds import hold_words, turned
 from lumped.timeloop.result import OperatingPoint
 

@@ -10,7 +10,6 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.pruning import uses
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError
 from lumped.points.equilibrium_search import EquilibriumSearch
@@ -18,6 +17,7 @@ from lumped.points.initial_equations import initial_residuals
 from lumped.points.position_search import agreed
 from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
+from lumped.reduction.pruning import uses
 from lumped.support.arguments import checked
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
@@ -126,11 +126,14 @@ class _Demands:
     def __init__(self, begin: OperatingPoint, start: Changes, rest: bool) -> None:
         self.begin, system = begin, begin.system
         self.start = {system.key(name): value for name, value in start.items()}
-        values = system._values
+        values = system.structure.values
         implicit, seen = {*values.implicit}, set[int]()
         groups = []
-        for unknowns in ([system._tree.unknown(n) for n in start], system._flat.given):
-            found = {system._reduced.node(u): u for u in unknowns}
+        for unknowns in (
+            [system.structure.tree.unknown(n) for n in start],
+            system.structure.flat.given,
+        ):
+            found = {system.structure.reduced.node(u): u for u in unknowns}
             mine = {n: u for n, u in found.items() if n is not None and n not in implicit | seen}
             seen |= set(mine)
             if rest:
@@ -145,7 +148,7 @@ class _Demands:
 
     def values(self, nodes: list[int], point: OperatingPoint) -> np.ndarray:
         """Values of nodes at a point."""
-        return _evaluated(point, self.begin.system._values.of(nodes))
+        return _evaluated(point, self.begin.system.structure.values.of(nodes))
 
     def kept(self, point: OperatingPoint) -> tuple[list[int], list[int]]:
         """Nodes that have their values at a point still, and initial equations that hold."""
@@ -157,7 +160,7 @@ class _Demands:
 
     def _sizes(self, point: OperatingPoint) -> np.ndarray:
         """Sizes of the terms of the initial equations."""
-        slopes = ca.jacobian(self.equations, point.system._inputs[0])
+        slopes = ca.jacobian(self.equations, point.system.inputs[0])
         found = _evaluated(point, slopes).reshape(slopes.shape, order="F")
         sizes: np.ndarray = 1.0 + np.abs(found) @ np.abs(point.x)
         return sizes
@@ -169,13 +172,13 @@ class _Demands:
         for node in self.asked + self.declared:
             if node not in nodes:
                 unknown = self._unknowns[node]
-                sign = float(system._reduced.aliases.signs[unknown])
+                sign = float(system.structure.reduced.aliases.signs[unknown])
                 value = sign * float(self.values([node], self.begin)[0])
-                unit = system._tree.quantity(unknown).unit
-                found.append(f"{system._tree.unknown_name(unknown)} = {value:.6g} {unit}")
+                unit = system.structure.tree.quantity(unknown).unit
+                found.append(f"{system.structure.tree.unknown_name(unknown)} = {value:.6g} {unit}")
         for k, place in enumerate(self._equations):
             if k not in equations:
-                text = system._flat.initial_text(*self._places[place])
+                text = system.structure.flat.initial_text(*self._places[place])
                 found.append(f"the initial equation {text}")
         return tuple(found)
 
@@ -228,11 +231,11 @@ class _Equilibrium:
         """The equilibrium nearest to the start in the positions of one, keeping some of it."""
         system = self._system
         wanted = dict(zip(nodes, self._demands.values(nodes, self._first), strict=True))
-        speeds = np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+        speeds = np.array([_order(system, n) > 0 for n in system.structure.states], dtype=bool)
         closed = np.where(speeds, self._first.x, point.x)
         for begin in (self._first.x, closed, point.x):
             x = begin.copy()
-            for i, node in enumerate(system.states):
+            for i, node in enumerate(system.structure.states):
                 if node in wanted:
                     x[i] = wanted[node]
             start = replace(self._first, x=x, modes=point.modes)
@@ -246,7 +249,7 @@ class _Equilibrium:
 
     def _nearest(self, begin: OperatingPoint) -> OperatingPoint:
         """The equilibrium in the positions of a point that keeps as much as possible."""
-        demands, values = self._demands, self._system._values
+        demands, values = self._demands, self._system.structure.values
         asked, declared = (
             (values.of(nodes), demands.values(nodes, self._first))
             for nodes in (demands.asked, demands.declared)
@@ -270,37 +273,37 @@ class _Equilibrium:
         """
         system, rest = self._system, self._rest
         stuck = _stuck(begin)
-        still = np.array([node in stuck for node in system.states], dtype=bool)
-        fixed = np.array([node in nodes for node in system.states], dtype=bool)
+        still = np.array([node in stuck for node in system.structure.states], dtype=bool)
+        fixed = np.array([node in nodes for node in system.structure.states], dtype=bool)
         if rest:
-            still |= np.array([_order(system, n) > 0 for n in system.states], dtype=bool)
+            still |= np.array([_order(system, n) > 0 for n in system.structure.states], dtype=bool)
         every = scipy.sparse.eye_array(len(still), format="csc")
         change = every if rest else unsteady_part(begin)
-        kept = [n for n in nodes if n not in system.states and n not in stuck]
-        zero = [n for n in sorted(stuck) if n not in system.states]
-        zero = [n for n in zero if _computable(system, system._values.of([n]))[0]]
+        kept = [n for n in nodes if n not in system.structure.states and n not in stuck]
+        zero = [n for n in sorted(stuck) if n not in system.structure.states]
+        zero = [n for n in zero if _computable(system, system.structure.values.of([n]))[0]]
         closed = _closed(begin)
         nothing = np.zeros(len(zero) + closed.numel() + len(equations))
         wanted = [self._demands.values(kept, self._first), nothing]
         expressions = ca.vertcat(
-            system._values.of(kept),
-            system._values.of(zero),
+            system.structure.values.of(kept),
+            system.structure.values.of(zero),
             closed,
             self._demands.equations[equations] if equations else ca.SX(0, 1),
         )
-        wishes = [] if rest else [(system._in_states(e), v) for e, v in wishes if len(v)]
+        wishes = [] if rest else [(system.structure.in_states(e), v) for e, v in wishes if len(v)]
         search = EquilibriumSearch(
             begin,
             self._places,
             self._first.time,
             self._tolerance,
             change,
-            system._in_states(expressions),
+            system.structure.in_states(expressions),
             np.concatenate(wanted),
             wishes,
         )
         x = np.where(still, 0.0, begin.x)
-        implicit = begin.modes[len(begin.modes) - len(system._values.implicit) :]
+        implicit = begin.modes[len(begin.modes) - len(system.structure.implicit) :]
         later = just_after(self._first.time)
         settings = settings_at(system, x, begin.theta, later, implicit, begin.modes)
         movable = ~(fixed | still)
@@ -327,7 +330,7 @@ class _Equilibrium:
 
 
 def _modes(point: OperatingPoint) -> np.ndarray:
-    found: np.ndarray = point.modes[: len(point.modes) - len(point.system._values.implicit)]
+    found: np.ndarray = point.modes[: len(point.modes) - len(point.system.structure.implicit)]
     return found
 
 
@@ -337,22 +340,24 @@ def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> Operat
 
 def _key(point: OperatingPoint) -> np.ndarray:
     """What tells points of the search apart: modes and states, without rounding."""
-    count = len(point.modes) - len(point.system._values.implicit)
+    count = len(point.modes) - len(point.system.structure.implicit)
     positions = point.system.switching.positions(point.modes[:count])
     return np.append(positions, point.x).astype(np.float32)
 
 
 def _evaluated(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
     system = point.system
-    function = ca.Function("at", system._inputs, [ca.densify(system._in_states(expression))])
+    function = ca.Function(
+        "at", system.inputs, [ca.densify(system.structure.in_states(expression))]
+    )
     return np.asarray(function(point.x, point.theta, point.time, point.modes)).ravel(order="F")
 
 
 def _computable(system: System, expression: ca.SX) -> np.ndarray:
     """Which rows depend on states in use only."""
-    used = uses(expression, system._values).tocoo()
+    used = uses(expression, system.structure.values).tocoo()
     found = np.ones(expression.numel(), dtype=bool)
-    found[used.row[~np.isin(used.col, system._in_use)]] = False
+    found[used.row[~np.isin(used.col, system.structure.in_use)]] = False
     return found
 
 
@@ -364,7 +369,7 @@ def _closed(point: OperatingPoint) -> ca.SX:
 
 
 def _order(system: System, node: int) -> int:
-    return system._reduced.class_and_order(node)[1]
+    return system.structure.reduced.class_and_order(node)[1]
 
 
 def _settled(point: OperatingPoint) -> OperatingPoint:
@@ -375,7 +380,7 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     system, switching = point.system, point.system.switching
     if not switching:
         return point
-    modes, guesses = np.split(point.modes, [len(point.modes) - len(system._values.implicit)])
+    modes, guesses = np.split(point.modes, [len(point.modes) - len(system.structure.implicit)])
     holds, time, x = Holds(system, point.theta), just_after(point.time), point.x.copy()
     speed = holds.look(time, x, modes, guesses).v
     _, forward, backward = holds.parts(modes)
@@ -396,7 +401,7 @@ def _stuck(point: OperatingPoint) -> set[int]:
 
 def _refuse_speeds(system: System, start: Changes | None) -> None:
     for name, value in (start or {}).items():
-        node = system._reduced.node(system._tree.unknown(name))
+        node = system.structure.reduced.node(system.structure.tree.unknown(name))
         if node is not None and _order(system, node) > 0 and value:
             raise StartError(
                 f"{system.key(name)} = {value:g} {system.quantity(name).unit}: nothing moves at "

@@ -65,14 +65,14 @@ class EquilibriumSearch:
     ) -> None:
         self.system, self.theta, self.places = begin.system, begin.theta, places
         self.time, self.tolerance, self.change = time, tolerance, change
-        x, theta = self.system._inputs[:2]
+        x, theta = self.system.inputs[:2]
         free = theta[places] if places else ca.SX(0, 1)
         by_parameters = ca.SX(len(begin.x), 0)
         if places:
             by_parameters = ca.jacobian(self.system.rates, free)
         self.effects = ca.Function(
             "effects",
-            self.system._inputs,
+            self.system.inputs,
             [
                 by_parameters,
                 kept,
@@ -82,7 +82,7 @@ class EquilibriumSearch:
         self.wanted, self.on_the_way = wanted, False
         self.wishes = [
             (
-                ca.Function("wish", self.system._inputs, [e, ca.jacobian(e, ca.vertcat(x, free))]),
+                ca.Function("wish", self.system.inputs, [e, ca.jacobian(e, ca.vertcat(x, free))]),
                 value,
             )
             for e, value in wishes
@@ -120,7 +120,7 @@ class EquilibriumSearch:
             if not found:
                 return None
             before, (x, theta) = settings, self._parted(z)
-            guesses = before[len(before) - len(self.system._values.implicit) :]
+            guesses = before[len(before) - len(self.system.structure.implicit) :]
             settings = settings_at(self.system, x, theta, just_after(self.time), guesses, settings)
             count = len(before) - len(guesses)
             if np.allclose(settings[count:], before[count:], rtol=1e-9, atol=1e-12):
@@ -145,7 +145,7 @@ class EquilibriumSearch:
     def _parted(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and parameters."""
         theta = self.theta.copy()
-        count = len(self.system.states)
+        count = len(self.system.structure.states)
         theta[self.places] = z[count:]
         return z[:count], theta
 
@@ -238,7 +238,7 @@ class EquilibriumSearch:
         matrix, scale = self._jacobian(z, settings)
         scaled = matrix * (np.abs(z) + 1e-3) / scale[:, None]
         open_ = np.abs(scipy.linalg.null_space(scaled[:, columns])).max(axis=1, initial=0.0)
-        p = self.system._flat.parameters
+        p = self.system.structure.parameters
         lost = np.array(self.places)[open_[int(movable.sum()) :] > 1e-6]
         if len(lost):
             names = ", ".join(p.names[p.free[place]] for place in lost)
@@ -250,21 +250,25 @@ class EquilibriumSearch:
     def check_rest(self, point: OperatingPoint) -> None:
         """Refuse an equilibrium in which something moves."""
         system = self.system
-        nodes = [system._reduced.states[i] + 1 for i in sorted(system._positions)]
-        lost = np.setdiff1d(np.arange(len(system._reduced.states)), system._in_use)
+        nodes = [system.structure.reduced.states[i] + 1 for i in sorted(system.structure.positions)]
+        lost = np.setdiff1d(
+            np.arange(len(system.structure.reduced.states)), system.structure.in_use
+        )
         speeds = ca.Function(
-            "speeds", system._inputs, [system._without(system._values.of(nodes), lost)]
+            "speeds",
+            system.inputs,
+            [system.structure.without(system.structure.values.of(nodes), lost)],
         )
         found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
         for node, speed in zip(nodes, found, strict=True):
             if not abs(speed) <= 1e-9:
-                name = system._node_name(node)
+                name = system.structure.node_name(node)
                 unit = "" if "(" in name else f" {system.quantity(name).unit}"
                 raise SolverError(f"{system.name}: no rest: {name} = {speed:.4g}{unit}. {_REST}")
 
     def fault(self, what: str) -> str:
         """Why the last search found nothing."""
-        system, residual = self.system, self.residual[: len(self.system.states)]
+        system, residual = self.system, self.residual[: len(self.system.structure.states)]
         worst = int(np.argmax(np.where(np.isfinite(residual), np.abs(residual), np.inf)))
         hint = (
             "A free drive with a net torque accelerates for ever: add a load or damper, or set "
@@ -277,7 +281,7 @@ class EquilibriumSearch:
             )
         elif what == "rest":
             hint = _REST
-        elif system._in_use[worst] in system._positions:
+        elif system.structure.in_use[worst] in system.structure.positions:
             hint = "It moves while something depends on where it is, which is no equilibrium."
         return (
             f"{system.name}: no {what} near the start values: der({system.state_names[worst]}) "

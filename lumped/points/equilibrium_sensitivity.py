@@ -71,8 +71,8 @@ class EquilibriumSensitivity:
 
     @checked
     def plot(self, of: Name | None = None) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
-        from lumped.drawing.plots import tornado
+        """Tornado of the parameters that matter most."""
+        from lumped.plots import tornado
 
         row = 0 if of is None else self._row(of)
         name = self.of[row]
@@ -142,10 +142,10 @@ def equilibrium_sensitivity(
             f"{system.name}: derivatives of states do not vanish at this point, so it is no "
             "equilibrium. Take one from lumped.equilibrium."
         )
-    x, theta, _, _ = system._inputs
+    x, theta, _, _ = system.inputs
     y = system.expressions(wanted)
     slopes = ca.jacobian(y, ca.vertcat(x, theta))
-    function = ca.Function("outputs", system._inputs, [y, slopes])
+    function = ca.Function("outputs", system.inputs, [y, slopes])
 
     def values_and_slopes(modes: Real) -> Real:
         parts = function(point.x, point.theta, point.time, modes)

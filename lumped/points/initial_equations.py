@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.flatten import Group
 from lumped.compiler.system import System
-from lumped.compiler.template import Residual
+from lumped.flattening.flatten import Group
+from lumped.flattening.template import Residual
 
 __all__ = ["initial_residuals"]
 
@@ -21,7 +21,7 @@ def initial_residuals(system: System) -> tuple[ca.SX, list[Place]]:
     Expressions of all states, left out or not; one vectorised call for each template equation.
     """
     parts, places = [ca.SX(0, 1)], []
-    for group in system._flat.initial:
+    for group in system.structure.flat.initial:
         for number in range(group.template.count):
             parts.append(_residuals(system, group, group.template.residual(number)))
             places += [(group, instance, number) for instance in range(len(group.nodes))]
@@ -29,7 +29,7 @@ def initial_residuals(system: System) -> tuple[ca.SX, list[Place]]:
 
 
 def _residuals(system: System, group: Group, residual: Residual) -> ca.SX:
-    aliases = system._reduced.aliases
+    aliases = system.structure.reduced.aliases
     unknowns = group.unknowns[:, residual.locals]
     m, n = unknowns.shape
     orders = residual.orders + aliases.shifts[unknowns]
@@ -41,11 +41,11 @@ def _residuals(system: System, group: Group, residual: Residual) -> ca.SX:
         )
         symbols[alive.tolist()] = found * ca.DM(aliases.signs[unknowns].ravel()[alive])
     numbers = group.parameters.ravel().tolist()
-    parameters = system._flat.parameters.values[numbers] if numbers else ca.SX(0, 1)
+    parameters = system.structure.parameters.values[numbers] if numbers else ca.SX(0, 1)
     arguments = (
         ca.reshape(symbols, n, m),
         ca.reshape(parameters, len(numbers) // m, m),
-        ca.repmat(system._values.time, 1, m),
+        ca.repmat(system.structure.values.time, 1, m),
         ca.SX(0, m),
     )
     return ca.vec(residual.value.map(m)(*arguments))
@@ -53,7 +53,7 @@ def _residuals(system: System, group: Group, residual: Residual) -> ca.SX:
 
 def _derivatives(system: System, classes: np.ndarray, orders: np.ndarray) -> ca.SX:
     """Time derivatives of classes; those beyond the highest in use by the chain rule."""
-    reduced, values = system._reduced, system._values
+    reduced, values = system.structure.reduced, system.structure.values
     beyond = np.maximum(orders - reduced.highest[classes], 0)
     found = values.of((reduced.first[classes] + orders - beyond).tolist())
     along = ca.vertcat(values.states, values.time)

@@ -49,9 +49,9 @@ def refuse_kinks(
     if not rows:
         return
     system, switching = point.system, point.system.switching
-    x, theta, _, _ = system._inputs
-    expression = system._in_states(switching.margins[0][rows])
-    slopes = ca.Function("slopes", system._inputs, [ca.jacobian(expression, ca.vertcat(x, theta))])
+    x, theta, _, _ = system.inputs
+    expression = system.structure.in_states(switching.margins[0][rows])
+    slopes = ca.Function("slopes", system.inputs, [ca.jacobian(expression, ca.vertcat(x, theta))])
     inputs = (point.x, point.theta, point.time, point.modes)
     matrix = slopes(*inputs).full()
     change, size = moved.through(matrix), moved.sizes().through(np.abs(matrix))

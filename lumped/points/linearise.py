@@ -116,7 +116,7 @@ def linear_matrices(
     system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
 ) -> tuple[list[scipy.sparse.csc_array], tuple[str, ...], tuple[str, ...]]:
     """A, B, C and D as sparse matrices, and the full names of inputs and outputs."""
-    p = system._flat.parameters
+    p = system.structure.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
     given = tuple(system.key(name) for name in inputs)
     observed = tuple(system.key(name) for name in outputs)
@@ -127,12 +127,12 @@ def linear_matrices(
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
             )
-    x, theta, _, _ = system._inputs
+    x, theta, _, _ = system.inputs
     u = theta[[place[name] for name in given]] if given else ca.SX(0, 1)
     y = system.expressions(observed)
     function = ca.Function(
         "linear",
-        system._inputs,
+        system.inputs,
         [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
     )
     found = function(point.x, point.theta, point.time, point.modes)

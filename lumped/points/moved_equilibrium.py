@@ -63,7 +63,7 @@ def places_to(point: OperatingPoint, to: Iterable[Name] | None) -> tuple[list[st
         If the equilibrium determines one of them.
     """
     system = point.system
-    p = system._flat.parameters
+    p = system.structure.parameters
     free = set() if point.kept is None else set(point.kept.free)
     if to is None:
         names = [p.names[i] for place, i in enumerate(p.free) if place not in free]
@@ -123,25 +123,25 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
     change = every if kept.rest else unsteady_part(point)
     if not _is_equilibrium(point, change):
         return None
-    free, count = list(kept.free), len(system._reduced.states)
+    free, count = list(kept.free), len(system.structure.reduced.states)
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
     inputs = (point.x, point.theta, point.time, point.modes)
     # what cancels in it is exactly zero there, and nothing depends on states that are left out
     rates[:, :count] = 0.0
-    rates[:, system._in_use] = system.state_matrix(inputs).toarray()
+    rates[:, system.structure.in_use] = system.state_matrix(inputs).toarray()
     given = _slopes(point, _given(system, kept), chosen)
     held = _slopes(point, _held(system, point), chosen)
     hard = np.vstack([change @ rates, held, *([given] if free else [])])
     step, missed = _least(
-        hard[:, :end], hard[:, end:], given[:, :end], given[:, end:], system._in_use
+        hard[:, :end], hard[:, end:], given[:, :end], given[:, end:], system.structure.in_use
     )
     lost = np.flatnonzero(missed > _MISSED)
     if len(lost):
         raise SolverError(_none_near(point, places[lost[0]]))
     parameters = still_point(point, places).parameters
     parameters[free] = step[count:]
-    return Moved(step[system._in_use], parameters)
+    return Moved(step[system.structure.in_use], parameters)
 
 
 def held_still(point: OperatingPoint, vectors: Real) -> Real:
@@ -150,11 +150,11 @@ def held_still(point: OperatingPoint, vectors: Real) -> Real:
     if not stuck(point).any() or not vectors.shape[1]:
         return vectors
     slopes = _slopes(point, _held(system, point), [])
-    lost = np.setdiff1d(np.arange(slopes.shape[1]), system._in_use)
+    lost = np.setdiff1d(np.arange(slopes.shape[1]), system.structure.in_use)
     # a state that is left out may take any value
     slopes = _solved(slopes[:, lost].T, np.zeros((len(lost), 1)))[1].T @ slopes
-    moves = slopes[:, system._in_use] @ vectors
-    size = np.abs(slopes[:, system._in_use]) @ np.abs(vectors)
+    moves = slopes[:, system.structure.in_use] @ vectors
+    size = np.abs(slopes[:, system.structure.in_use]) @ np.abs(vectors)
     moves[np.abs(moves) <= _MISSED * size] = 0.0
     found: Real = vectors @ _solved(moves, np.zeros((len(moves), 1)))[1]
     return found
@@ -165,7 +165,7 @@ def _held(system: System, point: OperatingPoint) -> ca.SX:
 
     Expressions of all states; what is always zero is left out.
     """
-    switching, values, reduced = system.switching, system._values, system._reduced
+    switching, values, reduced = system.switching, system.structure.values, system.structure.reduced
     found = [ca.SX(0, 1)]
     for hold in np.flatnonzero(stuck(point)).tolist():
         node = switching.speeds[hold]
@@ -188,7 +188,11 @@ def _way(point: OperatingPoint, hold: int) -> ca.SX:
     speed at the point.
     """
     system, name = point.system, point.system.switching.names[hold]
-    reduced, values, layouts = system._reduced, system._values, system._tree.nodes
+    reduced, values, layouts = (
+        system.structure.reduced,
+        system.structure.values,
+        system.structure.tree.nodes,
+    )
     node = next((n for n in layouts if n.path == name), layouts[0])
     units = {q.unit for q in node.layout.quantities if q.kind == "potential"}
     own = {
@@ -212,12 +216,12 @@ def _way(point: OperatingPoint, hold: int) -> ca.SX:
 
 def _given(system: System, kept: Kept) -> ca.SX:
     """What the search for the equilibrium kept, as expressions of all states."""
-    reduced = system._reduced
+    reduced = system.structure.reduced
     nodes = set(kept.nodes)
     if kept.rest:
         nodes |= {n for n in reduced.states if reduced.class_and_order(n)[1] > 0}
     initial = initial_residuals(system)[0] if kept.initial else ca.SX(0, 1)
-    return ca.vertcat(system._values.of(sorted(nodes)), initial)
+    return ca.vertcat(system.structure.values.of(sorted(nodes)), initial)
 
 
 def _slopes(point: OperatingPoint, expression: ca.SX, places: list[int]) -> Real:
@@ -231,12 +235,12 @@ def _slopes(point: OperatingPoint, expression: ca.SX, places: list[int]) -> Real
 
 def _inputs(system: System) -> list[ca.SX]:
     """Inputs of functions of all states, left out or not."""
-    return [system._values.states, *system._inputs[1:]]
+    return [system.structure.values.states, *system.inputs[1:]]
 
 
 def _values(point: OperatingPoint) -> tuple[Real, Real, float, Real]:
-    every = np.zeros(len(point.system._reduced.states))
-    every[point.system._in_use] = point.x
+    every = np.zeros(len(point.system.structure.reduced.states))
+    every[point.system.structure.in_use] = point.x
     return every, point.theta, point.time, point.modes
 
 
@@ -290,7 +294,7 @@ def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bo
 
 def _none_near(point: OperatingPoint, place: int) -> str:
     system = point.system
-    p, switching = system._flat.parameters, system.switching
+    p, switching = system.structure.parameters, system.switching
     held = list(dict.fromkeys(np.array(switching.names)[stuck(point)].tolist()))
     staying = f" while {listed(held)} {'stays' if len(held) == 1 else 'stay'} held" if held else ""
     given = " and the given start values hold" if point.kept is not None and point.kept.free else ""

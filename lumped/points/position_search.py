@@ -104,7 +104,7 @@ def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:
         closed. Then derivatives of what decides by all states, one row after the other; from all
         states, parameters, time and settings.
     """
-    values, s = system._values, system.switching
+    values, s = system.structure.values, system.switching
     rows, columns = ca.jacobian_sparsity(expression, values.modes).get_triplet()
     touching = np.zeros((expression.numel(), values.modes.numel()), dtype=bool)
     touching[rows, columns] = True
@@ -121,6 +121,6 @@ def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:
     found = [ca.SX(0, 1), ca.SX(0, 1)]
     if numbers:
         found = [ways[numbers], ca.jacobian(deciding[numbers], values.states).T]
-    inputs = [values.states, *system._inputs[1:]]
+    inputs = [values.states, *system.inputs[1:]]
     call = Call(ca.Function("borders", inputs, [ca.densify(part) for part in found]))
     return touching[:, numbers], call

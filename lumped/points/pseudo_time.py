@@ -51,7 +51,7 @@ def settled(
     change, the way ends.
     """
     system, begin, settings = point.system, point.x, point.modes
-    nominal = np.array([_nominal(system, node) for node in system.states])
+    nominal = np.array([_nominal(system, node) for node in system.structure.states])
     free = np.flatnonzero(movable)
     x = begin.copy()
     if not len(free):
@@ -99,8 +99,8 @@ def _rates(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> np.nda
 
 
 def _nominal(system: System, node: int) -> float:
-    unknown = system._members.get(node)
-    return 1.0 if unknown is None else system._tree.quantity(unknown).nominal
+    unknown = system.structure.members.get(node)
+    return 1.0 if unknown is None else system.structure.tree.quantity(unknown).nominal
 
 
 def _changes(point: OperatingPoint, x: np.ndarray, settings: np.ndarray) -> bool:

@@ -76,8 +76,8 @@ def _without_effect(point: OperatingPoint) -> list[str]:
     function, counts = _flows(system)
     if not counts:
         return []
-    x, rng = np.zeros(len(system._reduced.states)), np.random.default_rng(5)
-    x[system._in_use] = point.x
+    x, rng = np.zeros(len(system.structure.reduced.states)), np.random.default_rng(5)
+    x[system.structure.in_use] = point.x
     beside = (x, *(x + rng.uniform(-1, 1, len(x)) for _ in range(2)))
     found = [np.asarray(function(y, point.theta, point.time, point.modes)) for y in beside]
     idle = (np.hstack(found) == 0).all(axis=1)
@@ -88,12 +88,12 @@ def _without_effect(point: OperatingPoint) -> list[str]:
 @made_once
 def _flows(system: System) -> tuple[ca.Function, dict[str, int]]:
     """Torques and forces of components with conditions, and how many each has."""
-    switching, reduced = system.switching, system._reduced
+    switching, reduced = system.switching, system.structure.reduced
     count = len(switching.relation_modes)
     named = {switching.relation_text(k, True)[0] for k in range(count)}
     nodes: list[int] = []
     counts: dict[str, int] = {}
-    for part in system._tree.nodes if named else ():
+    for part in system.structure.tree.nodes if named else ():
         name = part.path or system.name
         numbers = [
             reduced.node(part.first_unknown + i)
@@ -104,5 +104,5 @@ def _flows(system: System) -> tuple[ca.Function, dict[str, int]]:
         if name in named and own:
             counts[name] = len(own)
             nodes += own
-    inputs = [system._values.states, *system._inputs[1:]]
-    return ca.Function("flows", inputs, [system._values.of(nodes)]), counts
+    inputs = [system.structure.values.states, *system.inputs[1:]]
+    return ca.Function("flows", inputs, [system.structure.values.of(nodes)]), counts

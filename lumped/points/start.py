@@ -84,7 +84,7 @@ def start_point(
     search = StartSearch(
         system, system.theta(parameters), by_name(start), free_places(system, free), time, together
     )
-    x, settings = search.solve()[system._in_use], search.settings
+    x, settings = search.solve()[system.structure.in_use], search.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
         x, settings, collisions = _settled(search, x)
@@ -118,7 +118,10 @@ def point_at(
         If it gives anything else, or a point of another system.
     """
     point = at(value)
-    if not isinstance(point, OperatingPoint) or point.system._flat is not system._flat:
+    if (
+        not isinstance(point, OperatingPoint)
+        or point.system.structure.flat is not system.structure.flat
+    ):
         raise OptionError(
             f"{analysis}: at({value:g}) gave {shown(point)}; an operating point of this system "
             "is needed."
@@ -185,7 +188,7 @@ def start_slopes(
     """
     begin = StartSearch(system, theta, start, [], 0.0)
     x = begin.solve()
-    return x[system._in_use], begin.slopes(x, seed, varied)[system._in_use]
+    return x[system.structure.in_use], begin.slopes(x, seed, varied)[system.structure.in_use]
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +218,7 @@ class StartForm:
 def start_form(system: System, start: Changes) -> StartForm:
     """How the states at the time zero follow from the parameters; some start values are set."""
     begin = StartSearch(system, system.theta(None), start, [], 0.0)
-    x, flat, reduced = begin.solve(), system._flat, begin.reduced
+    x, flat, reduced = begin.solve(), system.structure.flat, begin.reduced
 
     def signed(unknown: int) -> ca.SX:
         given = begin.given if unknown in begin.changed else {**flat.starts, **flat.given}

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.compiler.system import Changes, System
 from lumped.errors import SolverError, StartError
+from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.language.port import Flange, LinearFlange
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
@@ -86,14 +86,14 @@ class StartSearch:
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
         self._resting = _relative(system) if together else []
-        self.reduced = system._reduced
+        self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = self._evaluated()
         for name, value in start.items():
-            unknown = system._tree.unknown(name)
-            unit = system._tree.quantity(unknown).unit
+            unknown = system.structure.tree.unknown(name)
+            unit = system.structure.tree.quantity(unknown).unit
             given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
-        self.given, self.changed = given, {system._tree.unknown(name) for name in start}
+        self.given, self.changed = given, {system.structure.tree.unknown(name) for name in start}
         for unknown, number in given.items():
             why = beyond(number)
             if why is not None:
@@ -109,7 +109,7 @@ class StartSearch:
 
     def _evaluated(self) -> tuple[dict[int, float], dict[int, float]]:
         """Start values given to instances, and those of declarations."""
-        flat = self.system._flat
+        flat = self.system.structure.flat
         numbers = _start_values(self.system)(self.theta)[0].tolist()
         count = len(flat.starts)
         return (
@@ -134,7 +134,7 @@ class StartSearch:
         for node, (_, value) in self.fixed.items():
             self.x[self.position[node]] = value
         trial = _Trial(self.x, self.theta, self._timed(self.theta))
-        if self.targets or self.free or self.system._flat.initial:
+        if self.targets or self.free or self.system.structure.flat.initial:
             held = {self.position[n]: u for n, (u, _) in self.fixed.items()}
             self.search = Targets(
                 self.system, self.targets, held, self.free, self.guesses, self.time, self._text
@@ -182,7 +182,7 @@ class StartSearch:
                         "Remove the start value."
                     )
                 continue
-            if node in self.system._values.implicit:
+            if node in self.system.structure.implicit:
                 continue
             store = self.fixed if node in self.position else self.targets
             if node in store and not np.isclose(store[node][1], value, rtol=1e-12, atol=0):
@@ -194,7 +194,7 @@ class StartSearch:
         for node in self._resting:
             rate = node + 1
             if not {rate} & (self.fixed.keys() | self.targets.keys() | self.position.keys()):
-                self.targets[rate] = (~self.system._members[node], 0.0)
+                self.targets[rate] = (~self.system.structure.members[node], 0.0)
 
     def _timed(self, theta: np.ndarray, modes: np.ndarray | None = None) -> np.ndarray:
         """Modes with those of functions of time as they are at the start; others stay or are 0."""
@@ -207,7 +207,7 @@ class StartSearch:
         return found
 
     def _closed(self, trial: _Trial) -> np.ndarray:
-        used = trial.x[self.system._in_use]
+        used = trial.x[self.system.structure.in_use]
         return closed_with(self.system, used, trial.theta, self.time, trial.modes, self.guesses)
 
     def _met(self, first: _Trial) -> _Trial:
@@ -303,12 +303,12 @@ class StartSearch:
         """The trial with speeds of holds that are rounding made zero."""
         if not self.system.switching:
             return trial
-        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         holds = Holds(self.system, trial.theta)
         modes, guesses = np.split(self._closed(trial), [len(trial.modes)])
         speed = holds.look(self.time, used, modes, guesses).v
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
-        x[self.system._in_use] = used
+        x[self.system.structure.in_use] = used
         return trial._replace(x=x)
 
     def _repositioned(self, trial: _Trial) -> _Trial:
@@ -316,7 +316,7 @@ class StartSearch:
 
         What would slide backwards is tried at standstill.
         """
-        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         settings = self._closed(trial)
         modes, guesses = np.split(settings, [len(trial.modes)])
         holds = Holds(self.system, trial.theta)
@@ -325,7 +325,7 @@ class StartSearch:
         turned = (parts[FORWARD] & (speed < 0)) | (parts[BACKWARD] & (speed > 0))
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
         self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
-        x[self.system._in_use] = used
+        x[self.system.structure.in_use] = used
         begin = np.concatenate([self._timed(trial.theta), guesses])
         try:
             settings = calm_positions(self.system, trial.theta, self.time, used, begin)
@@ -341,18 +341,18 @@ class StartSearch:
         """Make speeds zero, but not those that are given."""
         before = used.copy()
         holds.stop(used, which)
-        given = [i for i, n in enumerate(self.system.states) if n in self.fixed]
+        given = [i for i, n in enumerate(self.system.structure.states) if n in self.fixed]
         used[given] = before[given]
 
     def _stopped(self, trial: _Trial) -> _Trial:
         """The trial without rounding in the speeds of what sticks."""
-        x, used = trial.x.copy(), trial.x[self.system._in_use]
+        x, used = trial.x.copy(), trial.x[self.system.structure.in_use]
         holds = Holds(self.system, trial.theta)
         guesses = self._closed(trial)[len(trial.modes) :]
         speed = holds.look(self.time, used, trial.modes, guesses).v
         stuck = holds.parts(trial.modes)[STUCK]
         self._stop(holds, used, stuck & (np.abs(speed) <= holds.rounding(used)))
-        x[self.system._in_use] = used
+        x[self.system.structure.in_use] = used
         return trial._replace(x=x)
 
     def _disagreement(self, missed: str) -> StartError:
@@ -366,7 +366,7 @@ class StartSearch:
         self, x: np.ndarray, seed: np.ndarray, varied: Mapping[int, np.ndarray]
     ) -> np.ndarray:
         """Derivatives of the states found (see `start_slopes`)."""
-        flat, signs = self.system._flat, self.reduced.aliases.signs
+        flat, signs = self.system.structure.flat, self.reduced.aliases.signs
         found = _start_slopes(self.system)(self.theta).sparse() @ seed
         none = np.zeros(seed.shape[1])
         values = zip((*flat.starts, *flat.given), found, strict=True)
@@ -388,7 +388,7 @@ class StartSearch:
 
     def _first_guesses(self) -> np.ndarray:
         """Where the search for implicit quantities begins: start values given or declared."""
-        implicit = {node: i for i, node in enumerate(self.system._values.implicit)}
+        implicit = {node: i for i, node in enumerate(self.system.structure.implicit)}
         guesses = np.zeros(len(implicit))
         for values in (self.starts, self.given) if implicit else ():
             for unknown, value in values.items():
@@ -398,7 +398,7 @@ class StartSearch:
         return guesses
 
     def _text(self, unknown: int) -> str:
-        tree = self.system._tree
+        tree = self.system.structure.tree
         if unknown < 0:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
@@ -407,36 +407,39 @@ class StartSearch:
 
 def _start_column(system: System) -> ca.SX:
     """Start values of declarations, then those given to instances."""
-    flat = system._flat
+    flat = system.structure.flat
     return ca.vertcat(ca.SX(0, 1), *flat.starts.values(), *flat.given.values())
 
 
 @made_once
 def _start_values(system: System) -> Call:
-    theta = system._flat.parameters.theta
+    theta = system.structure.parameters.theta
     return Call(ca.Function("starts", [theta], [ca.densify(_start_column(system))]))
 
 
 @made_once
 def _start_slopes(system: System) -> ca.Function:
-    theta = system._flat.parameters.theta
+    theta = system.structure.parameters.theta
     return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
 
 
 def _relative(system: System) -> list[int]:
     """States that are positions of parts relative to each other, such as twists and gaps."""
-    tree, reduced = system._tree, system._reduced
+    tree, reduced = system.structure.tree, system.structure.reduced
     absolute = {
         reduced.node(part.first_unknown + i)
         for part in tree.nodes
         for i, quantity in enumerate(part.layout.quantities)
         if quantity.kind == "potential"
     }
-    relative = (n for n in system.states if n not in absolute and n not in system.cyclic)
+    relative = (
+        n for n in system.structure.states if n not in absolute and n not in system.structure.cyclic
+    )
     return [
         n
         for n in relative
-        if n in system._members and tree.quantity(system._members[n]).unit in _POSITIONS
+        if n in system.structure.members
+        and tree.quantity(system.structure.members[n]).unit in _POSITIONS
     ]
 
 

@@ -31,9 +31,9 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     csc_array, shape (states, states)
     """
     system, count = point.system, len(point.x)
-    layouts = {id(node.layout): node.layout for node in system._tree.nodes}
+    layouts = {id(node.layout): node.layout for node in system.structure.tree.nodes}
     units = {q.unit for t in layouts.values() for q in t.quantities if q.kind == "potential"}
-    places = np.flatnonzero([_unit(system, node) in units for node in system.states])
+    places = np.flatnonzero([_unit(system, node) in units for node in system.structure.states])
     directions = np.eye(len(places))
     deciding = _deciding(system)
     rng = np.random.default_rng(7)
@@ -64,13 +64,13 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
 @made_once
 def _deciding(system: System) -> ca.Function:
     """Derivatives by the states of what decides on modes of the rates: conditions and gaps."""
-    s, modes = system.switching, system._values.modes
+    s, modes = system.switching, system.structure.values.modes
     used = set(ca.jacobian_sparsity(system.rates, modes).get_triplet()[1])
     numbers = [k for k, mode in enumerate(s.relation_modes.tolist()) if mode in used]
     gaps = np.flatnonzero(s.has_gap).tolist()
     found = ca.vertcat(s.greater[numbers] - s.less[numbers], s.gap[gaps])
-    slopes = ca.jacobian(system._in_states(found), system._inputs[0])
-    return ca.Function("deciding", system._inputs, [slopes])
+    slopes = ca.jacobian(system.structure.in_states(found), system.inputs[0])
+    return ca.Function("deciding", system.inputs, [slopes])
 
 
 def _null_space(matrix: np.ndarray) -> np.ndarray:
@@ -86,5 +86,5 @@ def _null_space(matrix: np.ndarray) -> np.ndarray:
 
 
 def _unit(system: System, node: int) -> str | None:
-    unknown = system._members.get(node)
-    return None if unknown is None else system._tree.quantity(unknown).unit
+    unknown = system.structure.members.get(node)
+    return None if unknown is None else system.structure.tree.quantity(unknown).unit

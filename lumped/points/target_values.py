@@ -39,7 +39,7 @@ class TargetValues:
     """
 
     def __init__(self, system: System, given: tuple[int, ...], free: tuple[int, ...]) -> None:
-        values, inputs = system._values, system._inputs[1:]
+        values, inputs = system.structure.values, system.inputs[1:]
         residuals, self.places = initial_residuals(system)
         expression = ca.densify(ca.vertcat(values.of(list(given)), residuals))
         self._inputs, self.expression = [values.states, *inputs], expression

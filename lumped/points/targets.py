@@ -9,11 +9,11 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from lumped.compiler.state_selection import RANK, select_dependent
 from lumped.compiler.system import System
-from lumped.compiler.template import CONSTANT
 from lumped.errors import StartError
+from lumped.flattening.template import CONSTANT
 from lumped.points.target_values import Matrix, target_values
+from lumped.reduction.state_selection import RANK, select_dependent
 from lumped.support.made_once import made_once
 from lumped.timeloop.settings import closed_with
 
@@ -67,7 +67,7 @@ class Targets:
         self.guesses, self.time, self._given_text = guesses, time, text
         self.modes = np.zeros(0)
         self.unknowns = [unknown for unknown, _ in given.values()]
-        self.count = len(system._reduced.states)
+        self.count = len(system.structure.reduced.states)
         self._evaluate = target_values(system, tuple(given), tuple(free))
         self.places = self._evaluate.places
         self.have_positions = self._evaluate.has_positions
@@ -174,7 +174,7 @@ class Targets:
         return self._last[2]
 
     def _settings(self, x: np.ndarray, theta: np.ndarray) -> np.ndarray:
-        used = x[self.system._in_use]
+        used = x[self.system.structure.in_use]
         return closed_with(self.system, used, theta, self.time, self.modes, self.guesses)
 
     @staticmethod
@@ -265,10 +265,10 @@ class Targets:
         for i, j, v in zip(*places, matrix[self._evaluate.entries].tolist(), strict=True):
             if j not in self.fixed and v:
                 rows[i][j] = (v, CONSTANT)
-        rank = [self._rank(n) for n in self.system._reduced.states] + [-1] * len(self.free)
+        rank = [self._rank(n) for n in self.system.structure.reduced.states] + [-1] * len(self.free)
         chosen = select_dependent(rows, np.array(rank), np.arange(len(rank)))
         usable = np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
-        parameters = self.system._flat.parameters
+        parameters = self.system.structure.parameters
         for k, place in enumerate(self.free):
             if complain and self.count + k not in chosen.dependent:
                 name = parameters.names[parameters.free[place]]
@@ -282,16 +282,16 @@ class Targets:
 
     def _rank(self, node: int) -> int:
         """Wish to stay at its default; slip speeds yield to the speeds of bodies."""
-        unknown = self.system._members.get(node)
+        unknown = self.system.structure.members.get(node)
         if unknown is None or node in _slips(self.system):
             return RANK["avoid"]
-        return RANK[self.system._tree.quantity(unknown).wish]
+        return RANK[self.system.structure.tree.quantity(unknown).wish]
 
     def _text(self, row: int) -> str:
         if row < len(self.unknowns):
             return self._given_text(self.unknowns[row])
         place = self.places[row - len(self.unknowns)]
-        return f"the initial equation {self.system._flat.initial_text(*place)}"
+        return f"the initial equation {self.system.structure.flat.initial_text(*place)}"
 
     def _check(self, z: np.ndarray, searched: np.ndarray) -> None:
         """Refuse the start if a target is missed."""
@@ -313,7 +313,7 @@ class Targets:
         touching = matrix[[row]].tocoo()
         if not touching.nnz and given:
             unknown = self.unknowns[row]
-            sign = float(self.system._reduced.aliases.signs[max(unknown, ~unknown)])
+            sign = float(self.system.structure.reduced.aliases.signs[max(unknown, ~unknown)])
             raise StartError(
                 f"{text} cannot hold: supports, sources or loads of the model make it "
                 f"{sign * value[row]:.6g} at the start. Remove the start value, or change them."
@@ -350,7 +350,7 @@ class Targets:
 @made_once
 def _slips(system: System) -> set[int]:
     """Speeds that holds stop and that are not those of a flange."""
-    reduced, tree = system._reduced, system._tree
+    reduced, tree = system.structure.reduced, system.structure.tree
     held = {node for node in system.switching.speeds if node >= 0}
     classes = {reduced.class_and_order(node)[0]: node for node in held}
     for part in tree.nodes if held else ():

@@ -15,7 +15,7 @@ __all__ = ["finite", "moving", "stuck"]
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
     found: NDArray[np.bool_] = ~np.isin(
-        system.states, [*system.cyclic, *system.switching.held(point.modes)]
+        system.structure.states, [*system.structure.cyclic, *system.switching.held(point.modes)]
     )
     return found
 
@@ -34,7 +34,7 @@ def finite(point: OperatingPoint) -> OperatingPoint:
     SolverError
         If a state or parameter is no number there.
     """
-    p = point.system._flat.parameters
+    p = point.system.structure.parameters
     names = [*point.system.state_names, *(p.names[i] for i in p.free)]
     values = np.append(point.x, point.theta)
     bad = np.flatnonzero(~np.isfinite(values))

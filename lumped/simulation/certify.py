@@ -96,7 +96,7 @@ def certified(
     energy : EnergyAudit or None
         Energy balance.
     """
-    names = observed(run.system, None) if run.system.states else []
+    names = observed(run.system, None) if run.system.structure.states else []
     states = compared(again, tighter, names)
     inner = len(again.t) - len(run.t)
     return replace(run, certificate=Certificate(again, tighter, inner, rtol, states, energy))

@@ -17,8 +17,8 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.compiler.tree import Node
 from lumped.errors import EquationError, told_by
+from lumped.flattening.tree import Node
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
 from lumped.support.made_once import made_once
@@ -136,7 +136,7 @@ def _others(system: System) -> list[Node]:
     """Components without parts that do not say what they store and have mechanical ports."""
     return [
         node
-        for node in system._tree.nodes
+        for node in system.structure.tree.nodes
         if not node.children and not hasattr(node.component, "stored") and _ports(node)
     ]
 
@@ -161,7 +161,7 @@ def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
 
 
 def _storing(system: System) -> list[Node]:
-    return [node for node in system._tree.nodes if hasattr(node.component, "stored")]
+    return [node for node in system.structure.tree.nodes if hasattr(node.component, "stored")]
 
 
 @made_once
@@ -174,8 +174,8 @@ def _audit(system: System) -> ca.Function:
             loss += _lowered(system, node, "loss")
         power += _power(system, node)
     rest = [_power(system, node) for node in _others(system)]
-    found = ca.densify(system._in_states(ca.vertcat(stored, power, loss, *rest)))
-    return ca.Function("audit", system._inputs, [found])
+    found = ca.densify(system.structure.in_states(ca.vertcat(stored, power, loss, *rest)))
+    return ca.Function("audit", system.inputs, [found])
 
 
 def _power(system: System, node: Node) -> ca.SX:
@@ -183,13 +183,13 @@ def _power(system: System, node: Node) -> ca.SX:
     power = ca.SX(0)
     for i in _ports(node):
         q = node.first_unknown + i
-        power += system._raw([q + 1]) * _speed(system, q)
+        power += system.structure.raw([q + 1]) * _speed(system, q)
     return power
 
 
 def _speed(system: System, unknown: int) -> ca.SX:
     """Time derivative of a potential."""
-    reduced, values = system._reduced, system._values
+    reduced, values = system.structure.reduced, system.structure.values
     node = reduced.node(unknown)
     if node is None:
         return ca.SX(0)
@@ -214,12 +214,14 @@ def _lowered(system: System, node: Node, method: str) -> ca.SX:
         if isinstance(found, Ref) and found.owner is node.component:
             name = found.name
         if name in layout.parameters:
-            return system._flat.parameters.values[node.first_parameter + layout.parameters[name]]
+            return system.structure.parameters.values[
+                node.first_parameter + layout.parameters[name]
+            ]
         if name not in layout.unknowns:
             raise EquationError(
                 f"{node.label}: '{expression!r}' is an energy or a loss and may hold only the "
                 f"component's own quantities and parameters, not '{found!r}'."
             )
-        return system._raw([node.first_unknown + layout.unknowns[name]])
+        return system.structure.raw([node.first_unknown + layout.unknowns[name]])
 
-    return lower(expression, leaf, time=system._values.time)
+    return lower(expression, leaf, time=system.structure.values.time)

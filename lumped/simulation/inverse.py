@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from lumped.compiler.flatten import flatten
 from lumped.compiler.system import Changes, Name, System
-from lumped.compiler.tree import Tree
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
+from lumped.flattening.flatten import flatten
+from lumped.flattening.tree import Tree
 from lumped.language.expression import Expr, as_expr
 from lumped.language.quantity import Input
 from lumped.simulation.simulate import simulate
@@ -81,7 +81,7 @@ def inverse(
         hold on the motion, as at a dead centre. Its `partial` holds the run up to there.
     """
     until = in_seconds(until, "until")
-    tree = system._tree
+    tree = system.structure.tree
     names: list[Name] = [drive] if isinstance(drive, str | Expr) else list(drive)
     drives = [_drive(tree, name) for name in names]
     motions = {system.key(name): _wanted(system, name, value) for name, value in motion.items()}
@@ -92,7 +92,7 @@ def inverse(
         )
     try:
         flat = flatten(system.model, motions, frozenset(drives))
-        inverted = System(flat, None, [tree.unknown_name(u) for u in system._kept])
+        inverted = System(flat, None, [tree.unknown_name(u) for u in system.structure.kept])
     except SingularModelError as error:
         raise SingularModelError(
             f"{system.name}: {' and '.join(drives)} cannot bring about a prescribed "

@@ -23,7 +23,7 @@ _MOST_INSTANTS = 300
 def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
     """Whether there is a closed form, with few states and rounding below the tolerance."""
     system, theta = point.system, point.theta
-    if not 0 < len(system.states) <= _MOST_STATES:
+    if not 0 < len(system.state_names) <= _MOST_STATES:
         return False
     try:
         form = linear_form(system)
@@ -33,7 +33,7 @@ def closed_form_pays(point: OperatingPoint, until: float, rtol: float) -> bool:
     if len(found.times) > _MOST_INSTANTS:
         return False
     edges = [point.time, *found.times.tolist(), until]
-    modes = np.zeros(system._flat.mode_count)
+    modes = np.zeros(system.structure.mode_count)
     for (begin, end), now in zip(itertools.pairwise(edges), found.modes, strict=True):
         modes[found.places] = now
         matrix, _ = form.at(theta, begin, modes)

@@ -87,10 +87,11 @@ class Sizing:
     maximum: Limit | None = None
 
     def plot(self) -> Figure:
-        """Torque over speed with the limits (see `lumped.drawing.plots.torque_speed`)."""
-        from lumped.drawing.plots import torque_speed
+        """Torque over speed with the limits , and the thermal equivalent."""
+        from lumped.plots import torque_speed
 
-        return torque_speed(self)
+        thermal = self.mean_speed, self.rms_torque
+        return torque_speed(self.points, thermal, self.rated, self.maximum, self.units)
 
     @property
     def fits(self) -> bool:

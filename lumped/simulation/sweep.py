@@ -292,7 +292,7 @@ def _points(
 
 def _numbers(system: System, name: Name, values: object) -> list[float]:
     """Values of a parameter, with units or without; their range is checked by each run."""
-    p, (place,) = system._flat.parameters, system.places([name])
+    p, (place,) = system.structure.parameters, system.places([name])
     number = p.free[place]
     given = np.ravel(np.asarray(values, dtype=object)) if not isinstance(values, str) else [values]
     return [p.number(number, value) for value in given]

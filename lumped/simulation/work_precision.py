@@ -122,10 +122,14 @@ class WorkPrecision:
         return min(good, key=lambda row: row.seconds)
 
     def plot(self) -> Figure:
-        """Run time over error, one line for each method (`lumped.drawing.plots.work_precision`)."""
-        from lumped.drawing.plots import work_precision as drawn
+        """Run time over error, one line for each method; failed runs are left out."""
+        from lumped.plots import work_precision as drawn
 
-        return drawn(self)
+        methods: dict[str, list[tuple[float, float]]] = {row.method: [] for row in self.rows}
+        for row in self.rows:
+            if np.isfinite(row.error):
+                methods[row.method].append((row.error, row.seconds))
+        return drawn(self.system.name, methods, self.reference_error)
 
     def __repr__(self) -> str:
         head = ("method", "rtol", "error", "ms", "steps", "rejected", "evaluations", "events")

@@ -1,1 +1,1 @@
-"""What knows nothing of models: texts, tables, units, checks of arguments, files, progress."""
+"""Helpers independent of models: texts, tables, units, checks of arguments, files, progress."""

@@ -1,4 +1,4 @@
-"""What public functions are given, checked against their own annotations."""
+"""Checks of the arguments of public functions against their annotations."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _FROM = {
     "System": "a system from lumped.assemble",
     "Trajectory": "a run from lumped.simulate",
 }
-"""Where what is needed comes from."""
+"""Texts for errors: each kind of argument, and how to make it."""
 _FUNCTIONALS = {
     "At": "at",
     "AtEvent": "at_event",
@@ -56,9 +56,9 @@ _FROM |= {kind: f"lumped.functionals.{name}(...)" for kind, name in _FUNCTIONALS
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """A function that refuses arguments that do not fit its annotations.
 
-    Numbers must be finite, a list of names is no text, a system is no model, and an operating point
-    belongs to the system beside it. Values of mappings are left to the function: they may have
-    units. Annotations that hold what is imported for type checkers only are compared by name.
+    Numbers must be finite, a list of names must not be a text, a system not a model, and an
+    operating point must belong to the system beside it. The function itself checks values of
+    mappings, as they may have units. Types imported for type checkers only are compared by name.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[s
 
 
 def _sure(hint: Any) -> set[type]:
-    """Types whose values fit without a further look, but for floats that are not finite."""
+    """Types whose values fit without a further check, except floats that are not finite."""
     if hint is ArrayLike:  # names texts and truth values too
         return {int, float}
     kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
@@ -152,7 +152,7 @@ def _fitting(function: str, key: str, value: Any, hint: Any) -> Any:
 
 
 def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any) -> None:
-    """Refuse what is no list or no function in a mapping of such; numbers may have units.
+    """Refuse members that are no list or function in a mapping of such; numbers may have units.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def _same_system(function: str, given: dict[str, Any]) -> None:
         return
     for key, value in given.items():
         if type(value).__name__ == "OperatingPoint":
-            if value.system._flat is not given["system"]._flat:
+            if value.system.structure.flat is not given["system"].structure.flat:
                 raise OptionError(
                     f"{function}: {key} belongs to another system. Make the operating point with "
                     "the system that is given."
@@ -237,11 +237,11 @@ def _fit_all(value: Any, kinds: tuple[Any, ...]) -> bool:
     """Whether all members of a list are of a kind."""
     if isinstance(value, str | bytes | Mapping):
         return False
-    if kinds[0] is float and isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and float in (kinds[0], *get_args(kinds[0])):
         return _numbers(value)
     try:
         members = list(value)
-    except Exception:  # whatever a foreign type says to this
+    except Exception:  # a foreign type may raise anything
         return False
     if len(kinds) > 1 and kinds[1] is not Ellipsis:
         return len(members) == len(kinds) and all(map(_fits, members, kinds))
@@ -249,7 +249,7 @@ def _fit_all(value: Any, kinds: tuple[Any, ...]) -> bool:
 
 
 def _numbers(value: Any) -> bool:
-    """Whether something is made of finite numbers."""
+    """Whether a value consists of finite numbers."""
     try:
         found = np.asarray(value)
     except (TypeError, ValueError):
@@ -258,7 +258,7 @@ def _numbers(value: Any) -> bool:
 
 
 def _words(hint: Any) -> str:
-    """What is needed."""
+    """Text of the kind of argument that is needed."""
     origin, kinds = get_origin(hint), get_args(hint)
     if hint is ArrayLike or hint is np.ndarray:
         return "a list of finite numbers"
@@ -288,12 +288,12 @@ def _words(hint: Any) -> str:
 
 
 def _called(hint: Any) -> str:
-    """Name of a class, or of what an annotation names before it exists."""
+    """Name of a class, or of a class that does not exist yet."""
     return str(getattr(hint, "__forward_arg__", getattr(hint, "__name__", hint)))
 
 
 def _names(hint: Any) -> bool:
-    """Whether names of quantities are meant."""
+    """Whether an annotation stands for names of quantities."""
     return hint is str or {_called(kind) for kind in get_args(hint)} == {
         "str",
         "Expr",
@@ -301,7 +301,7 @@ def _names(hint: Any) -> bool:
 
 
 def _hint(value: Any, hint: Any) -> str:
-    """What is likely meant."""
+    """Text of the likely remedy."""
     kinds = [hint, *get_args(hint)]
     if any(getattr(kind, "__name__", "") == "System" for kind in kinds):
         if hasattr(type(value), "initial_equations"):

@@ -1,8 +1,8 @@
 """Packages whose public names load when they are first used.
 
 The list of names is the stub beside the package, ``__init__.pyi``: one line for each name, such as
-``from lumped.vibration.modes import modes as modes``. Type checkers and editors read it as it is,
-and the package reads the same lines.
+``from lumped.vibration.modes import modes as modes``. Type checkers, editors and the package read
+the same lines.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import Any
 __all__ = ["lazy_names", "sources"]
 
 _ALIKE = 0.6
-"""Likeness of two names, of 1, from which one may be meant for the other."""
+"""Likeness of two names, at most 1, above which one may be the other misspelt."""
 _LIBRARIES = ("components", "models")
-"""Packages that build on the core, which therefore does not have them as names."""
+"""Packages that build on the core; the core does not have them as names."""
 
 
 def lazy_names(package: str) -> tuple[str, ...]:
-    """Let a package have the names of its stub; each loads its module when first used.
+    """Give a package the names of its stub; each loads its module when first used.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class _LazyPackage(ModuleType):
             super().__setattr__(name, value)
 
     def __reduce__(self) -> tuple[Callable[[str], ModuleType], tuple[str]]:
-        # Functions that are pickled with what they use know it by name, as other packages.
+        # Functions pickled with the objects they use refer to these by name, as to other packages.
         return import_module, (self.__name__,)
 
 

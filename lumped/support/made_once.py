@@ -1,4 +1,4 @@
-"""What is made once for an object that threads share, and kept in it."""
+"""Results made once for an object that threads share, and kept in it."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ Arguments = TypeVarTuple("Arguments")
 
 
 class Shared:
-    """What threads use at once; one of them at a time makes what is not there yet.
+    """An object that threads share; one thread at a time makes missing results.
 
     An interrupt may leave the lock closed, but only for other threads and this one model.
 
     Parameters
     ----------
     building : RLock
-        The same one for all that is made of the same symbols.
+        The same lock for all objects with the same symbols.
 
     Attributes
     ----------
     made : dict
-        What functions that are `made_once` gave for this object.
+        Results of the functions marked `made_once` for this object.
     """
 
     def __init__(self, building: RLock) -> None:
@@ -36,7 +36,7 @@ class Shared:
 
 
 def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments], T]:
-    """Call a function once for an object and what else it is given, and keep the result."""
+    """Call a function once for an object and further arguments, and keep the result."""
 
     @wraps(function)
     def kept(owner: S, *arguments: *Arguments) -> T:
@@ -52,7 +52,7 @@ def made_once(function: Callable[[S, *Arguments], T]) -> Callable[[S, *Arguments
 
 
 class Recent(Generic[T]):
-    """Results for what was asked for last.
+    """Results for the keys used last.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ class Recent(Generic[T]):
         self._most, self._known = most, dict[object, T]()
 
     def of(self, key: object, make: Callable[[], T]) -> T:
-        """What was made for a key, or is made now; threads may make it at the same time."""
-        known = self._known  # a dictionary that others may read does not change
+        """The result for a key, made now if needed; threads may make it at the same time."""
+        known = self._known  # never changed in place, as others may read it
         if key in known:
             return known[key]
         found = make()

@@ -1,4 +1,4 @@
-"""Packages that only some of what lumped does needs."""
+"""Packages that only some functions of lumped need."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def extra(package: str, name: str, what: str) -> Any:
     name : str
         The extra of lumped that installs it.
     what : str
-        What needs it.
+        The function that needs it, for the error.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How far long work has come, on a terminal."""
+"""Progress of long work, on a terminal."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ __all__ = ["Progress"]
 _FIRST, _EVERY = 1.0, 0.2  # s
 
 _open: list[Progress] = []
-"""The work that shows itself."""
+"""The work whose line is shown; at most one."""
 
 
 class Progress:
     """A line that says how much is done and how long the rest will take.
 
-    It appears after a second, and only if standard error is a terminal. Of work within work only
-    the outermost shows itself.
+    It appears after a second, and only if standard error is a terminal. Of nested work only the
+    outermost is shown.
 
     Parameters
     ----------
     what : str
-        What is being done.
+        Name of the work.
     total : float
-        All that is to be done.
+        Total amount of work.
     """
 
     def __init__(self, what: str, total: float) -> None:
@@ -37,7 +37,7 @@ class Progress:
         self._shown = False
 
     def at(self, done: float) -> None:
-        """Say how much is done."""
+        """Show how much is done."""
         if self._next == float("inf") or not done:
             return
         now = clock.monotonic()
@@ -55,7 +55,7 @@ class Progress:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._outermost:
             _open.clear()
         if self._shown:

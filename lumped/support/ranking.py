@@ -19,7 +19,7 @@ def ranked(
     Raises
     ------
     OptionError
-        If the value is zero, to which nothing is relative.
+        If the value is zero, so that relative values do not exist.
     """
     if not value:
         raise OptionError(f"{what} is zero; a change relative to it has no meaning.")

@@ -8,7 +8,7 @@ __all__ = ["compared", "listed", "number", "table"]
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
-    """Names with commas, the rest counted."""
+    """Names with commas; those beyond `most` are only counted."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
@@ -24,7 +24,7 @@ def compared(
     bounds: tuple[float | None, float | None] | None = None,
     fitted: bool = False,
 ) -> tuple[str, str, str]:
-    """A published value, the computed one and what lies between them, as texts.
+    """A published value, the computed one and the deviation, as texts.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def compared(
     bounds : (float or None, float or None), optional
         Least and greatest value, where a range was published instead of a value.
     fitted : bool
-        Whether something unknown was chosen so that both agree.
+        Whether an unknown value was chosen so that both agree.
 
     Returns
     -------

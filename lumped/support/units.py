@@ -1,4 +1,4 @@
-"""Values with units: converted once, where they enter a model."""
+"""Values with units: converted once, on input to a model."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def plain(
     value, unit, what
         See `converted`.
     fault : callable
-        Makes the error of its text, if the value is neither.
+        Makes an error from its text, if the value is neither.
     more : str
-        What else its text says behind the unit.
+        Further words of the text, after the unit.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def converted(value: Any, unit: str, what: str) -> float:
 
     Angles are a dimension of their own here: a stiffness in N.m/rad is not a torque, a ratio or
     slope is not an angle, and a speed in Hz or 1/min is not one in rad/s (say ``rpm``). Units are
-    of one kind if they agree in SI units with the radian as one of them.
+    of one kind if they agree in SI units, with the radian as a base unit.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def converted(value: Any, unit: str, what: str) -> float:
     unit : str
         Unit of the quantity, SI.
     what : str
-        What the value is for, to begin an error with.
+        Name of the value, with which an error begins.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def in_seconds(value: Any, what: str) -> float:
     value : float, str or pint.Quantity
         Such as ``0.5`` or ``"500 ms"``.
     what : str
-        What the time is called, to begin an error with.
+        Name of the time, with which an error begins.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def written(found: Dimension) -> str:
 
 
 def _declared(unit: str) -> Any:
-    """One of the unit that a component declares."""
+    """One unit, as a component declares it."""
     try:
         return _registry().Quantity(1.0, _spelt(unit))
     except UnitError:

@@ -14,10 +14,9 @@ __all__ = ["whole_file", "write_text"]
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[BinaryIO]:
-    """A file to write that takes its name when all is written; before, another may have it.
+    """A file to write that takes its name only when complete, replacing one of that name.
 
-    Whatever goes wrong on the way, such as a full disk or an interrupt, leaves what was there, and
-    nothing else.
+    After a failure, such as a full disk or an interrupt, only the old file is left.
 
     Raises
     ------

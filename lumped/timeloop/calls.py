@@ -69,4 +69,4 @@ class _Room:
 
 def expanded(function: ca.Function, system: System) -> ca.Function:
     """The function as scalar operations, unless the system is so large that they are too many."""
-    return function.expand() if len(system.states) <= _EXPAND_BELOW else function
+    return function.expand() if len(system.state_names) <= _EXPAND_BELOW else function

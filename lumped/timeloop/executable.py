@@ -268,7 +268,7 @@ def evaluated(
 
 def parts_of(system: System) -> Parts:
     """Functions and tables of a system as a plant has them."""
-    s, implicit = system.switching, len(system._values.implicit)
+    s, implicit = system.switching, len(system.structure.implicit)
     functions = {"rates": system.rhs}
     if s:
         functions["look"] = system.look
@@ -284,10 +284,10 @@ def parts_of(system: System) -> Parts:
         names, following = followers(system)
         functions |= {"following": following} if names else {}
     sizes = {
-        "states": len(system.states),
-        "settings": system._inputs[3].numel(),
+        "states": len(system.state_names),
+        "settings": system.inputs[3].numel(),
         "implicit": implicit,
-        "parameters": system._inputs[1].numel(),
+        "parameters": system.inputs[1].numel(),
         "margins": len(s.rows) if "margin" in functions else 0,
         "conditions": len(s.relation_modes),
         "holds": len(s.names),
@@ -304,7 +304,7 @@ def parts_of(system: System) -> Parts:
         "use_state": _integers(uses[1]),
         "any_demand": np.random.default_rng(4).uniform(0.5, 1.5, len(s.names)),
         "any_direction": _any_direction(implicit),
-        **_tables(s, system.states),
+        **_tables(s, system.structure.states),
     }
     return Parts(functions, sizes, fields)
 

@@ -7,7 +7,8 @@ import hashlib
 import io
 import json
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, BinaryIO
+from dataclasses import dataclass
+from typing import Any, BinaryIO
 
 import numpy as np
 import scipy
@@ -16,15 +17,28 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.timeloop.event import Event
 
-if TYPE_CHECKING:
-    from lumped.timeloop.result_files import Saved
-
-__all__ = ["READERS", "WRITERS", "apart"]
+__all__ = ["READERS", "WRITERS", "Contents", "apart"]
 
 Read = dict[str, Any]
-"""What a `Saved` is made of, by name."""
+"""Contents by name."""
 
 Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What a file of results holds (see `Saved`)."""
+
+    t: NDArray[np.float64]
+    values: dict[str, NDArray[np.float64]]
+    units: dict[str, str]
+    texts: dict[str, str]
+    parameters: dict[str, float]
+    parameter_units: dict[str, str]
+    model: str
+    fingerprint: str
+    states: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 def apart(t: Numbers) -> Numbers:
@@ -43,7 +57,7 @@ def together(t: Numbers) -> Numbers:
     return t
 
 
-def _netcdf(data: Saved, file: BinaryIO) -> None:
+def _netcdf(data: Contents, file: BinaryIO) -> None:
     """NetCDF 3 with 64 bit offsets."""
     held = io.BytesIO()
     out = scipy.io.netcdf_file(held, "w", version=2)
@@ -104,7 +118,7 @@ def _checksum(what: Read) -> str:
     return found.hexdigest()
 
 
-def _npz(data: Saved, file: BinaryIO) -> None:
+def _npz(data: Contents, file: BinaryIO) -> None:
     parameters, names = data.parameters, list(data.values)
     np.savez_compressed(
         file,
@@ -153,7 +167,7 @@ def _events(rows: list[list[Any]]) -> tuple[Event, ...]:
     return tuple(Event(*row) for row in rows)
 
 
-def _csv(data: Saved, file: BinaryIO) -> None:
+def _csv(data: Contents, file: BinaryIO) -> None:
     """One line of names with units, and an empty line at the end, which says that it is whole."""
     text = io.TextIOWrapper(file, encoding="utf-8", newline="")
     rows = csv.writer(text)
@@ -190,7 +204,7 @@ def _from_csv(held: bytes) -> Read:
     }
 
 
-def _modelica(data: Saved, file: BinaryIO) -> None:
+def _modelica(data: Contents, file: BinaryIO) -> None:
     """Result file of Dymola, version 1.1: parameters in data_1, trajectories in data_2."""
     t = data.t
     ends = [t[0], t[-1]] if len(t) else [0.0, 0.0]

@@ -18,9 +18,9 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.compiler.template import template_key
-from lumped.compiler.template_cache import content_of
 from lumped.errors import OptionError
+from lumped.flattening.template import template_key
+from lumped.flattening.template_cache import content_of
 from lumped.language.component import Component
 
 __all__ = ["fingerprint"]
@@ -89,7 +89,7 @@ class _Hashing:
         elif isinstance(value, System):
             yield from _of_system(value)
             if len(self._above) > 1:  # used by a function, which may read them
-                yield value._flat.parameters.defaults.tobytes()
+                yield value.structure.parameters.defaults.tobytes()
         elif isinstance(value, Component):
             yield from map(self.of, (type(value), value._values, value._place))
         elif isinstance(value, types.ModuleType):
@@ -212,10 +212,10 @@ def _version(package: str) -> str:
 
 
 def _of_system(system: System) -> Iterator[bytes]:
-    flat, tree = system._flat, system._tree
+    flat, tree = system.structure.flat, system.structure.tree
     _, outputs, kept = system.origin
     yield _named("lumped")
-    yield repr((outputs, kept, sorted(system._ranks.items()), sorted(tree.freed))).encode()
+    yield repr((outputs, kept, sorted(system.structure.ranks.items()), sorted(tree.freed))).encode()
     for node in tree.nodes:
         yield node.path.encode()
     for layout in dict.fromkeys(node.layout for node in tree.nodes):
@@ -242,7 +242,7 @@ def _rows(layout: Any) -> Iterator[tuple[str, Any]]:
 
 def _energies(system: System) -> Iterator[bytes]:
     """What components say that they store and lose."""
-    tree = system._tree
+    tree = system.structure.tree
     for node in {template_key(node.component): node for node in tree.nodes}.values():
         for name in ("stored", "loss"):
             tell = getattr(type(node.component), name, None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -11,12 +11,8 @@ from lumped.compiler.system import System
 from lumped.kernel.run import MOST_JUMP, MOST_LEVERAGE
 from lumped.support.made_once import made_once
 
-if TYPE_CHECKING:
-    from lumped.timeloop.result import Trajectory
-
 __all__ = [
     "Unfit",
-    "exchange_fault",
     "finite_fault",
     "followers",
     "jump_fault",
@@ -152,18 +148,22 @@ def unfit_states(
 
 
 def _dependent(system: System) -> list[int]:
-    nodes = system._reduced.dependent
-    return [n for n, ok in zip(nodes, system.available(nodes, cyclic=True), strict=True) if ok]
+    nodes = system.structure.reduced.dependent
+    return [
+        n for n, ok in zip(nodes, system.structure.available(nodes, cyclic=True), strict=True) if ok
+    ]
 
 
 @made_once
 def followers(system: System) -> tuple[list[str], ca.Function]:
     """Dependent positions and speeds that depend on modes: names and values."""
     nodes = _dependent(system)
-    found = system._values.of(nodes)
-    touched = sorted(set(ca.jacobian_sparsity(found, system._values.modes).get_triplet()[0]))
-    names = [system._node_name(nodes[i]) for i in touched]
-    return names, ca.Function("followers", system._inputs, [found[touched]])
+    found = system.structure.values.of(nodes)
+    touched = sorted(
+        set(ca.jacobian_sparsity(found, system.structure.values.modes).get_triplet()[0])
+    )
+    names = [system.structure.node_name(nodes[i]) for i in touched]
+    return names, ca.Function("followers", system.inputs, [found[touched]])
 
 
 @made_once
@@ -173,44 +173,31 @@ def levers(system: System) -> tuple[list[tuple[int, int]], ca.Function]:
     Relative to their typical size if that is above one, so that units do not count: a torque that
     follows a twist by 1e4 N.m/rad everywhere is well led.
     """
-    nodes, x = _dependent(system), system._inputs[0]
-    ratios = ca.jacobian(system._values.of(nodes), x)
+    nodes, x = _dependent(system), system.inputs[0]
+    ratios = ca.jacobian(system.structure.values.of(nodes), x)
     rows, columns = ratios.sparsity().get_triplet()
     entries = ca.SX(ratios.nz[:])
-    order = [system._reduced.class_and_order(n)[1] for n in nodes]
-    leading = [system._reduced.class_and_order(n)[1] for n in system.states]
+    order = [system.structure.reduced.class_and_order(n)[1] for n in nodes]
+    leading = [system.structure.reduced.class_and_order(n)[1] for n in system.structure.states]
     varying = [
         i
         for i in sorted(set(ca.jacobian_sparsity(entries, x).get_triplet()[0]))
         if order[rows[i]] == leading[columns[i]]
     ]
-    pairs = [(nodes[rows[i]], system.states[columns[i]]) for i in varying]
-    function = ca.Function("levers", system._inputs, [entries[varying]])
-    if pairs and not system._values.implicit:
+    pairs = [(nodes[rows[i]], system.structure.states[columns[i]]) for i in varying]
+    function = ca.Function("levers", system.inputs, [entries[varying]])
+    if pairs and not system.structure.implicit:
         scaled = entries[varying] / ca.DM(_typical(system, function))
-        function = ca.Function("levers", system._inputs, [scaled])
+        function = ca.Function("levers", system.inputs, [scaled])
     return pairs, function
 
 
 def _typical(system: System, function: ca.Function) -> np.ndarray:
     """Middle size of ratios over random points, at least one."""
-    n, settings = len(system.states), system._inputs[3].numel()
+    n, settings = len(system.state_names), system.inputs[3].numel()
     rng = np.random.default_rng(6)
     points = rng.uniform(-1.0, 1.0, (n, _ELSEWHERE))
-    theta = system._flat.parameters.defaults
+    theta = system.structure.parameters.defaults
     sizes = np.abs(np.asarray(function(points, theta, 0.0, np.zeros(settings))))
     found = [np.median(row[np.isfinite(row)]) if np.isfinite(row).any() else 1.0 for row in sizes]
     return np.maximum(1.0, found)
-
-
-def exchange_fault(run: Trajectory, t: float) -> str:
-    """Why derivatives end where another motion leads, and what to do."""
-    found = [e for e in run.events if e.before in run.system.state_names and e.time <= t]
-    changes = [f"{e.after} leads instead of {e.before}" for e in found[-1:]]
-    after = found[-1].after if found else "the motion that leads later"
-    return (
-        f"{run.system.name}: at t = {t:.9g} s states change places: "
-        f"{''.join(changes) or 'see run.events'}. Derivatives are not followed across that. "
-        f"Declare {after} with state='always', so that it leads from the start, or end the run "
-        "before."
-    )

@@ -46,7 +46,7 @@ class Look(NamedTuple):
 @made_once
 def _places(system: System) -> tuple[np.ndarray, list[int]]:
     """State that each speed is (or -1); ends of the parts of what decides modes."""
-    s, place = system.switching, {node: i for i, node in enumerate(system.states)}
+    s, place = system.switching, {node: i for i, node in enumerate(system.structure.states)}
     counts = [len(s.relation_modes)] * 2 + [7 * len(s.first_modes), s.values.numel()]
     places = np.array([place.get(node, -1) for node in s.speeds], dtype=int)
     return places, np.cumsum(counts).tolist()

@@ -98,11 +98,11 @@ class Clock:
 @made_once
 def clocks(system: System) -> list[Clock]:
     """All of a system, each after those that it needs."""
-    s, v = system.switching, system._values
+    s, v = system.switching, system.structure.values
     found: list[Clock] = []
     for condition, needs in zip(s.timed, s.needs, strict=True):
         modes = [mode for i in needs for mode in s.timed[i].modes]
-        inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system._inputs[1]]
+        inputs = [v.time, v.modes[modes] if modes else ca.SX(0, 1), system.inputs[1]]
         slope = ca.jacobian(condition.argument, v.time)
         found.append(Clock(condition, needs, inputs, slope))
     return found
@@ -123,7 +123,7 @@ def _latest_modes(_: System) -> Recent[np.ndarray]:
 
 
 def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
-    modes = np.zeros(system._flat.mode_count)
+    modes = np.zeros(system.structure.mode_count)
     for found, function in _levels(system):
         both = np.asarray(function(time, modes, theta))
         near = both[:, 0] + both[:, 1] * max(1e-300, 1e-15 * abs(time))
@@ -138,14 +138,14 @@ def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 @made_once
 def _levels(system: System) -> list[tuple[list[Clock], ca.Function]]:
     """Clocks of a system that need only those before them, with their arguments and slopes."""
-    all_clocks, v, levels = clocks(system), system._values, list[list[Clock]]()
+    all_clocks, v, levels = clocks(system), system.structure.values, list[list[Clock]]()
     depth: list[int] = []
     for clock in all_clocks:
         depth.append(1 + max((depth[i] for i in clock.needs), default=-1))
         if depth[-1] == len(levels):
             levels.append([])
         levels[depth[-1]].append(clock)
-    inputs = [v.time, v.modes, system._inputs[1]]
+    inputs = [v.time, v.modes, system.inputs[1]]
     made = []
     for level in levels:
         rows = [ca.horzcat(clock.condition.argument, clock.slope) for clock in level]
@@ -163,7 +163,7 @@ def _plain_clocks(system: System) -> tuple[list[int], ca.Function]:
     }
     columns = zip(*both.values(), strict=True)
     outputs = [ca.densify(ca.vertcat(ca.SX(0, 1), *column)) for column in columns]
-    inputs = [system._values.time, system._inputs[1]]
+    inputs = [system.structure.values.time, system.inputs[1]]
     return list(both), ca.Function("plain", inputs, outputs)
 
 

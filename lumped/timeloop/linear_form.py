@@ -50,7 +50,7 @@ class LinearForm:
     def _at(
         self, theta: np.ndarray, time: float, settings: np.ndarray
     ) -> tuple[scipy.sparse.csc_array, np.ndarray]:
-        none = np.zeros(len(self.system.states))
+        none = np.zeros(len(self.system.structure.states))
         matrix = self.system.state_matrix((none, theta, time, settings))
         found = np.asarray(self._taylor(theta, time, settings)).T
         factorials = np.array([math.factorial(k) for k in range(self.degree + 1)])
@@ -82,12 +82,12 @@ def _form_or_refusal(system: System) -> LinearForm | OptionError:
 def _made(system: System) -> LinearForm:
     if system.switching:
         raise _refusal(system, f"its modes depend on states, in {_listed(_switching(system))}")
-    if system._values.implicit:
-        names = [system._node_name(node) for node in system._values.implicit]
+    if system.structure.implicit:
+        names = [system.structure.node_name(node) for node in system.structure.implicit]
         raise _refusal(system, f"{_listed(names)} follow from equations that are not linear")
     if may_be_unfit(system):
         raise _refusal(system, "what its states lead is not linear in them")
-    x, theta, t, settings = system._inputs
+    x, theta, t, settings = system.inputs
     rates = system.rates
     if has_steps(rates, ca.vertcat(x, t)):
         raise _refusal(system, "kinks stand in `smooth` or in a spline of a state")

@@ -103,7 +103,7 @@ def no_fit(system: System, run: Run) -> LumpedError:
     s, at, theta = system.switching, run.instant, np.asarray(run.p).copy()
     holds = Holds(system, theta)
     settings = at.m.copy()
-    count = len(settings) - len(system._values.implicit)
+    count = len(settings) - len(system.structure.implicit)
     look = holds.look(run.t, at.x.copy(), settings[:count], settings[count:])
     listed = [
         f"{name}: {holds.word(settings, h)}, speed {look.v[h]:.4g}, reaction {look.reaction[h]:.6g}"

@@ -153,7 +153,7 @@ def _joined(system: System, rows: list[_Rows]) -> _Rows:
     if len(rows) == 1:
         return rows[0]
     if not rows:
-        n, m = len(system.states), system._inputs[3].numel()
+        n, m = len(system.state_names), system.inputs[3].numel()
         return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
     t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
     return t, x, settings

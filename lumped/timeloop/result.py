@@ -18,12 +18,10 @@ from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.event import Change, Event
 from lumped.timeloop.quantity_values import quantity_along
-from lumped.timeloop.result_files import Drawn, computed, saved, state_names
+from lumped.timeloop.result_files import Saved, computed, drawn, saved, state_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from lumped.simulation.certify import Certificate
 
 __all__ = [
     "Convergence",
@@ -188,7 +186,7 @@ class OperatingPoint(Named):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters that can be changed, and their values here."""
-        p = self.system._flat.parameters
+        p = self.system.structure.parameters
         return {p.names[i]: float(v) for i, v in zip(p.free, self.theta, strict=True)}
 
     def __getitem__(self, name: Name) -> float:
@@ -263,7 +261,7 @@ class Trajectory(Named):
     theta: np.ndarray
     events: tuple[Event, ...]
     statistics: Statistics
-    certificate: Certificate | None = None
+    certificate: Any = None
     _known: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -274,7 +272,7 @@ class Trajectory(Named):
     @cached_property
     def x(self) -> np.ndarray:
         """States, shape (len(t), n), in the order of each piece's system."""
-        none = np.zeros((0, len(self.system.states)))
+        none = np.zeros((0, len(self.system.structure.states)))
         return np.concatenate([none, *(piece.x for piece in self.pieces)])
 
     @property
@@ -368,29 +366,40 @@ class Trajectory(Named):
         OSError
             If the file cannot be written.
         """
-        return saved(self, names).write(path)
+        return self._saved(names).write(path)
 
     @checked
     def to_pandas(self, names: Iterable[Name] | None = None) -> Any:
         """A pandas DataFrame over the time, one column for each quantity (see `Saved`)."""
-        return saved(self, names).to_pandas()
+        return self._saved(names).to_pandas()
 
     @checked
     def to_xarray(self, names: Iterable[Name] | None = None) -> Any:
         """An xarray Dataset over the time, with units and texts as attributes (see `Saved`)."""
-        return saved(self, names).to_xarray()
+        return self._saved(names).to_xarray()
+
+    def _saved(self, names: Iterable[Name] | None) -> Saved:
+        return saved(self.system, names, self.t, self.theta, self.events, self.__getitem__)
 
     @checked
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
-        """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
-        from lumped.drawing.plots import trajectory
+        """Curves over time, one panel for each unit; events are thin vertical lines.
 
-        return trajectory(self, names)
+        Parameters
+        ----------
+        names : iterable of names or references, optional
+            Quantities to draw; default is all states.
 
-    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
-        chosen = state_names(self.system) if names is None else map(self.system.key, names)
-        found = {name: self.system.quantity(name) for name in chosen}
-        return self.system.name, {name: (q.unit, q.text) for name, q in found.items()}
+        Raises
+        ------
+        OptionError
+            If there is nothing to draw.
+        """
+        system = self.system
+        chosen = [*(state_names(system) if names is None else map(system.key, names))]
+        quantities = {name: system.quantity(name) for name in chosen}
+        found = {name: (q.unit, q.text, self[name]) for name, q in quantities.items()}
+        return drawn(system.name, self.t, found, self.events)
 
     def __repr__(self) -> str:
         s = self.statistics

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,29 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.compiler.system import Name, System
-from lumped.compiler.tree import key_of
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.whole_files import whole_file
 from lumped.timeloop.event import Event
-from lumped.timeloop.file_formats import READERS, WRITERS, apart
+from lumped.timeloop.file_formats import READERS, WRITERS, Contents, apart
 from lumped.timeloop.fingerprint import fingerprint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lumped.timeloop.result import Trajectory
-
-__all__ = ["Drawn", "Saved", "computed", "fingerprint", "load", "saved", "state_names"]
-
-Drawn = tuple[str, dict[str, tuple[str, str]]]
-"""Name of a model, and unit and text of each quantity to draw."""
+__all__ = ["Saved", "computed", "drawn", "fingerprint", "load", "saved", "state_names"]
 
 
 @dataclass(frozen=True, eq=False)
-class Saved:
+class Saved(Contents):
     """Quantities of a run, apart from its model; ``saved[name]`` gives one of them over `t`.
 
     Attributes
@@ -58,17 +53,6 @@ class Saved:
         Jumps of functions of time, changes of modes, impacts, and changes of states.
     """
 
-    t: NDArray[np.float64]
-    values: dict[str, NDArray[np.float64]]
-    units: dict[str, str]
-    texts: dict[str, str]
-    parameters: dict[str, float]
-    parameter_units: dict[str, str]
-    model: str
-    fingerprint: str
-    states: tuple[str, ...] = ()
-    events: tuple[Event, ...] = ()
-
     def __getitem__(self, name: Name) -> NDArray[np.float64]:
         key = key_of(name)
         if key == "time":
@@ -84,17 +68,15 @@ class Saved:
         return iter(self.values)
 
     def plot(self, names: Iterable[Name] | None = None) -> Figure:
-        """Curves over time, one panel for each unit (see `lumped.plot.trajectory`)."""
-        from lumped.drawing.plots import trajectory
+        """Curves over time, one panel for each unit (see `lumped.Trajectory.plot`).
 
-        return trajectory(self, names)
-
-    def _drawn(self, names: Iterable[Name] | None) -> Drawn:
+        Default is all states; of a file that does not tell them, such as a csv, all quantities.
+        """
         chosen = [*(self.states or self.values)] if names is None else [*map(key_of, names)]
-        for name in chosen:
-            self[name]
+        found = {name: self[name] for name in chosen}
         units, texts = {"time": "s", **self.units}, {"time": "time", **self.texts}
-        return self.model, {name: (units[name], texts[name]) for name in chosen}
+        told = {name: (units[name], texts[name], y) for name, y in found.items()}
+        return drawn(self.model, self.t, told, self.events)
 
     def to_pandas(self) -> Any:
         """A DataFrame over the time, one column for each quantity; units in ``frame.attrs``.
@@ -155,39 +137,68 @@ class Saved:
         return path
 
 
-def saved(run: Trajectory, names: Iterable[Name] | None = None) -> Saved:
-    """Quantities of a run by themselves; default is every state and what the model still has.
+def drawn(
+    title: str,
+    t: NDArray[np.float64],
+    quantities: Mapping[str, tuple[str, str, NDArray[np.float64]]],
+    events: Sequence[Event],
+) -> Figure:
+    """Curves of units, texts and values over time (see `lumped.plots.curves`)."""
+    from lumped.plots import curves
+
+    if not len(t):
+        raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
+    if not quantities:
+        raise OptionError(f"{title}: no states to draw; name the quantities to see.")
+    return curves(title, t, quantities, [event.time for event in events])
+
+
+def saved(
+    system: System,
+    names: Iterable[Name] | None,
+    t: NDArray[np.float64],
+    theta: np.ndarray,
+    events: tuple[Event, ...],
+    values: Callable[[str], NDArray[np.float64]],
+) -> Saved:
+    """Quantities of a run by themselves.
 
     Parameters
     ----------
-    run : Trajectory
-        From `lumped.simulate`.
-    names : iterable of names, optional
-        Quantities; default is all that the system computes.
+    system : System
+        What was run.
+    names : iterable of names or None
+        Quantities; None for all that the system computes.
+    t : ndarray, shape (k,)
+        Times of the run, s.
+    theta : ndarray
+        Parameters of the run.
+    events : tuple of Event
+        Its events.
+    values : callable
+        Gives a quantity by its name, shape (k,).
 
     Raises
     ------
     OptionError
         If no quantity is named.
     """
-    system = run.system
     chosen = computed(system) if names is None else [system.key(name) for name in names]
     if names is not None and not chosen:
         raise OptionError(f"{system.name}: name at least one quantity.")
     quantities = {name: system.quantity(name) for name in chosen}
-    p = system._flat.parameters
-    given = {p.names[i]: float(v) for i, v in zip(p.free, run.theta, strict=True)}
+    p = system.structure.parameters
     return Saved(
-        run.t,
-        {name: run[name] for name in chosen},
+        t,
+        {name: values(name) for name in chosen},
         {name: quantity.unit for name, quantity in quantities.items()},
         {name: quantity.text for name, quantity in quantities.items()},
-        given,
+        {p.names[i]: float(v) for i, v in zip(p.free, theta, strict=True)},
         {p.names[i]: p.declared[i].unit for i in p.free},
         system.name,
         fingerprint(system),
         tuple(name for name in state_names(system) if name in quantities),
-        run.events,
+        events,
     )
 
 
@@ -199,11 +210,11 @@ def state_names(system: System) -> list[str]:
 @made_once
 def computed(system: System) -> list[str]:
     """Quantities that do not need a state that was left out."""
-    tree = system._tree
+    tree = system.structure.tree
     names = system.names()
-    nodes = [system._reduced.node(tree.unknown(name)) for name in names]
+    nodes = [system.structure.reduced.node(tree.unknown(name)) for name in names]
     known = [node for node in nodes if node is not None]
-    usable = dict(zip(known, system.available(known, cyclic=True).tolist(), strict=True))
+    usable = dict(zip(known, system.structure.available(known, cyclic=True).tolist(), strict=True))
     return [n for n, node in zip(names, nodes, strict=True) if node is None or usable[node]]
 
 

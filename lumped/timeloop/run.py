@@ -91,7 +91,7 @@ class Run:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        none = np.zeros((0, len(self.system.states)))
+        none = np.zeros((0, len(self.system.structure.states)))
         own = [none, *(p.x for p in pieces if p.system is self.system)]
         largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)
         # a millionth of that is rounding of something that stands still

@@ -256,10 +256,10 @@ class RunBySteps(Run):
         self._changed_at = t
         self.events.append(Event(t, after.rpartition(".")[0], before, after))
         new = old.led_by(unfit.follower, unfit.leader)
-        wanted = [*new.states, *new._values.implicit]
-        function = ca.Function("change", old._inputs, [old._values.of(wanted)])
+        wanted = [*new.structure.states, *new.structure.implicit]
+        function = ca.Function("change", old.inputs, [old.structure.values.of(wanted)])
         found = np.asarray(function(x, self.point.theta, t, settings)).ravel()
-        states, implicit = np.split(found, [len(new.states)])
+        states, implicit = np.split(found, [len(new.structure.states)])
         self.system = new
         self.output.open(new)
         ring, changes = run.changed.copy(), run.changed_count
@@ -268,11 +268,11 @@ class RunBySteps(Run):
 
     def _leading(self, unfit: Unfit) -> tuple[str, str]:
         """Names of the states that lead after and before a change."""
-        reduced = self.system._reduced
+        reduced = self.system.structure.reduced
         names = []
         for node in (unfit.follower, unfit.leader):
             number, _ = reduced.class_and_order(node)
-            names.append(self.system._node_name(int(reduced.first[number])))
+            names.append(self.system.structure.node_name(int(reduced.first[number])))
         return names[0], names[1]
 
     def _fail(self, why: int) -> None:

@@ -64,7 +64,7 @@ def closed_with(
 
 def closing_fault(system: System, time: float) -> str:
     """A linkage that cannot be closed."""
-    names = ", ".join(system._node_name(n) for n in system._values.implicit[:6])
+    names = ", ".join(system.structure.node_name(n) for n in system.structure.implicit[:6])
     return (
         f"{system.name}: no values of {names} meet their equations at t = {round(time, 12):g} s, "
         "so a linkage cannot be closed. Check its lengths, and give start values near the "
@@ -76,7 +76,7 @@ def followed(
     system: System, x: np.ndarray, theta: np.ndarray, time: float, settings: np.ndarray
 ) -> np.ndarray | None:
     """Settings near those of a neighbouring point with the same modes; None if there are none."""
-    if not system._values.implicit:
+    if not system.structure.implicit:
         return settings
     run = executable(system).at(theta, time, x, settings)
     return run.m.copy() if engine.call("converged", run) else None

@@ -88,10 +88,11 @@ class Campbell:
     situations: tuple[str, ...] = ()
 
     def plot(self) -> Figure:
-        """Campbell diagram (see `lumped.drawing.plots.campbell`)."""
-        from lumped.drawing.plots import campbell
+        """Natural frequencies over the speed, rays of the orders, and points where they meet."""
+        from lumped.plots import campbell
 
-        return campbell(self)
+        critical = [(c.rpm, c.hertz) for c in self.critical]
+        return campbell(self.system.name, self.speeds, self.hertz, self.orders, critical)
 
     def __repr__(self) -> str:
         head = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -14,10 +13,8 @@ from lumped.numerics.eigen import nonzero
 from lumped.numerics.skew_scaling import balance
 from lumped.points.linearise import sparse_state_matrix
 from lumped.points.vibrating_states import moving
+from lumped.vibration.eigenpairs import Eigenpairs
 from lumped.vibration.left_vectors import left_vectors
-
-if TYPE_CHECKING:
-    from lumped.vibration.modes import Modes
 
 __all__ = ["Accuracy", "accuracy", "lost"]
 
@@ -53,7 +50,7 @@ class Accuracy:
         )
 
 
-def accuracy(modes: Modes) -> Accuracy:
+def accuracy(modes: Eigenpairs) -> Accuracy:
     """Residuals and conditions (Golub and Van Loan, Matrix Computations, 4th ed., 7.2.2)."""
     matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     own = np.flatnonzero(moving(modes.system, modes.point))
@@ -70,7 +67,7 @@ def accuracy(modes: Modes) -> Accuracy:
     return Accuracy(missed / (norm * length), np.where(np.isnan(conditions), np.inf, conditions))
 
 
-def lost(modes: Modes) -> int:
+def lost(modes: Eigenpairs) -> int:
     """Eigenvalues that are not zero, but below the rounding of the highest (see `Modes.lost`)."""
     own = np.flatnonzero(moving(modes.system, modes.point))
     if not modes.rigid or modes.near is not None or len(own) > _MOST:

@@ -138,8 +138,8 @@ class EigenSensitivity:
 
     @checked
     def plot(self, mode: int = 0) -> Figure:
-        """Tornado of the parameters that matter most (see `lumped.drawing.plots.tornado`)."""
-        from lumped.drawing.plots import tornado
+        """Tornado of the parameters that matter most."""
+        from lumped.plots import tornado
 
         modes = self.modes
         found = self.ranked(mode)
@@ -206,8 +206,8 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     if not len(values):
         raise OptionError(f"{system.name}: no oscillating mode and no decay to derive.")
     names, places = places_to(point, to)
-    x, theta, time, settings = system._inputs
-    n, right = len(system.states), np.hstack([modes.vectors, modes.decay_vectors])
+    x, theta, time, settings = system.inputs
+    n, right = len(system.state_names), np.hstack([modes.vectors, modes.decay_vectors])
     left = np.hstack([left_vectors(modes), left_vectors(modes, decays=True)])
     y, v = ca.SX.sym("y", n), ca.SX.sym("v", n)
     product = ca.dot(y, ca.jtimes(system.rates, x, v))

@@ -134,7 +134,7 @@ class ModalEnergies:
 
 def _ends(modes: Modes, path: str) -> list[str]:
     """Names of the angles or positions at the ports of a component."""
-    tree = modes.system._tree
+    tree = modes.system.structure.tree
     node = next(node for node in tree.nodes if node.path == path)
     quantities = node.layout.quantities
     return [
@@ -176,7 +176,7 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     system = modes.system
     if not len(modes.eigenvalues):
         raise OptionError(f"{system.name}: no oscillating mode has energy.")
-    tree = system._tree
+    tree = system.structure.tree
     owners: list[int] = []
     unknowns: list[int] = []
     for number_, node in enumerate(tree.nodes):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from lumped.errors import SolverError
 from lumped.numerics.singular_factors import factors_of
 from lumped.points.linearise import sparse_state_matrix
-
-if TYPE_CHECKING:
-    from lumped.vibration.modes import Modes
+from lumped.vibration.eigenpairs import Eigenpairs
 
 __all__ = ["beside", "left_vectors", "parts"]
 
@@ -21,12 +19,12 @@ _DISTANCES = (1e-10, 1e-8, 1e-6, 1e-4)
 """Of a shift from an eigenvalue, relative."""
 
 
-def left_vectors(modes: Modes, decays: bool = False) -> NDArray[np.complex128]:
+def left_vectors(modes: Eigenpairs, decays: bool = False) -> NDArray[np.complex128]:
     """Left eigenvectors y with ``y^H x == 1``, as columns, by inverse iteration.
 
     Parameters
     ----------
-    modes : Modes
+    modes : Eigenpairs
         From `lumped.modes`; an eigenvalue that repeats in one connected part has no such vector,
         and what is given for it is without meaning.
     decays : bool
@@ -68,7 +66,7 @@ def beside(block: scipy.sparse.csc_array, value: complex) -> Any:
     )
 
 
-def parts(modes: Modes) -> NDArray[np.int32]:
+def parts(modes: Eigenpairs) -> NDArray[np.int32]:
     """Number of the connected part of the drive to which each state belongs, shape (n,)."""
     matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
     matrix.eliminate_zeros()

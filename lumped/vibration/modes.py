@@ -25,6 +25,7 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
+from lumped.vibration.eigenpairs import Eigenpairs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,12 +35,13 @@ __all__ = ["Modes", "modes"]
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_MOST_DRAWN = 16
 _SMALL = 200
 """States up to which all modes are computed although only some are asked for."""
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(Eigenpairs):
     """Modes of a linearised system, sorted by natural frequency.
 
     Attributes
@@ -55,35 +57,6 @@ class Modes:
     near : float or None
         Frequency to which the modes are nearest, Hz, if only some were asked for.
     """
-
-    system: System
-    eigenvalues: Complex
-    vectors: Complex
-    rigid_vectors: Real
-    decays: Real
-    decay_vectors: Complex
-    point: OperatingPoint
-    near: float | None = None
-
-    @property
-    def hertz(self) -> Real:
-        """Natural frequencies ``abs(eigenvalue) / (2 pi)``, Hz."""
-        return np.abs(self.eigenvalues) / (2 * np.pi)
-
-    @property
-    def damped_hertz(self) -> Real:
-        """Frequencies of the damped oscillation ``imag(eigenvalue) / (2 pi)``, Hz."""
-        return self.eigenvalues.imag / (2 * np.pi)
-
-    @property
-    def damping(self) -> Real:
-        """Damping ratios ``-real(eigenvalue) / abs(eigenvalue)``."""
-        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
-
-    @property
-    def rigid(self) -> int:
-        """Number of rigid-body modes."""
-        return int(self.rigid_vectors.shape[1])
 
     @property
     def rigid_names(self) -> tuple[str, ...]:
@@ -143,7 +116,7 @@ class Modes:
         return raw / self._rigid_scale
 
     def _amplitudes(self, name: Name, vectors: Complex | Real, values: Complex | Real) -> Complex:
-        unknown = self.system._tree.unknown(name)
+        unknown = self.system.structure.tree.unknown(name)
         found: Complex = self._of_unknowns([unknown], vectors, values)[0]
         return found
 
@@ -151,14 +124,14 @@ class Modes:
         self, unknowns: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex:
         """Unscaled amplitudes of unknowns, by number, shape (len(unknowns), len(values))."""
-        reduced = self.system._reduced
+        reduced = self.system.structure.reduced
         nodes = [reduced.node(unknown) for unknown in unknowns]
         alive = [i for i, node in enumerate(nodes) if node is not None]
         result = np.zeros((len(nodes), vectors.shape[1]), dtype=complex)
         wanted = [node for node in nodes if node is not None]
         lost = [i for i, n in zip(alive, self._lowest(wanted), strict=True) if n is None]
         if lost:
-            name = self.system._tree.unknown_name(unknowns[lost[0]])
+            name = self.system.structure.tree.unknown_name(unknowns[lost[0]])
             raise UnknownNameError(f"'{name}' was left out of the system.")
         if wanted:
             result[alive] = self._required(wanted, vectors, values)
@@ -176,10 +149,10 @@ class Modes:
         if len(rows) < len(nodes):
             return None
         power = [row - node for row, node in zip(rows, nodes, strict=True)]
-        x = system._inputs[0]
-        matrix = ca.Function("C", system._inputs, [ca.jacobian(system._values.of(rows), x)])(
-            self.point.x, self.point.theta, self.point.time, self.point.modes
-        )
+        x = system.inputs[0]
+        matrix = ca.Function(
+            "C", system.inputs, [ca.jacobian(system.structure.values.of(rows), x)]
+        )(self.point.x, self.point.theta, self.point.time, self.point.modes)
         amplitudes = np.asarray(scipy.sparse.csr_array(matrix.sparse()) @ vectors, dtype=complex)
         for i, depth in enumerate(power):
             if depth:
@@ -189,7 +162,7 @@ class Modes:
     def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
         """For each node itself, or the lowest derivative of it that the system computes."""
         result: list[int | None] = [None] * len(nodes)
-        states = set(self.system.states)
+        states = set(self.system.structure.states)
         # an angle may be the sum of all torsions before it
         ahead = [
             i
@@ -199,14 +172,14 @@ class Modes:
             and node not in states
             and self._has_rate(node)
         ]
-        usable = self.system.available([nodes[i] + 1 for i in ahead], cyclic=False)
+        usable = self.system.structure.available([nodes[i] + 1 for i in ahead], cyclic=False)
         for i, fits in zip(ahead, usable, strict=True):
             if fits:
                 result[i] = nodes[i] + 1
         waiting, depth = [i for i, found in enumerate(result) if found is None], 0
         while waiting:
             trial = [nodes[i] + depth for i in waiting]
-            usable = self.system.available(trial, cyclic=False)
+            usable = self.system.structure.available(trial, cyclic=False)
             left = []
             for i, node, fits in zip(waiting, trial, usable, strict=True):
                 if fits:
@@ -220,26 +193,26 @@ class Modes:
     def _positions(self) -> tuple[list[str], Complex]:
         """Names and amplitudes of all angles and positions of ports in the oscillating modes."""
         nodes = self._position_nodes
-        names = [self.system._node_name(n) for n in nodes]
+        names = [self.system.structure.node_name(n) for n in nodes]
         return names, self._required(nodes, self.vectors, self.eigenvalues)
 
     @cached_property
     def _position_nodes(self) -> list[int]:
-        members = self.system._members
+        members = self.system.structure.members
         nodes = sorted(self._port_nodes, key=lambda n: members.get(n, n))
         return [n for n, low in zip(nodes, self._lowest(nodes), strict=True) if low is not None]
 
     def _has_rate(self, node: int) -> bool:
-        number_, order = self.system._reduced.class_and_order(node)
-        return bool(order < self.system._reduced.highest[number_])
+        number_, order = self.system.structure.reduced.class_and_order(node)
+        return bool(order < self.system.structure.reduced.highest[number_])
 
     @cached_property
     def _port_nodes(self) -> set[int]:
         """Angles and positions of ports; where there are none, other potentials."""
-        system, reduced = self.system, self.system._reduced
+        system, reduced = self.system, self.system.structure.reduced
         found: set[int] = set()
         others: set[int] = set()
-        for node in system._tree.nodes:
+        for node in system.structure.tree.nodes:
             for i, quantity in enumerate(node.layout.quantities):
                 n = reduced.node(node.first_unknown + i)
                 if quantity.kind == "potential" and n is not None:
@@ -280,10 +253,46 @@ class Modes:
     def plot(
         self, names: Iterable[Name] | None = None, *, modes: Iterable[int] | None = None
     ) -> Figure:
-        """Mode shapes along the drive (see `lumped.drawing.plots.mode_shapes`)."""
-        from lumped.drawing.plots import mode_shapes
+        """Amplitudes along the drive, one panel for each mode.
 
-        return mode_shapes(self, names, modes)
+        Of more than 16 modes the lowest are drawn, which the title says.
+
+        Parameters
+        ----------
+        names : iterable of names or references, optional
+            Quantities in the order along the drive; default is all angles and positions in the
+            order of their declaration.
+        modes : iterable of int, optional
+            Numbers of the modes to draw, from 0; default is all.
+
+        Raises
+        ------
+        OptionError
+            If there is no oscillating mode, none of a number, or no quantity is named.
+        """
+        from lumped.plots import mode_shapes
+
+        name, every = self.system.name, len(self.hertz)
+        if not every:
+            raise OptionError(f"{name}: no oscillating mode to draw.")
+        drawn = list(range(min(every, _MOST_DRAWN))) if modes is None else list(modes)
+        for mode in drawn:
+            if not 0 <= mode < every:
+                raise OptionError(
+                    f"{name}: modes = {drawn}: there is no mode {mode}; {every} modes count "
+                    f"from 0 to {every - 1}."
+                )
+        if not drawn:
+            raise OptionError(f"{name}: modes = []: give the number of at least one mode.")
+        chosen = self.angles if names is None else [self.system.key(n) for n in names]
+        if not chosen:
+            raise OptionError(f"{name}: name at least one quantity to draw.")
+        title = name
+        if modes is None and len(drawn) < every:
+            title += f": the {len(drawn)} lowest of {every} modes; modes= chooses others"
+        captions = [f"{self.hertz[k]:.4g} Hz, damping ratio {self.damping[k]:.3g}" for k in drawn]
+        shapes = np.array([self.shape(name)[drawn] for name in chosen])
+        return mode_shapes(title, chosen, shapes, captions)
 
     def __repr__(self) -> str:
         names, amplitudes = self._positions

@@ -83,10 +83,10 @@ class Along:
     """
 
     def __init__(self, modes: Modes, outputs: ca.SX, moved: Moved) -> None:
-        x, theta, _, _ = modes.system._inputs
+        x, theta, _, _ = modes.system.inputs
         v = ca.SX.sym("v", x.numel())
         slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta))
-        self._function = ca.Function("along", [*modes.system._inputs, v], [slope])
+        self._function = ca.Function("along", [*modes.system.inputs, v], [slope])
         self._point, self._moved = modes.point, moved
 
     def __call__(self, vector: Complex) -> Complex:

@@ -166,10 +166,29 @@ class FrequencyResponse:
 
     @checked
     def plot(self, outputs: Iterable[Name] | None = None) -> Figure:
-        """Magnitude and phase over the frequency (`lumped.drawing.plots.frequency_response`)."""
-        from lumped.drawing.plots import frequency_response
+        """Magnitude (logarithmic) and phase over the frequency, two panels for each output.
 
-        return frequency_response(self, outputs)
+        Parameters
+        ----------
+        outputs : iterable of names or references, optional
+            Outputs to draw; default is all.
+
+        Raises
+        ------
+        OptionError
+            If no output is named.
+        """
+        from lumped.plots import frequency_response
+
+        system = self.system
+        chosen = self.outputs if outputs is None else [system.key(name) for name in outputs]
+        if not chosen:
+            raise OptionError(f"{system.name}: name at least one output to draw.")
+        drawn = {}
+        for output in chosen:
+            both = {i: (self.magnitude(output, i), self.phase(output, i)) for i in self.inputs}
+            drawn[output] = system.quantity(output).unit, both
+        return frequency_response(system.name, self.hertz, drawn)
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
@@ -278,7 +297,7 @@ def _stuck(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
     """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
-    still = np.isin(system.states, system.switching.held(point.modes))
+    still = np.isin(system.structure.states, system.switching.held(point.modes))
     pattern = scipy.sparse.csr_array(abs(A))
     driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
     while (more := ~(still | driven | (pattern @ ~still > 0))).any():
@@ -319,7 +338,7 @@ def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:
 @made_once
 def needing_rates(system: System) -> frozenset[int]:
     """Places of the parameters that stand in equations of which the time derivative is used."""
-    incidence, times = system._reduced.incidence, system._reduced.times
+    incidence, times = system.structure.reduced.incidence, system.structure.reduced.times
     touched: set[int] = set()
     for group, e, instances, first in incidence.blocks:
         rows = instances[times[first : first + len(instances)] > 0]
@@ -327,7 +346,7 @@ def needing_rates(system: System) -> frozenset[int]:
         if len(rows) and symbols.numel():
             present = ca.which_depends(group.template.residual(e).expression, symbols)
             touched.update(group.parameters[rows][:, np.array(present, dtype=bool)].ravel())
-    p = system._flat.parameters
+    p = system.structure.parameters
     values = p.values[sorted(int(i) for i in touched)] if touched else ca.SX(0, 1)
     return frozenset(ca.jacobian_sparsity(values, p.theta).get_triplet()[1])
 

@@ -125,15 +125,15 @@ def response_sensitivity(
     if not names:
         raise OptionError("response_sensitivity: nothing to vary; name parameters in `to`.")
     A, B, C, _ = response._matrices
-    n, m, q = len(system.states), B.shape[1], C.shape[0]
+    n, m, q = len(system.state_names), B.shape[1], C.shape[0]
     left, right = _vectors(A, B, C, response.hertz)
-    x, theta, _, _ = system._inputs
+    x, theta, _, _ = system.inputs
     u = theta[system.places(response.inputs)]
     observed = ca.vertcat(system.rates, system.expressions(response.outputs))
     y, v, e = ca.SX.sym("y", n + q), ca.SX.sym("v", n), ca.SX.sym("e", m)
     along = ca.jtimes(observed, x, v) + ca.jtimes(observed, u, e)
     slope = ca.densify(ca.gradient(ca.dot(y, along), ca.vertcat(x, theta)))
-    function = ca.Function("contraction", [*system._inputs, y, ca.vertcat(v, e)], [slope])
+    function = ca.Function("contraction", [*system.inputs, y, ca.vertcat(v, e)], [slope])
     count = left.shape[1]
     at = [np.repeat(np.c_[part], count, axis=1) for part in (point.x, point.theta)]
     call = function.map(count)

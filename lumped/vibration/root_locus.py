@@ -82,10 +82,12 @@ class RootLocus:
         return found
 
     def plot(self) -> Figure:
-        """Root locus in the complex plane (see `lumped.drawing.plots.root_locus`)."""
-        from lumped.drawing.plots import root_locus
+        """Root locus in the complex plane ; a circle marks the first value, a dot the last."""
+        from lumped.plots import root_locus
 
-        return root_locus(self)
+        first, last = self.values[0], self.values[-1]
+        title = f"{self.system.name}: {self.parameter} from {first:g} (circle) to {last:g} (dot)"
+        return root_locus(title, self.eigenvalues)
 
     def __repr__(self) -> str:
         head = (
@@ -159,7 +161,7 @@ def root_locus(
         )
     system.places([name])
     situations: dict[str, None] = {}
-    used = ~np.isin(system.states, list(system.cyclic))
+    used = ~np.isin(system.structure.states, list(system.structure.cyclic))
     count = 0
 
     def spectrum(value: float) -> tuple[Complex, Complex, Complex]:

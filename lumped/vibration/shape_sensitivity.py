@@ -126,7 +126,10 @@ def shape_sensitivity(
     places = system.places(slopes.parameters)
     moved = moved_point(point, places) if slopes.moving else None
     moved = moved or still_point(point, places)
-    reduced, unknowns = system._reduced, [system._tree.unknown(name) for name in wanted]
+    reduced, unknowns = (
+        system.structure.reduced,
+        [system.structure.tree.unknown(name) for name in wanted],
+    )
     largest = np.abs(modes._positions[1]).argmax(axis=0)
     references = [modes._position_nodes[i] for i in largest]
     nodes = [reduced.node(u) for u in unknowns]
@@ -138,9 +141,9 @@ def shape_sensitivity(
         name = wanted[alive[lowest.index(None)]]
         raise UnknownNameError(f"'{name}' was left out of the system.")
     depth = np.array(rows) - np.array(both)
-    outputs = ca.vertcat(system.rates, system._values.of(rows))
+    outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
     inputs = (point.x, point.theta, point.time, point.modes)
-    C = ca.Function("C", system._inputs, [ca.jacobian(outputs, system._inputs[0])])(*inputs)
+    C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
     along = Along(modes, outputs, moved)
     matrix = scipy.sparse.csc_array(sparse_state_matrix(system, point)).astype(complex)

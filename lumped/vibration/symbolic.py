@@ -51,7 +51,7 @@ def expression(system: System, name: Name) -> ca.SX:
         if inner not in states:
             raise OptionError(f"{system.name}: {inner} is no state. States: {', '.join(states)}.")
         found = system.rates[states.index(inner)]
-    settings = system._inputs[3]
+    settings = system.inputs[3]
     if ca.depends_on(found, settings):
         raise OptionError(
             f"{system.name}: {name} depends on modes or on implicit quantities and has no formula "
@@ -83,14 +83,14 @@ def symbolic_frequencies(system: System) -> tuple[ca.SX, ...]:
     OptionError
         If the drive is damped or not linear, or has more than three oscillating modes.
     """
-    x, theta, time, settings = system._inputs
+    x, theta, time, settings = system.inputs
     A = ca.jacobian(system.rates, x)
     if ca.depends_on(A, ca.vertcat(x, time, settings)):
         raise OptionError(
             f"{system.name}: the drive is not linear; its frequencies depend on where it is. "
             "Use modes with an operating point."
         )
-    used = np.flatnonzero(~np.isin(system.states, list(system.cyclic)))
+    used = np.flatnonzero(~np.isin(system.structure.states, list(system.structure.cyclic)))
     A = A[used.tolist(), used.tolist()]
     point = start_point(system)
     numbers = scipy.sparse.csr_array(ca.Function("A", [theta], [A])(point.theta).sparse())
@@ -134,8 +134,8 @@ def _roots(G: ca.SX) -> list[ca.SX]:
 
 def _named(system: System, found: ca.SX) -> ca.SX:
     """With the symbols of the system replaced by named ones."""
-    x, theta, time, _ = system._inputs
-    p = system._flat.parameters
+    x, theta, time, _ = system.inputs
+    p = system.structure.parameters
     names = [*system.state_names, *(p.names[i] for i in p.free), "time"]
     symbols = ca.vertcat(*(ca.SX.sym(name) for name in names))
     return ca.substitute(found, ca.vertcat(x, theta, time), symbols)

@@ -1,9 +1,8 @@
 """Winding drive of a carrousel coiler: published numbers beside computed ones.
 
 The drive and its source are described in `lumped.models.carrousel_coiler.drive`, its sizing in
-`carrousel_coiler_sizing`, the elastic strip in `carrousel_coiler_scenes`, the turret in
-`carrousel_coiler_turret`. Marks: [P] printed, [R] restored by derivation, [I] inferred, [A] assumed
-as the source does not give it.
+`sizing` beside it, the elastic strip in `scenes`, the turret in `turret`. Marks: [P] printed, [R]
+restored by derivation, [I] inferred, [A] assumed as the source does not give it.
 """
 
 from __future__ import annotations
@@ -189,12 +188,12 @@ def model() -> UnderTension:
 
 
 def scene(until: float = 30.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against its time."""
+    """The run whose error is shown against run time."""
     return elastic_winding(until=until if np.isfinite(until) else None, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """What a change of parameters is seen by: a coil wound by the line, and by torque control."""
+    """Effects of changed parameters: a coil wound by the line, and by torque control."""
     system = lp.assemble(UnderTension())
     run = winding(grid=4000, rtol=1e-9, parameters=shared(system, parameters))
     asked = sizing.demand(run, sizing.chosen_motor())

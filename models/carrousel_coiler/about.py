@@ -1,4 +1,4 @@
-"""What the report says of the carrousel coiler."""
+"""Texts of the report on the carrousel coiler."""
 
 from math import inf
 

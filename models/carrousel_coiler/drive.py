@@ -8,7 +8,7 @@ assumed because the source does not give it. Everything inertial and the strip a
 
     motor - two-speed gear - mesh loss - mandrel and bearings - coil - strip
 
-The text adds a motor torque ``w dJ/dt`` (3.5), although the strip that enters brings just this
+The text adds a motor torque ``w dJ/dt`` (3.5), although the entering strip brings exactly this
 momentum along; `lumped.components.Coil` keeps the balance of the open system. At 1 mm and 20 m/s
 the difference is 3.9 kN.m on the full coil, 4.9 % of the torque of the tension.
 
@@ -61,7 +61,7 @@ HIGH, LOW = 1.0, 2.0
 
 
 class WindingDrive(lp.Component):
-    """Motor, gear, mandrel and coil; the strip is joined to `coil.strip` by what surrounds it."""
+    """Motor, gear, mandrel and coil; the enclosing model joins the strip to `coil.strip`."""
 
     strip = lp.LinearFlange()
     r: lp.Param = lp.param("m", "radius of the mandrel", MANDREL, above=0)
@@ -78,7 +78,7 @@ class WindingDrive(lp.Component):
     bearing: Brake = Brake(characteristic=((0.0, 1.0),), c_geo=mu * BEARING / 2, f_max=1.0)
     coil: Coil = Coil(
         r=r,
-        R_max=R + h,  # over-full is what is one layer more than full
+        R_max=R + h,  # over-full: one layer more than full
         h=h,
         b=WIDTH,
         rho=DENSITY,
@@ -116,7 +116,7 @@ def capacity(radius: float = RADIUS, h: float = THICKNESS, r: float = MANDREL) -
 def strip_momentum(radius: float, v: float = SPEED, h: float = THICKNESS) -> float:
     """Angular momentum that the strip brings to a coil each second, N.m: rho b h v^2 R.
 
-    It is what ``w dJ/dt`` of (3.5) adds to the motor torque by mistake.
+    The term ``w dJ/dt`` of (3.5) adds it to the motor torque by mistake.
     """
     return DENSITY * WIDTH * h * v**2 * radius
 
@@ -166,14 +166,14 @@ def line_speed(
 def turned(length: lp.Expr) -> lp.Expr:
     """Angle of the mandrel of a `WindingDrive` from the wound length in m.
 
-    Without difference of large numbers, by the drive's own radius and thickness.
+    From the drive's own radius and thickness, without a difference of large numbers.
     """
     r = WindingDrive.r
     return 2 * length / (r + sqrt(r**2 + WindingDrive.h * length / pi))
 
 
 def checked_length(length: float | None, found: Mapping[str, float]) -> float:
-    """Length of a strip that the coil can take: as given, or that of the full coil.
+    """Length of a strip that fits on the coil: as given, or that of the full coil.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def winding(
 ) -> lp.Trajectory:
     """Whole winding run at given tension and line speed: the torque at the motor follows.
 
-    The motor turns as the strip asks, by the drive's own ratio, radius and thickness.
+    The motor follows the strip, by the drive's own ratio, radius and thickness.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ class ElasticStrip(lp.Component):
     line: translation.Speed = translation.Speed(v=0.0)
 
     def connections(self) -> Iterator[lp.Connection]:
-        # The strip is stretched by what the coil is ahead of the line.
+        # The stretch of the strip is the lead of the coil over the line.
         yield from lp.chain(self.line, self.strip)
         yield lp.connect(self.strip.flange_b, self.drive.strip)
 
@@ -214,7 +214,7 @@ class PlacedDrive(WindingDrive):
 
 
 class Placed(UnderTension):
-    """The same under a strip of given tension, without the losses."""
+    """Winding drive at an instant under a strip of given tension, without the losses."""
 
     drive: WindingDrive = PlacedDrive(eta=1.0, mu=0.0, sigma_s=0.0)
 
@@ -255,7 +255,7 @@ def gear_change(
 ) -> lp.Trajectory:
     """Gear changed from low to high while the empty mandrel turns freely at 20 rad/s.
 
-    Never done on the machine: speeds jump so that momentum is kept, and the event tells the energy
+    Never done on the machine: speeds jump so that momentum is kept, and the event gives the energy
     lost in the dogs.
 
     Parameters

@@ -1,7 +1,7 @@
 """Carrousel coiler with its safety coupling and its long shaft, and a jam of the mandrel.
 
 The source names coupling, shaft and mesh but gives no value of them; all here are assumed [A]. The
-shaft is steel, 0.4 m thick and 6 m long. Play and stiffness of the meshes are counted at it.
+shaft is steel, 0.4 m thick and 6 m long. Play and stiffness of the meshes are referred to it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class ShaftedDrive(WindingDrive):
 
 
 class Jammed(ShaftedDrive):
-    """Something rubs at the mandrel from an instant on."""
+    """Winding drive whose mandrel is braked by rubbing from an instant on."""
 
     at: lp.Param = lp.param("s", "instant of the jam", 0.1)
     rub: Brake = Brake(f_max=JAM, u=where(lp.time >= at, 1.0, 0.0), characteristic=((0.0, 1.0),))

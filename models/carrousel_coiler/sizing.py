@@ -91,7 +91,7 @@ def chosen_motor(v: float = SPEED, a: float = AMPLIFICATION) -> Motor:
 def drawn_power() -> float:
     """Power of the motor on the drawing, W: a K T v [I].
 
-    The printed 2160 kW are just this: the amplified power of example 3.1 without the efficiency.
+    The printed 2160 kW are the amplified power of example 3.1 without the efficiency.
     """
     return AMPLIFICATION * tension_power() * ETA
 
@@ -103,7 +103,7 @@ def drawn_motor() -> Motor:
 
 
 def demand(run: lp.Trajectory, motor: Motor) -> lp.simulation.Sizing:
-    """What a winding run asks of a motor, against its rated torque and its field weakening."""
+    """Demand of a winding run on a motor, against its rated torque and its field weakening."""
     return lp.simulation.sizing(
         run,
         torque="drive.rotor.flange_a.tau",
@@ -149,7 +149,7 @@ def greatest_tension(motor: Motor, speeds: np.ndarray, ratio: float) -> np.ndarr
 
 
 def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
-    """Greatest torque at speeds, from a motor that is brought through all of them."""
+    """Greatest torque at speeds, from a motor that runs through all of them."""
     rig = lp.compose(
         turn=Speed(w=lp.time),
         motor=ConverterDrive(
@@ -163,7 +163,7 @@ def _limit(motor: Motor, speeds: np.ndarray) -> np.ndarray:
 
 
 def gear_for(v: float, T: float, motor: Motor | None = None) -> str | None:
-    """Gear for a strip: "high" if that will do, else "low", else None."""
+    """Gear for a strip: "high" if this suffices, else "low" if this does, else None."""
     motor = chosen_motor() if motor is None else motor
     for name, ratio in (("high", I_HIGH), ("low", I_LOW)):
         if T <= greatest_tension(motor, np.array([v]), ratio)[0] * (1 + 1e-12):

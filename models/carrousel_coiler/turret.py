@@ -4,8 +4,8 @@ The sun wheel on the axis of the turret drives the wheel of the mandrel, one ext
 k on the turret as carrier: ``w_mandrel = Omega (1 + k) - k w_sun`` (Willis) [R]. The dimensions
 are [A]. Angles count positive in the sense of winding and of the turret, clockwise as drawn.
 
-The mass of coil and mandrel on the turret is left out: it is balanced by what stands on the other
-side only in part, but the source gives neither.
+The mass of coil and mandrel on the turret is left out: the other side of the turret balances it in
+part, but the source gives neither mass.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ of the roll to the turret."""
 
 
 class HeldTension(lp.Component):
-    """Line that gives the strip both its motion ``s`` and its tension ``T``, and a motor for that.
+    """Line that prescribes motion ``s`` and tension ``T`` of the strip, and the motor for them.
 
-    The motor has whatever torque and speed that takes: inverse dynamics of a drive.
+    The motor has whatever torque and speed they need: inverse dynamics of a drive.
     """
 
     line = lp.LinearFlange()

@@ -5,10 +5,10 @@ The machine and its source are described in `lumped.models.eccentric_shear.stand
 
 The study claims that ellipses of eccentricity 0.4 to 0.5 reduce the greatest motor torque 2.5 to 3
 times and the equivalent load 1.6 to 1.7 times (figure 3, whose values are lost). The half-sine of
-(17) reproduces both. The rectangle of (18), with which the study says it computed, cannot: at
-constant torque over 68 deg the reduction is at most 1 / sin(34 deg) = 1.79 whatever the
-eccentricity. Nor can the phase of (22), (23): it puts the greatest ratio at 9.9 deg, not at the
-cut, and raises the peak.
+(17) reproduces both. The rectangle of (18), which the study says it used, cannot: at constant
+torque over 68 deg the reduction is at most 1 / sin(34 deg) = 1.79 whatever the eccentricity. Nor
+can the phase of (22), (23): it puts the greatest ratio at 9.9 deg, not at the cut, and raises the
+peak.
 """
 
 from __future__ import annotations
@@ -181,13 +181,13 @@ def reductions(
     Parameters
     ----------
     size : {"peak", "rms"}
-        What is compared.
+        Peak or root mean square of the torque.
     ellipses : sequence of float
         Eccentricities.
     motion : CrankTurned or MotorTurned
-        What turns at constant speed.
+        Whether crank or motor turns at constant speed.
     **options
-        Passed to `eccentric_shear_scenes.turn`.
+        Passed to `lumped.models.eccentric_shear.scenes.turn`.
     """
     sizes = [float(getattr(turn(motion, e, **options), size)) for e in (0.0, *ellipses)]
     return [sizes[0] / x for x in sizes[1:]]
@@ -204,12 +204,12 @@ def _at_the_change() -> Iterator[float]:
 
 
 def scene(until: float = 6.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against its time."""
+    """The run whose error is shown against run time."""
     return free_run(until=until, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """What a change of parameters is seen by: torque at constant crank speed, and the free run."""
+    """Effects of changed parameters: torque at constant crank speed, and the free run."""
     demand = turn(CrankTurned, parameters=shared(lp.assemble(CrankTurned()), parameters))
     found = [
         Measure("constant crank speed, greatest motor torque", "N.m", demand.peak),

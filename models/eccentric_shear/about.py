@@ -1,4 +1,4 @@
-"""What the report says of the eccentric shear."""
+"""Texts of the report on the eccentric shear."""
 
 from lumped.models.about import About, Motor
 

@@ -176,7 +176,7 @@ def turn(
     Parameters
     ----------
     motion : CrankTurned or MotorTurned
-        What turns at constant speed.
+        Whether crank or motor turns at constant speed.
     eps : float
         Eccentricity of the ellipses.
     pulse : {"half-sine", "rectangle"}
@@ -270,7 +270,7 @@ def free_run(
     shear : PrintedShear or GuidedShear, or a class made from one
         Reading of the source.
     model : FreeShear, optional
-        Motor and shear, whose shear is then the one that runs; those of the source unless given.
+        Motor and shear, used instead of `shear`; those of the source unless given.
     parameters, start : mapping of name to value, optional
         Parameters to change, and start values besides.
     **options
@@ -297,7 +297,7 @@ def kept(run: lp.Trajectory) -> list[float]:
 def landing(run: lp.Trajectory) -> float:
     """Greatest motor torque of the last turn outside of the cut over that within it.
 
-    The peak after the landing is 10 ms wide: the output times must be closer than 1 ms.
+    The peak after the landing is 10 ms wide: output times must be less than 1 ms apart.
     """
     phi, tau = run["loaded.shear.crank.phi"], run["motor.tau"]
     last = np.flatnonzero(phi >= phi[-1] - 2 * np.pi)

@@ -9,14 +9,15 @@ The crank shaft turns in the lower support (journal A) and carries the upper sup
 floats, for neither support is fixed to the frame. While the lower support is seated, A stands still
 and the upper support comes down as a connecting rod. At 92 deg 20' it meets the strip: now the
 pin stands still and the shaft lifts the lower support, which cuts. At the change of carriage all
-speeds jump with momentum kept. That follows from the equations, so that a wrong rule (``J w`` kept,
-or no jump) cannot be run. The return at 267 deg 40' mirrors it [I]. The ellipses turn the crank
-slowest where it cuts. Angles count from the upper position of the pin.
+speeds jump with momentum kept. This follows from the equations, so that a wrong rule (``J w`` kept,
+or no jump) is not possible. The return at 267 deg 40' mirrors the change [I]. The ellipses turn the
+crank slowest where it cuts. Angles count from the upper position of the pin.
 
-Two readings are run. `PrintedShear` is that of (1) to (7): each support is a rod whose guide goes
-through the other joint of the shaft, and lies at rest while the other one moves. It needs the
-geometry to jump at the change: the lower support tilts by 3.3 deg at once. `GuidedShear` keeps both
-supports in the guides of the frame, the lower one upright: nothing jumps but speeds [R].
+There are models for two readings of the source. `PrintedShear` is that of (1) to (7): each support
+is a rod whose guide goes through the other joint of the shaft, and lies at rest while the other one
+moves. In this reading the geometry jumps at the change: the lower support tilts by 3.3 deg at once.
+`GuidedShear` keeps both supports in the guides of the frame, the lower one upright: only speeds
+jump [R].
 """
 
 from __future__ import annotations
@@ -159,7 +160,7 @@ class Support(Hanging):
 
 
 class RestingSupport(Hanging):
-    """Support that moves with its rod while the command `u` says so, and else is at rest."""
+    """Support that moves with its rod while the command `u` is on, else is at rest."""
 
     u = lp.Input("1", "moves above 0.5")
     mass_x: translation.PickUp = translation.PickUp(m=Hanging.m)

@@ -109,12 +109,12 @@ def model() -> Driven:
 
 
 def scene(until: float = 3.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against its time."""
+    """The run whose error is shown against run time."""
     return start_up(until=until, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """What a change of parameters is seen by: a turn at constant speed, and a start from rest."""
+    """Effects of changed parameters: a turn at constant speed, and a start from rest."""
     w = SPEED["P"]
     system = turned(mill("P"), w * lp.time)
     changed = shared(system, parameters)

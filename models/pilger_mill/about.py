@@ -1,4 +1,4 @@
-"""What the report says of the pilger mill LG90."""
+"""Texts of the report on the pilger mill LG90."""
 
 from lumped.models.about import About, Motor
 from lumped.models.pilger_mill.drive import BREAKDOWN

@@ -1,9 +1,9 @@
-"""Balance of the pilger mill LG90: counterweight and sectors that shake and pulsate least.
+"""Balance of the pilger mill LG90: counterweight and sectors of least force and torque swing.
 
 The source minimises ``F1 / F10 + F2 / F20`` with ``F1 = max |F|``, the greatest force on the
 foundation, and ``F2 = max M - min M`` over a revolution; F10 and F20 are their least values. At
 constant speed force and torque are affine in the mass of the counterweight and in the mass moment
-of the sectors, so three computed revolutions tell all designs, and F1 and F2 are convex.
+of the sectors, so three computed revolutions give all designs, and F1 and F2 are convex.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ class Balance:
     def best(self, force: float, torque: float, limit: float = np.inf) -> np.ndarray:
         """Design that minimises ``force * F1 + torque * F2`` with F2 at most `limit`, N.m.
 
-        Linear programmes by Kelley's cutting planes: the force enters by its tangents and the
-        torque by its values, both at the angles that come near an extreme for a design visited.
+        Linear programmes with Kelley's cutting planes: tangents of the force and values of the
+        torque, both at the angles near an extreme of a visited design.
         """
         scale = np.array([1e3, 1e3, 1e5, 1e5, 1e5])  # m2, U, F1, greatest and least torque
         rows, limits = [np.zeros((0, 5))], [np.zeros(0)]
@@ -114,7 +114,7 @@ class Balance:
     def single(self) -> tuple[np.ndarray, np.ndarray]:
         """Designs of least force and of least fluctuation.
 
-        The fluctuation alone may leave the sectors open; a thousandth of the force settles them.
+        The fluctuation alone may not determine the sectors; a thousandth of the force is added.
         """
         return self.best(1e-5, 0.0), self.best(1e-8, 1e-5)
 

@@ -23,7 +23,7 @@ __all__ = ["Turned", "revolved"]
 
 
 class Turned(lp.Component):
-    """Two mills of one design: the force is that of the exact one, the torque the source's."""
+    """Two mills of one design: force from the exact one, torque by the source's formula."""
 
     m2: lp.Param = lp.param("kg", "counterweight", min=0)
     U: lp.Param = lp.param("kg.m", "mass moment of a sector", min=0)

@@ -64,12 +64,12 @@ class Driven(lp.Component):
         yield lp.connect(self.command.y, self.motor.w_s)
 
     def line(self) -> Iterator[lp.Connection]:
-        """What joins gear and mill."""
+        """Connections between gear and mill."""
         yield from lp.chain(self.gear, self.shaft, self.mill.crank)
 
 
 class ElasticallyDriven(Driven):
-    """The same with an elastic shaft between gear and crank."""
+    """Mill on its motor with an elastic shaft between gear and crank."""
 
     c: lp.Param = lp.param("N.m/rad", "stiffness of the shaft", above=0)
     d: lp.Param = lp.param("N.m.s/rad", "damping of the shaft", min=0)
@@ -80,7 +80,7 @@ class ElasticallyDriven(Driven):
 
 
 _WANTED = Driven.gear.ratio * Driven.w
-"""Wanted speed of the motor, by the gear and crank speed of the very drive."""
+"""Wanted speed of the motor, by the drive's own gear and crank speed."""
 
 
 def running(

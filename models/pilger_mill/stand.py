@@ -17,10 +17,11 @@ of the stand; the torque (24, 26) gives the centre of a rod the velocity of the 
 in set P 102 instead of 90 kN.m from crest to trough); gravity is left out although it makes +-6 to
 +-14 kN.m; ``ms Rs`` is in kg m, not N m; the friction of the necks in (29) is twice ``P f d / 2``.
 
-Neither speed nor masses but those of the counterweight and the sectors are printed, and no single
-set explains table 2: its force needs more than 127 revolutions a minute, its power as the greatest
-one less than 90. So there are two sets [I]: F meets the forces, P the torque and the power at a
-plausible speed. Five published numbers cannot fix their ten unknowns; half of these stay free.
+Of the masses only those of the counterweight and the sectors are printed, and the speed is not. No
+single set explains table 2: its force needs more than 127 revolutions a minute, its power, taken as
+the greatest one, less than 90. So there are two sets [I]: F meets the forces, P the torque and the
+power at a plausible speed. Five published numbers cannot fix their ten unknowns; half of these stay
+free.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reversing cold rolling mill 400: published numbers beside computed ones.
 
-The stand and its source are described in `lumped.models.reversing_mill.stand`, what happens where
-the roll gap sticks, skids and opens in `lumped.models.reversing_mill.scenes`, its motors in
+The stand and its source are described in `lumped.models.reversing_mill.stand`, the roll gap that
+sticks, skids and opens in `lumped.models.reversing_mill.scenes`, its motors in
 `lumped.models.reversing_mill.drives`.
 """
 
@@ -262,13 +262,13 @@ def _hertz(gap: lp.Component, parameters: Mapping[str, float] | None = None) -> 
 def scene(
     until: float = 0.4, start: Mapping[str, Any] | None = None, **options: Any
 ) -> lp.Trajectory:
-    """The run whose error is shown against its time."""
+    """The run whose error is shown against run time."""
     rolling = dict.fromkeys(TURNING, SPEED) | dict(start or {})
     return skidding(until=until, start=rolling, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """What a change of parameters is seen by: frequencies, and the skidding gap."""
+    """Effects of changed parameters: frequencies, and the skidding gap."""
     found = []
     for name, gap in (("open", OpenGap()), ("closed", ClosedGap())):
         system = lp.assemble(gap)

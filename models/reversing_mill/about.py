@@ -1,4 +1,4 @@
-"""What the report says of the reversing cold rolling mill 400."""
+"""Texts of the report on the reversing cold rolling mill 400."""
 
 from lumped.models.about import About, Motor
 from lumped.models.reversing_mill.drives import OVERLOAD

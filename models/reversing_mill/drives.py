@@ -82,7 +82,7 @@ class MotorLower(Branch):
 
 
 class MotorStand(StripGap):
-    """Stand on two motors that do not know of each other; `s` is the droop of both."""
+    """Stand on two independently controlled motors; `s` is the droop of both."""
 
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
     upper: MotorUpper = MotorUpper(s=s, wanted=(1 + s) * SPEED)

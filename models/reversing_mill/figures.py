@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
-from lumped.drawing.plots import mode_shapes
 from lumped.models.reversing_mill import drives, scenes
 from lumped.models.reversing_mill.stand import (
     KGF,
@@ -32,9 +31,9 @@ __all__ = ["figures"]
 def figures() -> dict[str, Figure]:
     """Figures by name."""
     return {
-        "modes_upper": mode_shapes(lp.modes(lp.assemble(UpperBranch()))),
-        "modes_lower": mode_shapes(lp.modes(lp.assemble(LowerBranch()))),
-        "modes_closed": mode_shapes(lp.modes(lp.assemble(ClosedGap()))),
+        "modes_upper": lp.modes(lp.assemble(UpperBranch())).plot(),
+        "modes_lower": lp.modes(lp.assemble(LowerBranch())).plot(),
+        "modes_closed": lp.modes(lp.assemble(ClosedGap())).plot(),
         "strip_entry": _draw_entry(),
         "eccentricity": _draw_eccentricity(),
         "creep": _draw_creep(),

@@ -1,14 +1,14 @@
 """The reversing mill 400 as a machine whose structure changes, and its speed controllers.
 
-The roll gap sticks, skids beyond M_s with the torque M_k, and is open without strip. What it
-carries from the upper to the lower rolls is the equalizing torque M_u, in steady rolling half the
-difference of the spindle torques. The source speaks of these modes but prints no numbers for them;
+The roll gap sticks, skids beyond M_s with the torque M_k, and is open without strip. It carries the
+equalizing torque M_u from the upper to the lower rolls, in steady rolling half the difference of
+the spindle torques. The source speaks of these modes but prints no numbers for them;
 limits, speeds and controllers are assumed [A].
 
 Rolls of unequal diameter roll on each other with w_n = (1 + eps) w_v. Two drives with droop s, the
-loss of speed at rated torque, then load each other with M_u / Mr = eps / (2 s); two PI speed
-controllers with ever more, until the gap skids, unless a load-share trim brings their torques
-together.
+loss of speed at rated torque, then load each other with M_u / Mr = eps / (2 s). Two PI speed
+controllers increase this torque until the gap skids, unless a load-share trim equalises their
+torques.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ def between(enters: lp.Expr, leaves: lp.Expr) -> lp.Expr:
 
 
 class StripGap(OpenGap):
-    """Stand that is loaded, and whose rolls hold each other, while there is strip.
+    """Stand that is loaded, and whose rolls stick to each other, while there is strip.
 
-    `gap` is what joins the rolls; its speed is the slip, positive if the upper rolls lead.
+    `gap` joins the rolls; its speed is the slip, positive if the upper rolls lead.
     """
 
     enters: lp.Param = lp.param("s", "instant at which the strip enters", 0.0)
@@ -240,7 +240,7 @@ class ControlledLower(LowerBranch):
 
 
 class ControlledStand(StripGap):
-    """Two PI speed controllers that do not know of each other."""
+    """Two independent PI speed controllers."""
 
     upper: ControlledUpper = ControlledUpper(wanted=SPEED)
     lower: ControlledLower = ControlledLower(wanted=SPEED)

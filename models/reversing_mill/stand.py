@@ -114,7 +114,7 @@ class LowerBranch(Branch):
 
 
 class OpenGap(lp.Component):
-    """No strip: the two branches turn without each other, each under its load."""
+    """No strip: the two branches turn independently, each under its load."""
 
     upper: Branch = UpperBranch()
     lower: Branch = LowerBranch()
@@ -148,8 +148,8 @@ class CreepingGap(OpenGap):
 class PrintedGap(OpenGap):
     """Creep by (54) and (55) as printed, without the rolls' difference of inertia torques.
 
-    That is a differential whose carrier is the body of both rolls. Only for large K_s does it come
-    close to `CreepingGap`; for K_s = 0 it is a singular model.
+    This is a differential whose carrier is the body of both rolls. It comes close to `CreepingGap`
+    only for large K_s; for K_s = 0 the model is singular.
     """
 
     K_s: lp.Param = lp.param("N.m.s/rad", "creep coefficient", CREEP, min=0)

@@ -1,9 +1,8 @@
 """Mandrel rotary arm of a tube mill's front table: published numbers beside computed ones.
 
-The arm is described in `lumped.models.rotary_arm.parts`, its load torques and motors in
-`rotary_arm_loads`, its cycle in `rotary_arm_cycle`, its position control in `rotary_arm_control`.
-Marks: [P] printed, [R] restored by derivation, [I] inferred, [A] assumed as the source does not
-give it.
+The arm is described in `lumped.models.rotary_arm.parts`, its load torques and motors in `loads`
+beside it, its cycle in `cycle`, its position control in `control`. Marks: [P] printed, [R] restored
+by derivation, [I] inferred, [A] assumed as the source does not give it.
 """
 
 from __future__ import annotations
@@ -237,7 +236,7 @@ def _loop() -> Iterator[Row]:
 
 
 def jump(run: lp.Trajectory, instant: float) -> float:
-    """Speed of the arm just after an instant over that just before, both noted by the run."""
+    """Speed of the arm just after an instant over that just before, both recorded by the run."""
     before, after = run["arm.trays.w"][np.nonzero(run.t == instant)[0][[0, -1]]]
     return float(after / before)
 
@@ -248,12 +247,12 @@ def model() -> Controlled:
 
 
 def scene(until: float = 4.0, **options: Any) -> lp.Trajectory:
-    """The run whose error is shown against its time."""
+    """The run whose error is shown against run time."""
     return controlled(until=until, **options)
 
 
 def measures(parameters: Mapping[str, Any] | None = None) -> list[Measure]:
-    """What a change of parameters is seen by: the prescribed cycle, and the turn under control."""
+    """Effects of changed parameters: the prescribed cycle, and the turn under control."""
     given = shared(lp.assemble(Driven(drive=Torque(tau=0.0))), parameters)
     asked = demand(run_cycle(parameters=given))
     found = [

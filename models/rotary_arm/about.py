@@ -1,4 +1,4 @@
-"""What the report says of the rotary arm."""
+"""Texts of the report on the rotary arm."""
 
 from lumped.models.about import About, Motor
 from lumped.models.rotary_arm.loads import (

@@ -1,14 +1,14 @@
 """Square-root position control of the rotary arm, and the first motor, which could not lift.
 
-The wanted speed is the lesser of a speed profile over the angle (slow about pick-up and release,
-fast between) and of the square-root law of the way to the aim [R from the wording]. A ramp limiter
-follows it, which near the aim, where the law is linear, is bypassed. A PI speed controller with
-anti-windup sets the torque of the motor. Gains, decelerations and the lag of the torque [A].
+The wanted speed is the smaller of a speed profile over the angle (slow about pick-up and release,
+fast between) and the square-root law of the distance to the aim [R from the wording]. A ramp
+limiter follows; it is bypassed near the aim, where the law is linear. A PI speed controller with
+anti-windup sets the torque of the motor. Gains, decelerations and the lag of the torque are [A].
 
 The arm starts at rest with the torque that holds it. Friction in journals and reducer keeps it
-there until the controller has built up what lifting takes, after 5 ms; a calculation in which
-friction acts forward all the time lets it sag meanwhile, and comes to the pick-up 1.5 microseconds
-later.
+there until the controller has built up the torque for lifting, after 5 ms. A calculation in which
+friction acts forward all the time lets the arm sag meanwhile, and reaches the pick-up 1.5
+microseconds later.
 """
 
 from __future__ import annotations

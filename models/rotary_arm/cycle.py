@@ -1,4 +1,4 @@
-"""The cycle of the rotary arm: one turn in 9 s as a prescribed motion, and the torque it takes.
+"""The cycle of the rotary arm: one turn in 9 s as a prescribed motion, and its torque.
 
 Twelve points, speeds and the ramp are printed, the angles of the points are lost. Model [A]: from
 rest at S to the slow speed, over P, where the mandrel is taken, to A; there to the fast speed; at E
@@ -7,9 +7,9 @@ The nine seconds then fix the sum of the slow angles. B, C, D, G and H do not en
 B, D, G and H clear one mandrel diameter, C lies a stopping angle and 0.1 s before D.
 
 With pick-up and release exactly horizontal and equal slow zones the RMS torque is 4064 N.m with
-nothing fitted; the printed 4100 N.m comes with both 1.469 deg lower, which is adopted. Other
-assumptions reach it as well, so that P, R, the zones and single accelerations cannot be told from
-the RMS.
+nothing fitted; with both 1.469 deg lower it is the printed 4100 N.m, and this is adopted. Other
+assumptions give the printed value as well, so the RMS does not determine P, R, the zones and single
+accelerations.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Cycle:
     zones: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        """Refuse what leaves no time or no way.
+        """Refuse a cycle whose ramps leave no time or no angle.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Cycle:
 
     @property
     def slow(self) -> float:
-        """Sum of the slow angles, rad: what is left of the time decides."""
+        """Sum of the slow angles, rad, which follows from the remaining time."""
         ramps = (SLOW**2 + 3 * (FAST**2 - SLOW**2) + FAST**2) / (2 * self.ramp)
         time = (SLOW + 3 * (FAST - SLOW) + FAST) / self.ramp
         fast = 2 * np.pi - ramps
@@ -130,7 +130,7 @@ class Cycle:
             if way:
                 t.append(float(t[-1] + way / wanted))
                 w.append(wanted)
-        t[-1] = self.duration  # but for rounding it is
+        t[-1] = self.duration  # equal but for rounding
         return t, w
 
 
@@ -192,18 +192,18 @@ def run_cycle(
 
 MOTOR = "drive.tau"
 REDUCER = "reducer.flange_a.tau"
-"""Torque of the motor, and that without its rotor, as the source reckons it."""
+"""Torque of the motor, and that without its rotor, as the source computes it."""
 
 
 def demand(run: lp.Trajectory, torque: str = MOTOR) -> lp.simulation.Sizing:
-    """What a cycle asks of the chosen motor."""
+    """Demand of a cycle on the chosen motor."""
     return lp.simulation.sizing(run, torque=torque, speed="rotor.w", rated=RATED, maximum=MAXIMUM)
 
 
 def carrying(seconds: float) -> Cycle:
     """Cycle with horizontal pick-up and release that has the mandrel on the arm for some seconds.
 
-    The two slow zones of the loaded half turn then take what ramps and fast motion leave.
+    The two slow zones of the loaded half turn then fill the time that ramps and fast motion leave.
     """
     time = 2 * (FAST - SLOW) / EPS
     fast = np.pi - (FAST**2 - SLOW**2) / EPS

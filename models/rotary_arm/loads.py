@@ -3,9 +3,9 @@
 The source adds T_grav, T_fric = mu k (sum of weights) D / 2 [R; the formula's image is lost, the
 printed sum leaves 13 369 +- 25 N.m] and T_acc = (sum J) eps with the mandrel at the horizontal,
 where all are greatest, divides by 50, and applies the efficiency to the power, but not to the
-torque. With it the torque is 9533 N.m; with the rotor, which the source leaves out though it has
-as much inertia as the load, 10 416 N.m: more than the chosen motor has. The first motor has 0.2 %
-more than lifting takes.
+torque. With the efficiency the torque is 9533 N.m; with the rotor, which the source leaves out
+though it has as much inertia as the load, 10 416 N.m: more than the chosen motor has. The first
+motor has 0.2 % more than lifting needs.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def at(
     Parameters
     ----------
     drive : Speed or Torque
-        Of the motor.
+        Speed or torque of the motor.
     phi : float
         Angle of the arm, rad.
     loaded : bool
@@ -79,7 +79,7 @@ def printed_loads(missing: str = "") -> dict[str, float]:
     Parameters
     ----------
     missing : str
-        "counterweights" or "mandrel": a case without them; else all is there.
+        "counterweights" or "mandrel" for a case without them; else the arm is complete.
 
     Returns
     -------

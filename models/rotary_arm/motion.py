@@ -1,9 +1,9 @@
 """Rotary arm: the motion of one turn that heats the motor least.
 
 Slow zones, speeds and duration are those of the adopted cycle (`lumped.models.rotary_arm.cycle`);
-its ramps of 1.38 rad/s2 are free. The turn is cut where the mandrel is taken and put down and where
-slow zones end, so that each phase is smooth: mass and friction are numbers in it. The reducer is
-lossless, as its loss depends on the direction of the power.
+its ramps of 1.38 rad/s2 are free. The turn is divided where the mandrel is taken and put down and
+where slow zones end, so that each phase is smooth: mass and friction are constant in it. The
+reducer is lossless, as its loss depends on the direction of the power.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.
 def driven_by(
     found: lp.optimisation.Motion, cycle: Cycle = ADOPTED, grid: int = 3600
 ) -> lp.Trajectory:
-    """The arm with latches, table, rollers and friction that sticks, turned by such a motion."""
+    """The arm with latches, table, rollers and sticking friction, turned by an optimal motion."""
     profile = RATIO * found.profile("trays.w")
     model = Driven(drive=Speed(w=profile)).with_(
         {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}

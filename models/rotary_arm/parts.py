@@ -2,16 +2,16 @@
 
 Five arms on one shaft, with sector counterweights, carry a mandrel over half a turn from the
 pick-up to the release. In each arm a fixed gear, an idler and a moving gear of equal teeth let the
-tray, and the mandrel on it, move on a circle without turning; so gravity does not ask for the
-mandrel's height above the tray, and neither has energy of spin. Angles count from the horizontal
+tray, and the mandrel on it, move on a circle without turning; so the mandrel's height above the
+tray does not matter for gravity, and neither has energy of spin. Angles count from the horizontal
 on the side of the pick-up, upward. A motor drives the shaft through a reducer of 50.
 
 Marks: [P] printed, [R] restored by derivation, [I] inferred where a figure is lost, [A] assumed as
 the source does not give it.
 
-The source reckons with g = 10 m/s2 and a mandrel that spins, without the rotor and without the loss
-of the reducer (`PRINTED`). As these are errors, the model does without the spin and takes rotor,
-loss and g = 9.80665 m/s2; the torque without the rotor is that between rotor and reducer.
+The source computes with g = 10 m/s2 and a mandrel that spins, without the rotor and without the
+loss of the reducer (`PRINTED`). As these are errors, the model leaves the spin out and includes
+rotor, loss and g = 9.80665 m/s2; the torque without the rotor is that between rotor and reducer.
 """
 
 from __future__ import annotations

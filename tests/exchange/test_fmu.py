@@ -141,7 +141,7 @@ def test_a_drive_without_states_gives_its_functions_of_time(tmp_path):
         connections=lambda m: lp.chain(m.turn.flange, m.body),
     )
     system = lp.assemble(model)
-    assert not system.states
+    assert not system.state_names
     for _, _, found in runs(
         system, tmp_path, until=1.0, versions=("3.0",), outputs=["body.w", "turn.flange.tau"]
     ):

@@ -184,7 +184,7 @@ def test_equations_say_what_the_right_hand_side_computes(tmp_path, system):
     theta = system.theta(None)
     for time in (0.05, 0.2, 0.7):
         for _ in range(20):
-            x = rng.uniform(-1.5, 1.5, len(system.states))
+            x = rng.uniform(-1.5, 1.5, len(system.state_names))
             found = evaluated(text, dict(zip(system.state_names, x, strict=True)), time)
             point = lp.start_point(system, start=dict(zip(system.state_names, x, strict=True)))
             modes = point.modes.copy()

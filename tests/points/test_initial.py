@@ -203,7 +203,7 @@ def test_a_thousand_initial_equations_of_one_class_are_lowered_once():
         ),
     )
     system = lp.assemble(model)
-    assert [len(group.nodes) for group in system._flat.initial] == [count]
+    assert [len(group.nodes) for group in system.structure.flat.initial] == [count]
     point = lp.start_point(system)
     twists = [point[f"spring[{i}].phi_rel"] for i in (0, 500, 999)]
     assert twists == pytest.approx([2e-3] * 3, rel=1e-9)

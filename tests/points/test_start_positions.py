@@ -5,23 +5,16 @@ import pytest
 
 import lumped as lp
 from lumped.components import (
-    Backlash,
     BearingFriction,
     Clutch,
     ConverterDrive,
-    CrankSlider,
     Damper,
-    ElastoBacklash,
     Filter,
     Fixed,
     Inertia,
     Limiter,
     LossyGear,
-    OneWayClutch,
-    QuadraticTorque,
-    Spring,
     Torque,
-    TorqueSensor,
     Vehicle,
 )
 from lumped.errors import StartError
@@ -199,105 +192,6 @@ def test_a_condition_on_what_follows_from_states_is_taken_as_it_is(phi):
     assert point["lag.x"] == (100.0 if 10.0 * np.cos(phi) > 5.0 else 0.0)
 
 
-# -- contact -----------------------------------------------------------------------------------
-
-
-def loaded_play(torque, **play):
-    """A body behind a play of 0.2 rad with 100 N.m/rad, with a load."""
-    return lp.compose(
-        wall=Fixed(),
-        play=ElastoBacklash(c=100.0, d=0.0, b=0.2, **play),
-        body=Inertia(J=1.0, w=0.0),
-        load=Torque(tau=torque),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
-    )
-
-
-@pytest.mark.parametrize("torque", [5.0, -5.0])
-def test_a_given_torque_of_a_play_twists_it_beyond_its_gap(torque):
-    point = lp.start_point(lp.assemble(loaded_play(0.0, tau=torque)))
-    expected = np.sign(torque) * (0.1 + abs(torque) / 100.0)
-    assert point["play.phi_rel"] == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("torque", [5.0, -5.0])
-def test_a_loaded_play_starts_in_contact_where_nothing_shall_accelerate(torque):
-    system = lp.assemble(loaded_play(torque))
-    point = lp.start_point(system, start={"body.a": 0.0})
-    expected = np.sign(torque) * (0.1 + abs(torque) / 100.0)
-    assert point["play.phi_rel"] == pytest.approx(expected, rel=1e-12)
-    run = lp.simulate(system, until=1.0, start={"body.a": 0.0}, grid=4)
-    assert run["play.phi_rel"] == pytest.approx(np.full(5, expected), rel=1e-9)
-    assert run.events == ()
-
-
-def test_a_rigid_play_starts_closed_where_nothing_shall_accelerate():
-    model = lp.compose(
-        wall=Fixed(),
-        play=Backlash(b=0.2),
-        body=Inertia(J=1.0, w=0.0),
-        load=Torque(tau=5.0),
-        connections=lambda m: lp.chain(m.wall, m.play, m.body, m.load),
-    )
-    point = lp.start_point(lp.assemble(model), start={"body.a": 0.0})
-    assert point["play.phi_rel"] == pytest.approx(0.1, abs=1e-12)
-    assert point["play.tau"] == pytest.approx(5.0, rel=1e-12)
-
-
-class Resting(Inertia):
-    """Inertia that starts without acceleration."""
-
-    def initial_equations(self):
-        yield lp.der(self.w) == 0
-
-
-@pytest.mark.parametrize("torque", [7.0, -7.0])
-def test_several_plays_start_in_contact_one_behind_the_other(torque):
-    count = 4
-    model = lp.compose(
-        wall=Fixed(),
-        play=[ElastoBacklash(c=100.0 * (i + 1), d=0.0, b=0.02 * (i + 1)) for i in range(count)],
-        body=[Resting(J=1.0, w=0.0) for _ in range(count)],
-        load=Torque(tau=torque),
-        connections=lambda m: lp.chain(
-            m.wall, *(p for pair in zip(m.play, m.body, strict=True) for p in pair), m.load
-        ),
-    )
-    point = lp.start_point(lp.assemble(model))
-    for i in range(count):
-        expected = np.sign(torque) * (0.01 * (i + 1) + abs(torque) / (100.0 * (i + 1)))
-        assert point[f"play[{i}].phi_rel"] == pytest.approx(expected, rel=1e-10)
-
-
-def test_a_closed_stop_and_a_locked_freewheel_carry_what_is_demanded():
-    # a spring presses a body against the flank of a rigid play, which takes what is left
-    model = lp.compose(
-        push=Torque(tau=6.0),
-        a=Inertia(J=1.0, w=0.0),
-        play=Backlash(b=0.2, phi_rel=-0.1),
-        b=Inertia(J=2.0),
-        shaft=Spring(c=50.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.shaft, m.wall),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
-    assert [point["a.a"], point["b.a"]] == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert point["shaft.tau"] == pytest.approx(-6.0, rel=1e-10)
-    model = lp.compose(
-        push=Torque(tau=6.0),
-        a=Inertia(J=1.0, w=0.0),
-        free=OneWayClutch(f_max=1e3, u=1.0),
-        b=Inertia(J=2.0),
-        shaft=Spring(c=50.0),
-        wall=Fixed(),
-        connections=lambda m: lp.chain(m.push, m.a, m.free, m.b, m.shaft, m.wall),
-        initial_equations=lambda m: [lp.der(m.b.w) == 0],
-    )
-    point = lp.start_point(lp.assemble(model))
-    assert abs(point["shaft.tau"]) == pytest.approx(6.0, rel=1e-10)
-
-
 # -- where positions do not settle at once -----------------------------------------------------
 
 
@@ -403,123 +297,3 @@ def test_derivatives_of_a_start_are_those_of_the_positions_that_hold():
     of = [lp.functionals.final("lag.x")]
     found = lp.gradient(system, of=of, to=["limiter.y_max", "first.x"], until=0.5)
     assert found.derivatives[0] == pytest.approx([1.0, 0.0], abs=1e-6)
-
-
-# -- an engine ---------------------------------------------------------------------------------
-
-RADIUS, ROD, BORE = 0.1, 0.2, 0.1
-"""Crank, rod and bore of the cylinder of the reference case engine_fired, m."""
-
-BANKS = np.deg2rad([-30.0, 30.0, -30.0, 30.0, -30.0, 30.0])
-PINS = np.deg2rad([-30.0, 90.0, -150.0, -90.0, 30.0, -210.0])
-
-
-def pressure(x, rising):
-    """Gas pressure in bar of the reference case; `rising`: the piston moves to the head."""
-    if rising:
-        row = (177.4132, -287.2189, 151.8252, -24.9973, 2.4)
-        peak = (2836360.0, -10569296.0, 14761814.0, -9158505.0, 2129670.0)
-        return np.polyval(row if x < 0.986061 else peak, x)
-    row = (145.930, -131.707, 17.3438, 17.9272, 2.4)
-    peak = (-3929704.0, 14748765.0, -20747000.0, 12964477.0, -3036495.0)
-    return np.polyval(row if x <= 0.933 else peak, x)
-
-
-class Gas(lp.Component):
-    """Gas force of one cylinder, from place and direction of its piston."""
-
-    flange = lp.LinearFlange()
-    v: lp.Var = lp.var("m/s", "speed away from the head")
-
-    def equations(self):
-        x = 1.0 - (0.45 - (self.flange.s + 0.1)) / 0.35
-        yield self.v == -lp.der(self.flange.s)
-        closing = where(
-            x < 0.986061,
-            177.4132 * x**4 - 287.2189 * x**3 + 151.8252 * x**2 - 24.9973 * x + 2.4,
-            2836360 * x**4 - 10569296 * x**3 + 14761814 * x**2 - 9158505 * x + 2129670,
-        )
-        opening = where(
-            x <= 0.933,
-            145.930 * x**4 - 131.707 * x**3 + 17.3438 * x**2 + 17.9272 * x + 2.4,
-            -3929704 * x**4 + 14748765 * x**3 - 20747000 * x**2 + 12964477 * x - 3036495,
-        )
-        bar = where(self.v < 0, closing, opening)
-        yield self.flange.f == 1e5 * bar * np.pi * BORE**2 / 4
-
-
-class Lag2(lp.Component):
-    """Critically damped filter of the second order that starts steadily."""
-
-    u = lp.Input("N.m", "torque")
-    x: lp.Var = lp.var("N.m", "first lag", state="prefer")
-    y: lp.Var = lp.var("N.m", "filtered torque", state="prefer")
-
-    def equations(self):
-        yield lp.der(self.x) == 2 * np.pi * 5.0 * (self.u - self.x)
-        yield lp.der(self.y) == 2 * np.pi * 5.0 * (self.x - self.y)
-
-    def initial_equations(self):
-        yield lp.der(self.x) == 0
-        yield lp.der(self.y) == 0
-
-
-def engine():
-    """Six cylinders in a V that drive a flywheel against a fan; the torque is filtered."""
-    heavy = {"m": 6.04756586, "m_rod": 1.848, "J_rod": 0.0067144}
-    return lp.compose(
-        cylinder=[
-            CrankSlider(r=RADIUS, L=ROD, **heavy, axis=bank, phase=pin)
-            for bank, pin in zip(BANKS, PINS, strict=True)
-        ],
-        gas=[Gas() for _ in range(6)],
-        shaft=Inertia(J=6 * 0.0114306736),
-        sensor=TorqueSensor(),
-        load=Inertia(J=1.0, phi=0.0, w=10.0),
-        fan=QuadraticTorque(tau_nominal=-100.0, w_nominal=200.0),
-        lag=Lag2(),
-        connections=lambda m: [
-            *(lp.connect(c.flange, m.shaft.flange_a) for c in m.cylinder),
-            *(lp.connect(c.slider, g.flange) for c, g in zip(m.cylinder, m.gas, strict=True)),
-            *lp.chain(m.shaft, m.sensor, m.load, m.fan),
-            lp.connect(m.sensor.tau, m.lag.u),
-        ],
-    )
-
-
-def engine_torque():
-    """Torque between engine and flywheel at the start, by virtual work and differences."""
-    w, h = 10.0, 1e-4
-
-    def places(phi):
-        q = phi + PINS - BANKS
-        psi = np.arcsin(-RADIUS * np.sin(q) / ROD)
-        s = RADIUS * np.cos(q) + ROD * np.cos(psi)
-        pin, rod = (np.array([np.cos(v), np.sin(v)]) for v in (q, psi))
-        return s, psi, RADIUS * pin + 0.5 * ROD * rod
-
-    def slopes(phi):
-        (a, b, c), (d, e, f) = places(phi - h), places(phi + h)
-        return (d - a) / (2 * h), (e - b) / (2 * h), (f - c) / (2 * h)
-
-    def inertia(phi):
-        s, psi, middle = slopes(phi)
-        moving = 6.04756586 * s**2 + 1.848 * (middle**2).sum(axis=0) + 0.0067144 * psi**2
-        return 6 * 0.0114306736 + moving.sum()
-
-    s, by = places(0.0)[0], slopes(0.0)[0]
-    x = 1.0 - (0.45 - (s + 0.1)) / 0.35
-    force = [1e5 * pressure(a, b * w > 0) * np.pi * BORE**2 / 4 for a, b in zip(x, by, strict=True)]
-    gas = -np.dot(force, by)
-    bend = (inertia(h) - inertia(-h)) / (2 * h)
-    fan = -100.0 * (w / 200.0) ** 2
-    a = (gas - 0.5 * bend * w**2 + fan) / (inertia(0.0) + 1.0)
-    return 1.0 * a - fan
-
-
-def test_the_filtered_torque_of_an_engine_starts_at_its_torque():
-    expected = engine_torque()
-    point = lp.start_point(lp.assemble(engine(), keep=["load.phi"]))
-    print(f"torque {expected:.6g} N.m, filtered {point['lag.y']:.6g} N.m, {point.residual:.1e}")
-    assert abs(point["sensor.tau"]) == pytest.approx(abs(expected), rel=1e-5)
-    assert point["lag.y"] == pytest.approx(point["sensor.tau"], rel=1e-9)

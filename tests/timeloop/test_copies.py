@@ -164,7 +164,7 @@ def made():
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
         precision.rows[0],
-        saved(run),
+        saved(run.system, None, run.t, run.theta, run.events, run.__getitem__),
         lp.exchange.ExportedFMU(*[None] * 7),
     ]
     return {type(one).__name__: one for one in found}
@@ -206,7 +206,7 @@ def same(a, b):
 
 def answers(system):
     """Names, parameters and rates of a system at a point without symmetry."""
-    inputs = [0.1 + np.arange(float(x.numel())) for x in system._inputs]
+    inputs = [0.1 + np.arange(float(x.numel())) for x in system.inputs]
     rates = np.asarray(system.rhs(*inputs)).tobytes()
     return system.state_names, system.parameters, system.names(), rates
 

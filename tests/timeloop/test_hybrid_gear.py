@@ -131,7 +131,7 @@ class Rectified(lp.Component):
 @pytest.mark.parametrize("grid", [7, 500, None])
 def test_conditions_are_followed_where_nothing_but_the_time_changes(grid):
     system = lp.assemble(Rectified())
-    assert not system.states
+    assert not system.state_names
     run = lp.simulate(system, until=10.0, grid=grid)
     received = [event.time for event in run.events]
     assert received == pytest.approx(np.pi * np.arange(1, 4), rel=1e-9)

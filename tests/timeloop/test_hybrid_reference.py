@@ -9,16 +9,11 @@ import signal
 import numpy as np
 import pytest
 from contact_reference import lost, poisson
-from hybrid_drives import (
-    END,
-    RandomDrive,
-    RandomImpact,
-    Storm,
-    alarm,
-    compare,
-    compare_impact,
-)
+from hybrid_drives import END, RandomDrive
+from hybrid_impacts import RandomImpact, compare_impact
 from hybrid_reference import Contact, Drive, Line, Load, steady
+from hybrid_storms import Storm
+from hybrid_verdicts import alarm, compare
 
 from lumped.errors import SolverError
 

@@ -1,0 +1,1 @@
+"""Controllers, sensors, signals, sequences."""

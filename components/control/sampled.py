@@ -1,0 +1,71 @@
+"""Sampled signals of a computer: it reads inputs at instants and holds its outputs in between.
+
+At each instant ``start_time + k T_s`` the outputs first follow the inputs, through all blocks that
+sample then, and are held after that. So a value passes through any number of such blocks within one
+instant, whatever their order in the model. A ring of such blocks without an integrator is solved as
+an algebraic loop.
+
+Source: Astrom and Hagglund, Advanced PID Control, 2006, ch. 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lumped import Component, Expr, Input, Output, Param, Var, der, param, time, var, when
+from lumped.language.expression import Number
+from lumped.language.switch import Item
+from lumped.ops import where
+
+__all__ = ["SampleHold", "SampledPI"]
+
+
+class _Sampled(Component):
+    """Output that is computed at instants and held in between."""
+
+    T_s: Param = param("s", "sampling time", above=0)
+    start_time: Param = param("s", "first sample", 0.0)
+    count: Var = var("1", "number of the next sample, from 0", state="always")
+    held: Var = var("1", "output since the last sample", state="always")
+    y = Output("1", "held signal")
+
+    def _sampled(self, value: Expr, changes: dict[Expr, Number]) -> Iterator[Item]:
+        """Equations of an output that is `value` at the instants, where states change too."""
+        yield der(self.count) == 0
+        yield der(self.held) == 0
+        due = self.start_time + self.count * self.T_s
+        yield self.y == where(time > due, value, self.held)
+        yield when(time > due, {self.count: self.count + 1, self.held: value, **changes})
+
+
+class SampleHold(_Sampled):
+    """Sample and hold: ``y = u`` at the instants ``start_time + k T_s``, held in between.
+
+    Before the first sample ``y = held``, 0 unless given.
+    """
+
+    symbol = "stairs"
+    u = Input("1", "signal")
+
+    def equations(self) -> Iterator[Item]:
+        yield from self._sampled(self.u, {})
+
+
+class SampledPI(_Sampled):
+    """PI controller in a computer: at 0, T_s, 2 T_s, ... ``x += T_s e / T_i``, ``y = k (x + e)``.
+
+    ``e = wanted - measured`` is sampled, and `y` is held until the next sample.
+    """
+
+    symbol = "controller"
+    wanted = Input("1", "wanted value")
+    measured = Input("1", "measured value")
+    k: Param = param("1", "gain", above=0)
+    T_i: Param = param("s", "integral time", above=0)
+    x: Var = var("1", "integral part over the gain", state="always")
+
+    def equations(self) -> Iterator[Item]:
+        e = self.wanted - self.measured
+        x = self.x + self.T_s / self.T_i * e
+        yield der(self.x) == 0
+        yield from self._sampled(self.k * (x + e), {self.x: x})

@@ -1,0 +1,1 @@
+"""Circuits, motors, drives and heat."""

@@ -1,0 +1,229 @@
+"""What a scene needs of a reduced model: its states, their symbols, and the names of nodes."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterable, Mapping
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.switching import Switching
+from lumped.flattening.flatten import FlatModel
+from lumped.flattening.parameters import Parameters
+from lumped.language.expression import Expr
+from lumped.reduction.evaluation import Values
+from lumped.reduction.locked_loops import locked_loops
+from lumped.reduction.pruning import LeftOut, independent_of, needed_states, used
+from lumped.reduction.reduce import reduce
+from lumped.support.made_once import Shared, made_once
+
+__all__ = ["Name", "Structure"]
+
+Name = str | Expr
+
+
+class Structure(Shared):
+    """A reduced model with the states that a scene needs.
+
+    Attributes
+    ----------
+    flat : FlatModel
+        Equations before the reduction.
+    tree : Tree
+        Components, and numbers and names of their unknowns.
+    reduced : Reduced
+        Nodes, their order of computation, and all states.
+    values : Values
+        Expressions of nodes by symbols of all states, parameters, time, modes and guesses.
+    switching : Switching
+        What decides modes that depend on more than the time.
+    outputs, kept : list of int
+        Unknowns that were asked for; outputs may be None, for all.
+    ranks : dict of int to int
+        Nodes wanted as states, or not, beside what the model says.
+    states : list of int
+        Nodes of the states in use.
+    in_use : list of int
+        Their places among all states.
+    members : dict of int to int
+        The unknown that gives a node its name.
+    positions : set of int
+        Places, among all states, of positions of flanges.
+    all_rates : SX
+        Derivatives of the states in use, by the symbols of all states.
+    rate_uses : ndarray of int
+        Places of all states that stand in them.
+    inputs : list of SX
+        Symbols x, p, t and m of all functions; m is modes, then guesses of implicit nodes.
+    left_out : list of LeftOut
+        What is not computed, and why.
+    seconds : dict of str to float
+        Time that each stage took.
+    """
+
+    def __init__(
+        self,
+        flat: FlatModel,
+        outputs: Iterable[Name] | None,
+        keep: Iterable[Name],
+        ranks: Mapping[int, int] | None,
+        *,
+        foresee: bool,
+    ) -> None:
+        super().__init__(flat.building)
+        self.flat, self.tree = flat, flat.tree
+        self.ranks = dict(ranks or {})
+        begin = clock.perf_counter()
+        self.reduced = reduce(flat, ranks)
+        locked = locked_loops(self.reduced)
+        middle = clock.perf_counter()
+        self.values = Values(self.reduced)
+        self.switching = Switching(self.values, foresee=foresee)
+        self.outputs = None if outputs is None else [self.tree.unknown(n) for n in outputs]
+        self.kept = [self.tree.unknown(name) for name in keep]
+        self.members = self._members_of_nodes()
+        self.positions = self._positions()
+        self.in_use = self._needed_states()
+        self.states = [self.reduced.states[i] for i in self.in_use]
+        self.all_rates = self.values.of([n + 1 for n in self.states])
+        self.rate_uses = used(self.all_rates, self.values)
+        self.inputs = self._inputs()
+        self.left_out = self._left_out() + locked
+        end = clock.perf_counter()
+        self.seconds = {"reduce": middle - begin, "prune": end - middle}
+
+    @property
+    def parameters(self) -> Parameters:
+        """All parameters, those that can be changed and those that follow."""
+        return self.flat.parameters
+
+    @property
+    def mode_count(self) -> int:
+        """Number of modes: settings of conditions, holds and jumps."""
+        return self.flat.mode_count
+
+    @property
+    def implicit(self) -> list[int]:
+        """Nodes that Newton's method finds."""
+        return self.values.implicit
+
+    def _members_of_nodes(self) -> dict[int, int]:
+        """Unknown that gives each node its name: a variable before a port quantity."""
+        aliases, first = self.reduced.aliases, self.reduced.first
+        alive = np.flatnonzero(aliases.classes >= 0)
+        nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
+        variable = np.zeros(len(aliases.classes), dtype=bool)
+        for node in self.tree.nodes:
+            for i, quantity in enumerate(node.layout.quantities):
+                variable[node.first_unknown + i] = quantity.kind == "variable"
+        best: dict[int, int] = {}
+        for unknown, node_number in zip(alive.tolist(), nodes.tolist(), strict=True):
+            held = best.get(node_number)
+            if held is None or (variable[unknown] and not variable[held]):
+                best[node_number] = unknown
+        return best
+
+    def node_name(self, node: int) -> str:
+        """Name of a node: of its unknown, or ``der(...)`` of one."""
+        if node in self.members:
+            return self.tree.unknown_name(self.members[node])
+        order = self.reduced.class_and_order(node)[1]
+        inner = self.node_name(node - order)
+        return "der(" * order + inner + ")" * order
+
+    def _positions(self) -> set[int]:
+        """Places, among all states, of positions of flanges."""
+        reduced, shifts = self.reduced, self.reduced.aliases.shifts
+        place = {node: i for i, node in enumerate(reduced.states)}
+        found = set()
+        for node in self.tree.nodes:
+            for i, quantity in enumerate(node.layout.quantities):
+                u = node.first_unknown + i
+                if quantity.kind == "potential" and shifts[u] == 0:
+                    number = reduced.node(u)
+                    if number in place:
+                        found.add(place[number])
+        return found
+
+    def _needed_states(self) -> list[int]:
+        """Places of the states that must be integrated."""
+        outputs = None if self.outputs is None else self.raw(self.outputs)
+        implicit = self.values.of(self.values.implicit)
+        always = ca.vertcat(self.raw(self.kept), implicit, self.switching.needed())
+        return needed_states(self.values, self.positions, outputs, always)
+
+    def raw(self, numbers: list[int]) -> ca.SX:
+        """Unknowns as expressions of all states, left out or not."""
+        nodes = [self.reduced.node(u) for u in numbers]
+        found = iter(ca.vertsplit(self.values.of([n for n in nodes if n is not None])))
+        signs = self.reduced.aliases.signs
+        parts = [
+            ca.SX(0) if n is None else float(signs[u]) * next(found)
+            for u, n in zip(numbers, nodes, strict=True)
+        ]
+        return ca.vertcat(ca.SX(0, 1), *parts)
+
+    def without(self, expression: ca.SX, lost: np.ndarray) -> ca.SX:
+        """The expression with states taken out on which it does not depend."""
+        if not len(lost):
+            return expression
+        symbols = self.values.states[lost.tolist()]
+        return ca.substitute(expression, symbols, ca.SX.zeros(len(lost)))
+
+    def available(self, nodes: list[int], *, cyclic: bool) -> np.ndarray:
+        """Which nodes depend only on states in use (on cyclic ones only if allowed)."""
+        if not nodes:
+            return np.zeros(0, dtype=bool)
+        states = np.array(self.reduced.states, dtype=int)
+        usable = np.isin(states, self.states)
+        if not cyclic:
+            usable &= ~np.isin(states, list(self.cyclic))
+        lost = self.values.states[np.flatnonzero(~usable).tolist()]
+        return ~np.array(ca.which_depends(self.values.of(nodes), lost, 1, True), dtype=bool)
+
+    def _inputs(self) -> list[ca.SX]:
+        v = self.values
+        x = v.states[self.in_use] if self.in_use else ca.SX(0, 1)
+        return [x, self.parameters.theta, v.time, ca.vertcat(v.modes, v.guesses)]
+
+    def in_states(self, expression: ca.SX) -> ca.SX:
+        """An expression of the states in use."""
+        lost = np.setdiff1d(used(expression, self.values), self.in_use)
+        return ca.cse(self.without(expression, lost))
+
+    @property
+    @made_once
+    def cyclic(self) -> frozenset[int]:
+        """Nodes of states in use that are not speeds and on which no derivative depends."""
+        values, reduced = self.values, self.reduced
+        first = [
+            i
+            for i, n in zip(self.in_use, self.states, strict=True)
+            if reduced.class_and_order(n)[1] == 0
+        ]
+        stated = set(self.rate_uses.tolist())
+        doubtful = [i for i in first if i in stated and i in self.positions]
+        idle = set(first) - stated
+        if doubtful:
+            cancels = independent_of(self.all_rates, doubtful, values)
+            idle |= {i for i, c in zip(doubtful, cancels, strict=True) if c}
+        return frozenset(reduced.states[i] for i in idle)
+
+    def _left_out(self) -> list[LeftOut]:
+        aliases = self.reduced.aliases
+        equal = int((aliases.classes >= 0).sum()) - aliases.count
+        zero = int((aliases.classes < 0).sum())
+        found = []
+        if equal:
+            found.append(LeftOut(f"{equal} aliases", "equal to another quantity"))
+        if zero:
+            found.append(LeftOut(f"{zero} quantities", "always zero"))
+        in_use = set(self.states)
+        why = "cyclic coordinate: nothing depends on it"
+        if self.outputs is not None:
+            why = "not needed for the requested outputs"
+        for node in self.reduced.states:
+            if node not in in_use:
+                found.append(LeftOut(self.node_name(node), why))
+        return found

@@ -1,0 +1,1 @@
+"""A model as equations: from the tree of components to one flat list."""

@@ -1,0 +1,222 @@
+"""Connections: which ports and signals meet in one node of the model."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from lumped.errors import ConnectError, EquationError, told_by
+from lumped.flattening.tree import Node, Tree
+from lumped.language.connection import label
+from lumped.language.expression import Ref
+from lumped.language.port import Connection, Port
+from lumped.language.quantity import Input, Output
+from lumped.support.sparse_graph import links
+
+__all__ = ["Joints", "join"]
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Result of joining all connections of a model.
+
+    Attributes
+    ----------
+    equal : list of (int, int, str)
+        Unknowns that are equal by a connection, and the connection's text.
+    sums : list of (list of int, list of float, str)
+        Flows and their signs that sum to zero, and the node's text.
+    grounded : list of (int, str)
+        Potentials that are zero because their port is left open and grounds itself.
+    inside : set of int
+        Ports of composites that are connected inside (by port number).
+    driven : set of int
+        Outputs of composites that are driven from inside (by unknown number).
+    """
+
+    equal: list[tuple[int, int, str]]
+    sums: list[tuple[list[int], list[float], str]]
+    grounded: list[tuple[int, str]]
+    inside: set[int]
+    driven: set[int]
+
+
+class _End(NamedTuple):
+    """One side of a port in a connection."""
+
+    node: Node
+    port: int
+    sign: int
+
+    def unknowns(self) -> tuple[int, int]:
+        first = self.node.first_unknown + 2 * self.port
+        return first, first + 1
+
+
+def join(tree: Tree) -> Joints:
+    """Resolve the connections of all composites.
+
+    Raises
+    ------
+    ConnectError
+        If a port that must be connected is not, or a signal has no or several sources.
+    """
+    pairs: list[tuple[int, int]] = []
+    ends: dict[int, _End] = {}
+    signals: list[tuple[int, int]] = []
+    sides: dict[int, set[str]] = {}
+    for node in tree.nodes:
+        with told_by(node.label, "connections()"):
+            found: object = node.component.connections()
+            found = list(found) if isinstance(found, Iterator) else found
+        if not isinstance(found, Iterable):
+            raise EquationError(
+                f"{node.label}: connections() gave {found!r} back. Yield each connection: "
+                "yield lumped.connect(...), or 'yield from' lumped.chain(...)."
+            )
+        for connection in found:
+            if not isinstance(connection, Connection):
+                raise EquationError(
+                    f"{node.label}: connections() yielded {connection!r}; "
+                    "yield lumped.connect(...) or 'yield from' lumped.chain(...)."
+                )
+            terminals = [
+                _terminal(tree, node, e, ends) for e in connection.ends if isinstance(e, Port)
+            ]
+            pairs += itertools.pairwise(terminals)
+            numbers = [_signal(tree, node, e, sides) for e in connection.ends if isinstance(e, Ref)]
+            signals += itertools.pairwise(numbers)
+    for node in tree.nodes:
+        for port in range(len(node.layout.ports)):
+            ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
+    equal: list[tuple[int, int, str]] = []
+    sums: list[tuple[list[int], list[float], str]] = []
+    grounded: list[tuple[int, str]] = []
+    for group in _groups(list(ends), pairs):
+        members = [ends[t] for t in group]
+        _tie(tree, members, equal, sums, grounded)
+    driven = _signal_sets(tree, signals, sides, equal)
+    inside = {t // 2 for t in ends if t % 2}
+    return Joints(equal, sums, grounded, inside, driven)
+
+
+def _node(tree: Tree, scope: Node, end: Port | Ref) -> Node:
+    """Component of an end, which must be the scope itself or a direct part of it."""
+    node = tree.find(end.owner, scope)
+    if node is None or not (node is scope or tree.nodes[node.parent] is scope):
+        raise ConnectError(
+            f"{scope.label}: a connection names {label(end)} of a component "
+            f"{type(end.owner).__name__} that is not one of its parts. Connect ports and signals "
+            "of the component itself and of its direct parts."
+        )
+    return node
+
+
+def _terminal(tree: Tree, scope: Node, end: Port, ends: dict[int, _End]) -> int:
+    node = _node(tree, scope, end)
+    port = node.layout.ports.index(end.name)
+    inner = node is scope
+    number = 2 * (node.first_port + port) + inner
+    ends.setdefault(number, _End(node, port, -1 if inner else 1))
+    return number
+
+
+def _signal(tree: Tree, scope: Node, end: Ref, sides: dict[int, set[str]]) -> int:
+    node = _node(tree, scope, end)
+    number = node.first_unknown + node.layout.unknowns[end.name]
+    is_input = isinstance(end.quantity, Input)
+    gives = is_input == (node is scope)
+    sides.setdefault(number, set()).add("source" if gives else "sink")
+    if not gives and not is_input:
+        sides[number].add("driven inside")
+    return number
+
+
+def _groups(items: list[int], pairs: list[tuple[int, int]]) -> list[list[int]]:
+    if not items:
+        return []
+    items.sort()
+    place = {t: i for i, t in enumerate(items)}
+    n = len(items)
+    i = np.array([place[a] for a, _ in pairs], dtype=int)
+    j = np.array([place[b] for _, b in pairs], dtype=int)
+    count, labels = scipy.sparse.csgraph.connected_components(links(i, j, (n, n)), directed=False)
+    groups: list[list[int]] = [[] for _ in range(count)]
+    for item, group in zip(items, labels.tolist(), strict=True):
+        groups[group].append(item)
+    return sorted(groups)
+
+
+def _tie(
+    tree: Tree,
+    members: list[_End],
+    equal: list[tuple[int, int, str]],
+    sums: list[tuple[list[int], list[float], str]],
+    grounded: list[tuple[int, str]],
+) -> None:
+    potentials = [m.unknowns()[0] for m in members]
+    flows = [m.unknowns()[1] for m in members]
+    signs = [float(m.sign) for m in members]
+    if len(members) > 1:
+        where = " = ".join(tree.port_name(m.node, m.port) for m in members[:4])
+        where += " = ..." if len(members) > 4 else ""
+        equal += [(a, b, where) for a, b in itertools.pairwise(potentials)]
+        sums.append((flows, signs, where))
+        return
+    node, number = members[0].node, members[0].port
+    port = tree.port(node, number)
+    name = tree.port_name(node, number)
+    if port.grounded:
+        grounded.append((potentials[0], name))
+        return
+    if not (port.free or node.parent < 0) and members[0].sign > 0:
+        raise ConnectError(
+            f"{name} of {node.label} is not connected. Connect it, or leave the component out; "
+            "only ports declared free or grounded may stay open."
+        )
+    sums.append((flows, signs, name))
+
+
+def _signal_sets(
+    tree: Tree,
+    pairs: list[tuple[int, int]],
+    sides: dict[int, set[str]],
+    equal: list[tuple[int, int, str]],
+) -> set[int]:
+    for node in tree.nodes:
+        for name, local in node.layout.unknowns.items():
+            quantity = node.layout.quantities[local]
+            number = node.first_unknown + local
+            if not isinstance(quantity, Input):
+                continue
+            connected, bound = "sink" in sides.get(number, ()), name in node.component._values
+            if connected and bound:
+                raise ConnectError(
+                    f"{node.name(name)} is both connected and given a value; do only one."
+                )
+            if not connected and not bound:
+                raise ConnectError(
+                    f"{node.name(name)}: the input ({quantity.text}, {quantity.unit}) has no "
+                    f"source. Connect an output to it, or give it: {name}=..., a number or an "
+                    "expression of lumped.time."
+                )
+    for group in _groups(list(sides), pairs):
+        sources = [n for n in group if "source" in sides[n] and "sink" not in sides[n]]
+        if len(sources) != 1:
+            listed = ", ".join(tree.unknown_name(n) for n in group)
+            what = "no source" if not sources else f"{len(sources)} sources"
+            raise ConnectError(
+                f"Signals {listed} are joined but have {what}; exactly one output must feed them."
+            )
+        where = " = ".join(tree.unknown_name(n) for n in group[:4])
+        equal += [(a, b, where) for a, b in itertools.pairwise(group)]
+    return {
+        n
+        for n, roles in sides.items()
+        if "driven inside" in roles and isinstance(tree.quantity(n), Output)
+    }

@@ -1,0 +1,408 @@
+"""Flatten a component tree to numbered unknowns and equations, keeping where each came from."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from threading import RLock
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import EquationError, SingularModelError, shown, told_by
+from lumped.flattening.connection_sets import Joints, join
+from lumped.flattening.parameters import Parameters, collect, start_values
+from lumped.flattening.template import ENCLOSING, Template, template_key
+from lumped.flattening.template_cache import template_of
+from lumped.flattening.tree import Node, Tree
+from lumped.language.component import Component
+from lumped.language.expression import Equation, Expr, Ref, text
+from lumped.language.quantity import Input, Param, Var, param
+from lumped.language.switch import Hold, Item, Single, When
+
+__all__ = ["FlatModel", "Group", "flatten"]
+
+
+@dataclass(eq=False)
+class Group:
+    """All instances of one template.
+
+    Attributes
+    ----------
+    template : Template
+        Their equations, lowered.
+    equations : list of Equation
+        Those of the first instance, as written.
+    nodes : list of int
+        Node number of each instance.
+    names : list of str
+        Dotted name of what each instance's equations belong to.
+    unknowns : ndarray of int, shape (instances, local unknowns)
+        Number of each local unknown.
+    parameters : ndarray of int, shape (instances, local parameters)
+        Number of each local parameter.
+    first_equation : int
+        Number of the first equation; equation e of instance i is ``first + i * n + e``.
+    first_mode : int
+        The same for the modes.
+    """
+
+    template: Template
+    equations: list[Equation]
+    nodes: list[int] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    unknowns: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
+    parameters: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=int))
+    first_equation: int = 0
+    first_mode: int = 0
+
+
+@dataclass(eq=False)
+class FlatModel:
+    """A model as numbered unknowns and equations.
+
+    Attributes
+    ----------
+    tree : Tree
+        Components and names.
+    joints : Joints
+        What the connections imply.
+    groups : list of Group
+        Component equations, by template.
+    equation_count, mode_count : int
+        Number of component equations and of modes.
+    parameters : Parameters
+        Their symbols and defaults.
+    given : dict of int to SX
+        Start values given to instances, by unknown; they hold exactly.
+    starts : dict of int to SX
+        Start values declared by classes, where not zero; they are defaults.
+    initial : list of Group
+        Equations that hold at the start only, by template.
+    motions : dict of str to Expr
+        Quantities that are prescribed beside the model, and what they are.
+    building : RLock
+        Held while anything is made of the symbols of this model.
+    """
+
+    tree: Tree
+    joints: Joints
+    groups: list[Group]
+    equation_count: int
+    mode_count: int
+    parameters: Parameters
+    given: dict[int, ca.SX]
+    starts: dict[int, ca.SX]
+    initial: list[Group]
+    motions: Mapping[str, Expr]
+    building: RLock = field(default_factory=RLock)
+
+    @property
+    def name(self) -> str:
+        """Name of the model's class."""
+        return type(self.tree.model).__name__
+
+    @cached_property
+    def start_numbers(self) -> dict[int, float]:
+        """Start values at default parameters, by unknown, where they are not zero by default."""
+        values = {**self.starts, **self.given}
+        if not values:
+            return {}
+        theta = self.parameters.theta
+        evaluate = ca.Function("s", [theta], [ca.vertcat(*values.values())])
+        found = np.asarray(evaluate(self.parameters.defaults)).ravel()
+        return dict(zip(values, found.tolist(), strict=True))
+
+    def origin(self, equation: int) -> tuple[Node, str]:
+        """Component of a component equation, and the equation with full names."""
+        for group in self.groups:
+            n = group.template.count
+            offset = equation - group.first_equation
+            if 0 <= offset < n * len(group.nodes):
+                instance, number = divmod(offset, n)
+                node = self.tree.nodes[group.nodes[instance]]
+                return node, self._text(group, number, node)
+        raise IndexError(equation)
+
+    def initial_text(self, group: Group, instance: int, number: int) -> str:
+        """An initial equation with full names, and where it stands."""
+        node = self.tree.nodes[group.nodes[instance]]
+        return f"{self._text(group, number, node)} in {node.label}"
+
+    def _text(self, group: Group, number: int, node: Node) -> str:
+        scope = self.tree.nodes[group.nodes[0]]
+
+        def name(ref: Ref) -> str:
+            below = self.tree.below(ref.owner, scope) or ""
+            full = node.name(f"{below}.{ref.name}" if below else ref.name)
+            number = self.tree.input_parameters.get(full)
+            if number is not None and isinstance(ref.quantity, Param):
+                return f"{self.parameters.defaults[self.parameters.free.index(number)]:g}"
+            return full
+
+        equation = group.equations[number]
+        return f"{text(equation.left, name)} = {text(equation.right, name)}"
+
+
+def flatten(
+    model: Component,
+    motions: Mapping[str, Expr] | None = None,
+    freed: frozenset[str] = frozenset(),
+) -> FlatModel:
+    """Number the unknowns, parameters and equations of a model.
+
+    Parameters
+    ----------
+    model : Component
+        The model.
+    motions : mapping of str to Expr, optional
+        Quantities and what they shall be: as many equations more.
+    freed : frozenset of str
+        Inputs given to instances that shall be unknowns: as many equations less.
+
+    Raises
+    ------
+    ParameterError
+        Missing parameters and values out of range, all with their paths.
+    ConnectError
+        Ports or signals wrongly joined or left open.
+    EquationError
+        Equations without meaning.
+    SingularModelError
+        A component whose own equations do not match its own unknowns.
+    """
+    tree = Tree(model, freed)
+    parameters = collect(tree)
+    joints = join(tree)
+    groups, equation_count, mode_count = _groups(tree, joints, motions or {})
+    given, starts = start_values(tree, parameters)
+    return FlatModel(
+        tree,
+        joints,
+        groups,
+        equation_count,
+        mode_count,
+        parameters,
+        given,
+        starts,
+        _initial_groups(tree),
+        motions or {},
+    )
+
+
+def _groups(
+    tree: Tree, joints: Joints, motions: Mapping[str, Expr]
+) -> tuple[list[Group], int, int]:
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
+    for number, node in enumerate(tree.nodes):
+        if type(node.component).equations is Component.equations and not node.layout.variables:
+            _check_hollow(node, joints)
+            continue
+        key = template_key(node.component)
+        group = alike.get(key)
+        if group is None:
+            with told_by(node.label, "equations()"):
+                equations = node.component.equations()
+            group = alike[key] = _group(tree, groups, node, equations, own=True)
+        _check_balance(node, group, joints)
+        group.nodes.append(number)
+        group.names.append(node.path)
+    _bound_inputs(tree, groups)
+    for name, wanted in motions.items():
+        _motion(tree, groups, name, wanted)
+    count = modes = 0
+    for group in groups.values():
+        group.first_equation, group.first_mode = count, modes
+        count += group.template.count * len(group.nodes)
+        modes += len(group.template.modes) * len(group.nodes)
+        _number(tree, group)
+    return list(groups.values()), count, modes
+
+
+def _initial_groups(tree: Tree) -> list[Group]:
+    """Equations that hold at the start only."""
+    groups: dict[Template, Group] = {}
+    alike: dict[Hashable, Group] = {}
+    for number, node in enumerate(tree.nodes):
+        if type(node.component).initial_equations is Component.initial_equations:
+            continue
+        key = template_key(node.component)
+        if key not in alike:
+            with told_by(node.label, "initial_equations()"):
+                equations = node.component.initial_equations()
+            alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
+        alike[key].nodes.append(number)
+    for group in groups.values():
+        _number(tree, group)
+    return list(groups.values())
+
+
+def _number(tree: Tree, group: Group) -> None:
+    """Find the unknowns and parameters of all instances of a group."""
+    group.unknowns = _numbers(tree, group, group.template.unknowns, "first_unknown")
+    group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")
+
+
+def _group(
+    tree: Tree,
+    groups: dict[Template, Group],
+    scope: Node,
+    found: Iterable[Item] | None,
+    *,
+    own: bool = False,
+    initial: bool = False,
+) -> Group:
+    """Group of all instances with equations like those found, made if there is none.
+
+    They are the component's `own`, or bind its parts; `initial` ones hold at the start only.
+    """
+    method = "initial_equations()" if initial else "equations()"
+    if not isinstance(found, Iterable):
+        what = "nothing" if found is None else shown(found)
+        raise EquationError(
+            f"{scope.label}: {method} gave {what} back. Yield each equation: yield a == b."
+        )
+    with told_by(scope.label, method):
+        items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+    try:
+        for item in items:
+            if not isinstance(item, Equation | Hold | When):
+                raise EquationError(
+                    f"{type(scope.component).__name__} yielded {item!r} as an equation; "
+                    "each item must be an equation: left == right."
+                )
+        template = template_of(
+            scope.component,
+            lambda c: tree.below(c, scope),
+            items,
+            enclosed=own,
+            plain=initial,
+        )
+    except EquationError as error:
+        raise EquationError(f"{scope.label}: {error}") from None
+    return groups.setdefault(template, Group(template, list(_written(items))))
+
+
+def _written(items: Iterable[Single]) -> Iterator[Equation]:
+    """Equations as the user wrote them, in the order of those of the template."""
+    for item in items:
+        if isinstance(item, Hold):
+            yield from item.equations()
+        elif isinstance(item, Equation):
+            yield item
+
+
+def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
+    """Equations of inputs that are given to instances instead of connected."""
+    alike: dict[Hashable, Group] = {}
+    for number, node in enumerate(tree.nodes):
+        for name, quantity in node.component._quantities.items():
+            if not isinstance(quantity, Input) or name not in node.component._values:
+                continue
+            if node.name(name) in tree.freed:
+                continue
+            given, signal = node.component._values[name], Ref(node.component, name, quantity)
+            if isinstance(given, Expr):
+                scope = max(node.parent, 0)
+                group = _group(tree, groups, tree.nodes[scope], [Equation(signal, given)])
+                group.nodes.append(scope)
+                group.names.append(node.name(name))
+                continue
+            key = (type(node.component), name)
+            if key not in alike:
+                parameter = Ref(node.component, name, param(quantity.unit, quantity.text))
+                alike[key] = _group(tree, groups, node, [Equation(signal, parameter)])
+            alike[key].nodes.append(number)
+            alike[key].names.append(node.name(name))
+
+
+def _motion(tree: Tree, groups: dict[Template, Group], name: str, wanted: Expr) -> None:
+    """Add the equation of a prescribed quantity."""
+    number = tree.unknown(name)
+    node = tree.node_of_unknown(number)
+    local = node.layout.names[number - node.first_unknown]
+    equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
+    group = _group(tree, groups, tree.nodes[0], [equation])
+    group.nodes.append(0)
+    group.names.append(name)
+
+
+def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) -> np.ndarray:
+    table = np.empty((len(group.nodes), len(keys)), dtype=int)
+    for column, (below, local) in enumerate(keys):
+        for row, number in enumerate(group.nodes):
+            node = _at(tree, below, tree.nodes[number], local)
+            if first == "first_unknown":
+                table[row, column] = node.first_unknown + node.layout.unknowns[local]
+            elif local in node.layout.parameters:
+                table[row, column] = node.first_parameter + node.layout.parameters[local]
+            elif node.name(local) in tree.input_parameters:
+                table[row, column] = tree.input_parameters[node.name(local)]
+            else:
+                raise EquationError(
+                    f"{node.label}: a part is bound to the parameter '{local}', which "
+                    f"{node.label} does not have."
+                )
+    return table
+
+
+def _at(tree: Tree, below: str, node: Node, local: str) -> Node:
+    """The node that an equation of another one means."""
+    if below != ENCLOSING:
+        return tree.at(below, node) if below else node
+    if node.parent < 0:
+        raise EquationError(
+            f"{node.label}: its equations use the parameter '{local}', which is not its own but "
+            "that of a component around it. Give a number, or make it a part of the component that "
+            "has the parameter."
+        )
+    return tree.nodes[node.parent]
+
+
+def _needed(node: Node, joints: Joints) -> int:
+    """Equations that a component must bring: one per variable, free output and outer port."""
+    count = node.layout.variables
+    for local, quantity in enumerate(node.layout.quantities):
+        if quantity.kind == "output":
+            count += node.first_unknown + local not in joints.driven
+    for port in range(len(node.layout.ports)):
+        count += (node.first_port + port) not in joints.inside
+    return count
+
+
+def _check_hollow(node: Node, joints: Joints) -> None:
+    if _needed(node, joints):
+        open_ports = [
+            name
+            for i, name in enumerate(node.layout.ports)
+            if node.first_port + i not in joints.inside
+        ]
+        outputs = [
+            name
+            for name, i in node.layout.unknowns.items()
+            if node.layout.quantities[i].kind == "output"
+            and node.first_unknown + i not in joints.driven
+        ]
+        raise SingularModelError(
+            f"{node.label} has no equations, but its {', '.join(open_ports + outputs)} must be "
+            "determined. Connect them inside to a part, or write equations()."
+        )
+
+
+def _check_balance(node: Node, group: Group, joints: Joints) -> None:
+    needed, found = _needed(node, joints), group.template.count
+    if needed == found:
+        return
+    layout = node.layout
+    own = [n for n, i in layout.unknowns.items() if isinstance(layout.quantities[i], Var)]
+    outs = [n for n, i in layout.unknowns.items() if layout.quantities[i].kind == "output"]
+    listed = [f"  {equation!r}" for equation in group.equations]
+    verdict = "too few: something is left undetermined" if found < needed else "too many"
+    raise SingularModelError(
+        f"{node.label} brings {found} equations but needs {needed}, {verdict}.\n"
+        f"It needs one for each variable ({', '.join(own) or 'none'}), output "
+        f"({', '.join(outs) or 'none'}) and port ({', '.join(layout.ports) or 'none'}).\n"
+        "Its equations:\n" + ("\n".join(listed) or "  none")
+    )

@@ -1,0 +1,317 @@
+"""Parameters and start values of a model: collected, bound to each other, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
+from lumped.flattening.tree import Node, Tree
+from lumped.language.expression import Expr, Ref, as_expr, walk
+from lumped.language.lowering import lower
+from lumped.language.quantity import Input, Param, Var, param
+from lumped.support.units import plain
+
+__all__ = ["Parameters", "collect", "start_values"]
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """Parameters of a flat model.
+
+    Attributes
+    ----------
+    free : list of int
+        Numbers of the parameters that have a value of their own (the others are bound).
+    theta : SX, shape (free, 1)
+        Their symbols.
+    defaults : ndarray, shape (free,)
+        Their values in the model.
+    values : SX, shape (all, 1)
+        Every parameter as an expression of `theta`.
+    declared : list of Param
+        Their declarations.
+    names : list of str
+        Their dotted names.
+    ordered : list of (int, SX, str, str)
+        A parameter, its lower limit as an expression of `theta`, what that is called, and what
+        stands behind its value in a text.
+    """
+
+    free: list[int]
+    theta: ca.SX
+    defaults: np.ndarray
+    values: ca.SX
+    declared: list[Param]
+    names: list[str]
+    ordered: list[tuple[int, ca.SX, str, str]]
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """Value of every parameter in the model, shape (all,)."""
+        return self.all(self.defaults)
+
+    @cached_property
+    def _function(self) -> ca.Function:
+        return ca.Function("p", [self.theta], [self.values])
+
+    @cached_property
+    def _limits(self) -> ca.Function:
+        limits = ca.vertcat(ca.SX(0, 1), *(least for _, least, *_ in self.ordered))
+        return ca.Function("limits", [self.theta], [limits])
+
+    def all(self, theta: np.ndarray) -> np.ndarray:
+        """Every parameter, shape (all,), if those with a value of their own are `theta`."""
+        return np.asarray(self._function(theta)).ravel()
+
+    def places(self, numbers: Iterable[int]) -> list[int]:
+        """Places in `theta` of parameters that have a value of their own.
+
+        Raises
+        ------
+        UnknownNameError
+            If one is bound.
+        """
+        place = {number: i for i, number in enumerate(self.free)}
+        found = []
+        for number in numbers:
+            if number not in place:
+                free = [self.names[i] for i in self.free]
+                raise UnknownNameError(
+                    f"'{self.names[number]}' is bound to an expression of other parameters and "
+                    f"cannot be set. {nearest(self.names[number], free)}"
+                )
+            found.append(place[number])
+        return found
+
+    def changed(self, changes: Mapping[int, float], model: str) -> np.ndarray:
+        """Values of `theta` with some changed, by their places, and checked.
+
+        Raises
+        ------
+        ParameterError
+            If one is no number, or out of range.
+        """
+        theta = self.defaults.copy()
+        for place, value in changes.items():
+            theta[place] = self.number(self.free[place], value)
+        self.check(theta, model)
+        return theta
+
+    def number(self, number: int, value: object) -> float:
+        """A value for a parameter, with a unit or without, as a number in its unit.
+
+        Raises
+        ------
+        UnitError
+            If its unit is of another dimension.
+        ParameterError
+            If it is no number.
+        """
+        unit, name = self.declared[number].unit, self.names[number]
+        return plain(value, unit, f"{name} =", ParameterError)
+
+    def check(self, theta: np.ndarray, model: str) -> None:
+        """Refuse values out of range, all in one error.
+
+        Raises
+        ------
+        ParameterError
+            With path, value and unit of each.
+        """
+        values = self.all(theta)
+        faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
+        limits = np.asarray(self._limits(theta)).ravel()
+        for (high, _, name, rest), least in zip(self.ordered, limits, strict=True):
+            quantity = self.declared[high]
+            if values[high] < least or (quantity.strict and values[high] == least):
+                relation = "greater than" if quantity.strict else "at least"
+                faults.append(
+                    f"{self.names[high]} = {values[high]:g} {quantity.unit} ({quantity.text}) "
+                    f"must be {relation} {name} = {least:g} {rest}"
+                )
+        _refuse(model, faults)
+
+    def fault(self, number: int, value: float) -> str | None:
+        """Text that says why a value is out of range, or None if it is not."""
+        quantity = self.declared[number]
+        why = quantity.fault(value)
+        if why is None:
+            return None
+        return f"{self.names[number]} = {value:g} {quantity.unit} ({quantity.text}) {why}"
+
+
+def _refuse(model: str, faults: list[str]) -> None:
+    if faults:
+        count = "1 parameter fault" if len(faults) == 1 else f"{len(faults)} parameter faults"
+        raise ParameterError(f"{model}: {count}:\n  " + "\n  ".join(faults))
+
+
+def collect(tree: Tree) -> Parameters:
+    """Number the parameters of a model and bind those given as expressions.
+
+    Raises
+    ------
+    ParameterError
+        Missing values, values out of range and circles, all with their paths.
+    """
+    expressions: dict[int, tuple[Expr, Node]] = {}
+    numbers: dict[int, float] = {}
+    declared: list[Param] = []
+    names: list[str] = []
+    limited: list[tuple[int, Node]] = []
+    faults: dict[int, str] = {}
+    for node in tree.nodes:
+        given = node.component._values
+        for local, quantity in node.layout.declared.items():
+            number = len(declared)
+            declared.append(quantity)
+            names.append(node.name(local))
+            if quantity.exceeds is not None:
+                limited.append((number, node))
+            value, scope = quantity.default, node
+            if local in given:
+                value = given[local]
+                scope = tree.nodes[max(node.parent, 0)]
+            if value is None:
+                faults[number] = f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value"
+            elif isinstance(value, Expr):
+                expressions[number] = (value, scope)
+            else:
+                numbers[number] = float(value)
+    for node in tree.nodes:
+        for local, signal in node.component._quantities.items():
+            number_given = node.component._values.get(local)
+            if node.name(local) in tree.freed:
+                continue
+            if isinstance(signal, Input) and isinstance(number_given, float):
+                tree.input_parameters[node.name(local)] = len(declared)
+                numbers[len(declared)] = number_given
+                declared.append(param(signal.unit, signal.text))
+                names.append(node.name(local))
+    free = list(numbers)
+    theta = ca.SX.sym("p", len(free))
+    values = ca.SX.zeros(len(declared))
+    if free:
+        values[free] = theta
+    defaults = np.array([numbers[i] for i in free])
+    result = Parameters(free, theta, defaults, values, declared, names, [])
+    for i, v in numbers.items():
+        fault = result.fault(i, v)
+        if fault:
+            faults[i] = fault
+    _refuse(type(tree.model).__name__, [faults[i] for i in sorted(faults)])
+    _bind(tree, expressions, values, names)
+    for number, node in limited:
+        quantity = declared[number]
+        least = quantity.exceeds
+        if callable(least):
+            least = least(node.component)
+        least = as_expr(least)
+        low = lower(least, lambda leaf, s=node: values[_source(tree, leaf, s)])  # type: ignore[misc]
+        result.ordered.append((number, low, *_in_words(least, quantity, node)))
+    if expressions or limited:
+        result.check(result.defaults, type(tree.model).__name__)
+    return result
+
+
+def _bind(
+    tree: Tree,
+    expressions: dict[int, tuple[Expr, Node]],
+    values: ca.SX,
+    names: list[str],
+) -> None:
+    """Lower the bound parameters in an order in which each finds what it needs."""
+    done: set[int] = set()
+
+    def source(leaf: Expr, scope: Node) -> int:
+        return _source(tree, leaf, scope)
+
+    for start in expressions:
+        stack = [start]
+        on_stack = {start}
+        while stack:
+            number = stack[-1]
+            if number in done:
+                stack.pop()
+                continue
+            expression, scope = expressions[number]
+            needs = [source(leaf, scope) for leaf in _leaves(expression)]
+            waiting = [n for n in needs if n in expressions and n not in done]
+            if not waiting:
+                try:
+                    lowered = lower(expression, lambda leaf, s=scope: values[source(leaf, s)])  # type: ignore[misc]
+                except EquationError as error:
+                    raise EquationError(f"{names[number]}: {error}") from None
+                values[number] = lowered
+                done.add(number)
+                stack.pop()
+                on_stack.discard(number)
+                continue
+            for n in waiting:
+                if n in on_stack:
+                    raise ParameterError(
+                        f"{names[number]} and {names[n]} are bound to each other in a circle. "
+                        "Give one of them a number."
+                    )
+                on_stack.add(n)
+                stack.append(n)
+
+
+def _in_words(least: Expr, quantity: Param, node: Node) -> tuple[str, str]:
+    """What a lower limit is called, and what stands behind its value."""
+    if isinstance(least, Param):
+        return node.name(least.name), f"{least.unit} ({least.text})"
+    return repr(least), quantity.unit
+
+
+def _leaves(expression: Expr) -> list[Expr]:
+    return [node for node in walk(expression) if isinstance(node, Param | Ref)]
+
+
+def _source(tree: Tree, leaf: Expr, scope: Node) -> int:
+    """Number of the parameter that a leaf of a binding means, seen from `scope`."""
+    node: Node | None = scope
+    if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
+        node, name = tree.find(leaf.owner, scope), leaf.name
+    elif isinstance(leaf, Param):
+        name = leaf.name
+    else:
+        raise EquationError(
+            f"{scope.label}: '{leaf!r}' is not a parameter; parameters and start values are bound "
+            "to numbers and parameters only."
+        )
+    if node is None or name not in node.layout.parameters:
+        raise EquationError(
+            f"{scope.label}: a part is bound to the parameter '{name}', which "
+            f"{scope.label} does not have."
+        )
+    return node.first_parameter + node.layout.parameters[name]
+
+
+def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], dict[int, ca.SX]]:
+    """Start values given to instances, and those declared by classes where not zero."""
+    given: dict[int, ca.SX] = {}
+    starts: dict[int, ca.SX] = {}
+
+    def value(number: object, scope: Node) -> ca.SX:
+        if not isinstance(number, Expr):
+            return ca.SX(float(number))  # type: ignore[arg-type]
+        return lower(number, lambda leaf: parameters.values[_source(tree, leaf, scope)])
+
+    for node in tree.nodes:
+        values = node.component._values
+        parent = tree.nodes[max(node.parent, 0)]
+        for local, i in node.layout.unknowns.items():
+            quantity = node.layout.quantities[i]
+            if not isinstance(quantity, Var):
+                continue
+            if local in values:
+                given[node.first_unknown + i] = value(values[local], parent)
+            elif isinstance(quantity.start, Expr) or quantity.start != 0.0:
+                starts[node.first_unknown + i] = value(quantity.start, node)
+    return given, starts

@@ -1,0 +1,463 @@
+"""The equations of one component class as CasADi expressions, shared by all its instances.
+
+A class is lowered once; ten thousand instances cost one vectorised call, and so does the next
+model with equal equations. The structure that the compiler needs (which unknown, at which
+derivative, with which coefficient) is read off here.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import casadi as ca
+import numpy as np
+
+from lumped.errors import EquationError
+from lumped.flattening import hold_modes
+from lumped.language.component import Component
+from lumped.language.connection import label
+from lumped.language.derivatives import along, partials
+from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
+from lumped.language.lowering import Branches, Plain, has_steps, lower
+from lumped.language.pieces import Pieces
+from lumped.language.quantity import Param
+from lumped.language.switch import Hold, Single, When
+
+__all__ = [
+    "CONSTANT",
+    "ENCLOSING",
+    "PARAMETRIC",
+    "VARYING",
+    "Jump",
+    "Relation",
+    "Residual",
+    "Stick",
+    "Template",
+    "template_key",
+]
+
+CONSTANT, PARAMETRIC, VARYING = 0, 1, 2
+"""Kinds of a coefficient: a number, a function of parameters, anything else."""
+
+ENCLOSING = ".."
+"""Path, in a template, of the component in which the one with the equations is a part."""
+
+
+def template_key(component: Component) -> Hashable:
+    """What two instances must share to have the same equations."""
+    cls = type(component)
+    choices = tuple((type(v), v) for v in (getattr(component, name) for name in cls._fields))
+    try:
+        hash(choices)
+    except TypeError:
+        return id(component)
+    return id(component) if cls._parts else (cls, choices)
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """One equation (or a time derivative of it) as an expression that is zero.
+
+    Attributes
+    ----------
+    template : Template
+        Where it belongs.
+    expression : SX
+        Left minus right side.
+    locals, orders : ndarray of int, shape (n,)
+        Local unknown and order of derivative of each symbol in it.
+    kinds : ndarray of int, shape (n,)
+        Kind of the partial derivative by each symbol: number, parametric or varying.
+    values : ndarray, shape (n,)
+        The partial derivative where it is a number, else nan.
+    affine : ndarray of bool, shape (n, n)
+        ``affine[i, j]``: the partial derivative by symbol i does not depend on symbol j.
+    """
+
+    template: Template
+    expression: ca.SX
+    locals: np.ndarray
+    orders: np.ndarray
+    symbols: ca.SX
+    partials: ca.SX
+    kinds: np.ndarray
+    values: np.ndarray
+    affine: np.ndarray
+    _solved: dict[int, ca.Function] = field(default_factory=dict)
+
+    @cached_property
+    def coefficients(self) -> ca.Function:
+        """Partial derivatives by all symbols: (symbols, parameters, time, modes) -> (n,)."""
+        return ca.Function("coefficients", self._inputs(), [self.partials])
+
+    @cached_property
+    def value(self) -> ca.Function:
+        """The residual: (symbols, parameters, time, modes) -> (1,)."""
+        return ca.Function("value", self._inputs(), [self.expression])
+
+    @cached_property
+    def homogeneous(self) -> bool:
+        """The equation is a sum of numbers times symbols and nothing else."""
+        return bool((self.kinds == CONSTANT).all()) and self.proportional
+
+    @cached_property
+    def proportional(self) -> bool:
+        """The equation is a sum of numbers or parameters times symbols and nothing else."""
+        if (self.kinds == VARYING).any():
+            return False
+        n = len(self.kinds)
+        rest = (
+            ca.substitute(self.expression, self.symbols, ca.SX.zeros(n)) if n else self.expression
+        )
+        return bool(ca.simplify(rest).is_zero())
+
+    def solved_for(self, i: int) -> ca.Function:
+        """Symbol i from the others: (symbols, parameters, time, modes) -> (1,)."""
+        if i not in self._solved:
+            rest = ca.substitute(self.expression, self.symbols[i], 0)
+            self._solved[i] = ca.Function("solved", self._inputs(), [-rest / self.partials[i]])
+        return self._solved[i]
+
+    def _inputs(self) -> list[ca.SX]:
+        return self.template.inputs(list(zip(self.locals, self.orders, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """What chooses among expressions.
+
+    Attributes
+    ----------
+    mode : int
+        Its mode, which is 1 while ``greater >= less`` (or ``>`` if `strict`), else 0; or the first
+        of the settings of a piece.
+    greater, less : SX
+        Sides; or the argument of a piecewise polynomial and the begin of the piece it is in.
+    sides : (str, str)
+        Both in words.
+    pieces : Pieces, optional
+        Of a piecewise polynomial.
+    """
+
+    mode: int
+    greater: ca.SX
+    less: ca.SX
+    strict: bool
+    sides: tuple[str, str]
+    pieces: Pieces | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Stick:
+    """A lowered `Hold`.
+
+    Attributes
+    ----------
+    equation : int
+        Number of the equation that determines the reaction.
+    first : int
+        First of its modes (see `hold_modes`).
+    engaged : int or None
+        Mode of the condition under which it acts.
+    speed, acceleration, reaction : (int, int)
+        Local unknown and order of derivative.
+    upper, lower, gap, restitution : SX
+        Infinite limits, and gaps that do not exist, are nan.
+    given : tuple of bool
+        Whether there are `upper`, `lower`, `forward`, `backward` and `gap`.
+    """
+
+    equation: int
+    first: int
+    engaged: int | None
+    speed: tuple[int, int]
+    acceleration: tuple[int, int]
+    reaction: tuple[int, int]
+    upper: ca.SX
+    lower: ca.SX
+    gap: ca.SX
+    restitution: ca.SX
+    given: tuple[bool, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """A lowered `When`: mode of its condition, local unknowns, new values, condition in words."""
+
+    mode: int
+    targets: list[int]
+    values: list[ca.SX]
+    condition: str
+
+
+Place = Callable[[Component], str | None]
+"""Path of a component below the one that has the equations; None if it is no part of it."""
+
+Lowered = Callable[[Expr], ca.SX]
+"""CasADi form of an expression."""
+
+
+class Template:
+    """Equations of a component class (with fixed structural choices).
+
+    It knows no instance, as it serves several models.
+
+    Attributes
+    ----------
+    count : int
+        Number of equations.
+    unknowns : list of (str, str)
+        Path of the owner below the component ("" for itself) and name of each local unknown.
+    parameters : list of (str, str)
+        The same for the parameters; `ENCLOSING` is the path of the component around it, whose
+        parameters may stand in structural choices.
+    relations, sticks, jumps : list
+        What changes modes or states.
+    branches : dict of int to tuple of (int, bool)
+        Modes that only matter while all these other modes hold or do not.
+    content : hashable
+        All that it was made from.
+    """
+
+    content: Hashable
+
+    def __init__(
+        self,
+        component: Component,
+        place: Place,
+        items: Iterable[Single],
+        *,
+        enclosed: bool = False,
+        plain: bool = False,
+    ) -> None:
+        self.count = 0
+        self._enclosed = enclosed
+        self.unknowns: list[tuple[str, str]] = []
+        self.parameters: list[tuple[str, str]] = []
+        self.parameter_symbols: list[ca.SX] = []
+        self.modes: list[ca.SX] = []
+        self.relations: list[Relation] = []
+        self.sticks: list[Stick] = []
+        self.jumps: list[Jump] = []
+        self.time = ca.SX.sym("time")
+        self._unknown_index: dict[tuple[str, str], int] = {}
+        self._parameter_index: dict[tuple[str, str], int] = {}
+        self._symbols: dict[tuple[int, int], ca.SX] = {}
+        self._key_of: dict[int, tuple[int, int]] = {}
+        self._residuals: dict[tuple[int, int], Residual] = {}
+        self.branches: dict[int, tuple[tuple[int, bool], ...]] = {}
+        self._numbers: dict[int, int] = {}
+        self._alike: dict[tuple[bool, str, str], list[Relation]] = {}
+        lowered = partial(self._lowered, component, place, plain)
+        for item in items:
+            if isinstance(item, Hold):
+                self._stick(item, lowered)
+            elif isinstance(item, When):
+                self._jump(item, lowered)
+            else:
+                self._add(lowered(item.left - item.right))
+
+    def _add(self, residual: ca.SX) -> None:
+        self._residuals[self.count, 0] = self._analyse(residual)
+        self.count += 1
+
+    def inputs(self, keys: list[tuple[int, int]]) -> list[ca.SX]:
+        """Inputs of functions of this template: symbols of keys, parameters, time, modes."""
+        none = ca.SX(0, 1)
+        symbols = ca.vertcat(none, *(self._symbols[k] for k in keys))
+        parameters = ca.vertcat(none, *self.parameter_symbols)
+        return [symbols, parameters, self.time, ca.vertcat(none, *self.modes)]
+
+    def residual(self, number: int, order: int = 0) -> Residual:
+        """Equation `number`, differentiated `order` times by the time."""
+        found = self._residuals.get((number, order))
+        if found is None:
+            below = self.residual(number, order - 1)
+            found = self._analyse(self._time_derivative(below.expression))
+            self._residuals[number, order] = found
+        return found
+
+    def _lowered(self, component: Component, place: Place, plain: bool, expression: Expr) -> ca.SX:
+        return lower(
+            expression,
+            lambda node: self._leaf(node, component, place),
+            time=self.time,
+            derivative=self._time_derivative,
+            kinks=None if plain else self,
+        )
+
+    def _stick(self, item: Hold, lowered: Lowered) -> None:
+        """The row ``r == law``, or ``a == demand + compliance (r - share)`` if it sticks."""
+        first = len(self.modes)
+        self.modes += [ca.SX.sym("mode") for _ in range(hold_modes.COUNT)]
+        stuck, forward, backward, compliance, demand, share, *_ = self.modes[first:]
+        speed, reaction = lowered(item.speed), lowered(item.reaction)
+        acceleration = self._time_derivative(speed)
+        law = ca.SX(0)
+        for sliding, given in ((forward, item.forward), (backward, item.backward)):
+            if given is not None:
+                law += sliding * lowered(given)
+        engaged = None
+        if item.engaged is not None:
+            engaged = self._condition(item.engaged, lowered)
+        number = self.count
+        held = demand - acceleration + compliance * (reaction - share)
+        self._add(stuck * held + (1 - stuck) * (reaction - law))
+        if item.mode is not None:
+            code = 1 - stuck if item.gap is not None else forward - backward
+            free = 0 if item.gap is not None else 2 * (1 - stuck - forward - backward)
+            self._add(lowered(item.mode) - code - free)
+
+        def given_or_none(given: Expr | None) -> ca.SX:
+            return ca.SX.nan() if given is None else lowered(given)
+
+        limits = (item.upper, item.lower, item.forward, item.backward, item.gap)
+        self.sticks.append(
+            Stick(
+                number,
+                first,
+                engaged,
+                self._key_of[speed.element_hash()],
+                self._key_of[acceleration.element_hash()],
+                self._key_of[reaction.element_hash()],
+                given_or_none(item.upper),
+                given_or_none(item.lower),
+                given_or_none(item.gap),
+                lowered(item.restitution),
+                tuple(limit is not None for limit in limits),
+            )
+        )
+
+    def _jump(self, item: When, lowered: Lowered) -> None:
+        mode = self._condition(item.condition, lowered)
+        targets = [self._key_of[lowered(ref).element_hash()][0] for ref, _ in item.changes]
+        values = [lowered(value) for _, value in item.changes]
+        self.jumps.append(Jump(mode, targets, values, repr(item.condition)))
+
+    def _condition(self, condition: Compare, lowered: Lowered) -> int:
+        mode = self.mode(condition, lowered(condition.greater), lowered(condition.less))
+        self.nested(mode, ())
+        return [m.element_hash() for m in self.modes].index(mode.element_hash())
+
+    def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
+        if isinstance(node, Param):
+            own = component._quantities.get(node.name) is node or not self._enclosed
+            return self._parameter(("" if own else ENCLOSING, node.name))
+        if not isinstance(node, Ref):
+            raise EquationError(f"'{node!r}' is not a quantity of an instance.")
+        below = place(node.owner)
+        if below is None:
+            raise EquationError(
+                f"an equation uses {label(node)} of a component {type(node.owner).__name__} that "
+                "is not one of its parts."
+            )
+        key = (below, node.name)
+        if isinstance(node.quantity, Param):
+            return self._parameter(key)
+        if key not in self._unknown_index:
+            self._unknown_index[key] = len(self.unknowns)
+            self.unknowns.append(key)
+        return self.symbol(self._unknown_index[key], 0)
+
+    def _parameter(self, key: tuple[str, str]) -> ca.SX:
+        if key not in self._parameter_index:
+            self._parameter_index[key] = len(self.parameters)
+            self.parameters.append(key)
+            self.parameter_symbols.append(ca.SX.sym(key[1]))
+        return self.parameter_symbols[self._parameter_index[key]]
+
+    def symbol(self, unknown: int, order: int) -> ca.SX:
+        """Symbol of a local unknown at an order of derivative."""
+        key = (unknown, order)
+        if key not in self._symbols:
+            symbol = ca.SX.sym(self.unknowns[unknown][1] + "'" * order)
+            self._symbols[key] = symbol
+            self._key_of[symbol.element_hash()] = key
+        return self._symbols[key]
+
+    def present(self, expression: ca.SX) -> list[tuple[int, int]]:
+        """Local unknowns and orders of derivative that stand in an expression."""
+        hashes = [s.element_hash() for s in ca.symvar(expression)]
+        return sorted(self._key_of[h] for h in hashes if h in self._key_of)
+
+    def _time_derivative(self, expression: ca.SX) -> ca.SX:
+        keys = self.present(expression)
+        symbols = ca.vertcat(self.time, *(self._symbols[k] for k in keys))
+        rates = ca.vertcat(1, *(self.symbol(u, order + 1) for u, order in keys))
+        return along(expression, symbols, rates)
+
+    def mode(self, condition: Compare, greater: ca.SX, less: ca.SX) -> ca.SX:
+        """1 while a relation holds, else 0; its lowered sides are given."""
+        sides = text(condition.greater), text(condition.less)
+        for known in self._alike.setdefault((condition.strict, *sides), []):
+            if ca.is_equal(known.greater - known.less, greater - less, 100):
+                return self.modes[known.mode]
+        relation = Relation(len(self.modes), greater, less, condition.strict, sides)
+        self._alike[condition.strict, *sides].append(relation)
+        self.relations.append(relation)
+        self.modes.append(ca.SX.sym("mode"))
+        return self.modes[-1]
+
+    def nested(self, mode: ca.SX, branches: Branches) -> None:
+        """Note that a mode matters only in some branches: all these other modes must be 1 or 0."""
+        for i in range(len(self._numbers), len(self.modes)):
+            self._numbers[self.modes[i].element_hash()] = i
+        number = self._numbers[mode.element_hash()]
+        found = tuple((self._numbers[m.element_hash()], holds) for m, holds in branches)
+        known = self.branches.setdefault(number, found)
+        pairs = zip(known, found, strict=False)
+        self.branches[number] = tuple(
+            a for a, _ in itertools.takewhile(lambda p: p[0] == p[1], pairs)
+        )
+
+    def piece(self, node: Piecewise, place: ca.SX) -> ca.SX:
+        """Settings of the piece that a place is in.
+
+        The knots of a spline are watched only where they are known before the run: its slope and
+        curvature are continuous there, and steps keep their tolerance without a stop.
+        """
+        if node.pieces.period is not None and self.present(place):
+            return Plain().piece(node, place)
+        width = node.pieces.width
+        for known in self.relations:
+            if known.pieces == node.pieces and ca.is_equal(known.greater, place, 100):
+                return ca.vertcat(*self.modes[known.mode : known.mode + width])
+        first = len(self.modes)
+        self.modes += [ca.SX.sym("piece") for _ in range(width)]
+        sides = text(node.of), "a point of a table"
+        begin = self.modes[first + 1]
+        self.relations.append(Relation(first, place, begin, False, sides, node.pieces))
+        return ca.vertcat(*self.modes[first:])
+
+    def _analyse(self, expression: ca.SX) -> Residual:
+        keys = self.present(expression)
+        symbols = ca.vertcat(*(self._symbols[k] for k in keys)) if keys else ca.SX(0, 1)
+        gradient = partials(expression, symbols)
+        n = len(keys)
+        kinds, values = np.full(n, VARYING), np.full(n, np.nan)
+        affine = np.ones((n, n), dtype=bool)
+        varying = ca.vertcat(symbols, self.time, *self.modes)
+        for i in range(n):
+            entry = gradient[i]
+            if entry.is_zero() and has_steps(expression, symbols[i]):
+                affine[i] = False  # its slope is zero, but it stands there
+            elif entry.is_constant():
+                kinds[i], values[i] = CONSTANT, float(entry)
+            elif not any(ca.which_depends(entry, varying)):
+                kinds[i] = PARAMETRIC
+            else:
+                affine[i] = ~np.array(ca.which_depends(entry, symbols), dtype=bool)
+        return Residual(
+            template=self,
+            expression=expression,
+            locals=np.array([k[0] for k in keys], dtype=int),
+            orders=np.array([k[1] for k in keys], dtype=int),
+            symbols=symbols,
+            partials=gradient,
+            kinds=kinds,
+            values=values,
+            affine=affine,
+        )

@@ -1,0 +1,1 @@
+"""Few states and explicit equations from many: aliases, index reduction, order of computation."""

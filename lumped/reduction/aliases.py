@@ -1,0 +1,182 @@
+"""Alias elimination: quantities that are equal up to sign and time derivative become one.
+
+``der(phi) == w`` makes w the first derivative of phi, ``flange_a.tau == -flange_b.tau`` makes one
+torque of two. Rigidly joined inertias thereby share one motion before any index reduction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.flattening.flatten import FlatModel
+
+__all__ = ["Aliases", "eliminate_aliases"]
+
+Row = list[tuple[int, int, float]]
+"""Terms of a sum that is zero: unknown, order of derivative, coefficient."""
+
+
+@dataclass(frozen=True, eq=False)
+class Aliases:
+    """Classes of equal quantities.
+
+    Attributes
+    ----------
+    classes : ndarray of int, shape (unknowns,)
+        Class of each unknown, -1 if it is zero.
+    shifts : ndarray of int, shape (unknowns,)
+        The unknown is this derivative of its class,
+    signs : ndarray, shape (unknowns,)
+        times this sign.
+    count : int
+        Number of classes.
+    kept_equations, kept_sums : ndarray of bool
+        Component equations and flow sums that were not used up.
+    used : list of tuple (str, int, list of int)
+        Equations used up: kind (``"equation"``, ``"sum"``, ``"equal"`` or ``"ground"``), number,
+        and unknowns in it.
+    """
+
+    classes: np.ndarray
+    shifts: np.ndarray
+    signs: np.ndarray
+    count: int
+    kept_equations: np.ndarray
+    kept_sums: np.ndarray
+    used: list[tuple[str, int, list[int]]]
+
+
+class _Union:
+    """Union-find whose links carry a sign and a number of time derivatives; 0 is zero."""
+
+    def __init__(self, count: int) -> None:
+        self.parent = list(range(count))
+        self.shift = [0] * count
+        self.sign = [1] * count
+        self.zero = [False] * count
+
+    def find(self, u: int) -> tuple[int, int, int]:
+        """Root of u, and (shift, sign) so that u == sign * root^(shift)."""
+        parent, shift, sign = self.parent, self.shift, self.sign
+        if parent[parent[u]] == parent[u]:
+            return parent[u], shift[u], sign[u]
+        path = []
+        while parent[u] != u:
+            path.append(u)
+            u = parent[u]
+        root, total, product = u, 0, 1
+        for v in reversed(path):
+            total, product = total + shift[v], product * sign[v]
+            parent[v], shift[v], sign[v] = root, total, product
+        return root, total, product
+
+    def reduce(self, row: Row) -> dict[tuple[int, int], float]:
+        """The row in terms of roots, zeros and cancelled terms left out."""
+        terms: dict[tuple[int, int], float] = {}
+        zero, find = self.zero, self.find
+        for u, order, coefficient in row:
+            root, shift, sign = find(u)
+            if zero[root]:
+                continue
+            key = (root, order + shift)
+            total = terms.get(key, 0.0) + sign * coefficient
+            if abs(total) > 1e-14:
+                terms[key] = total
+            else:
+                terms.pop(key, None)
+        return terms
+
+    def absorb(self, row: Row) -> bool:
+        """Use the row up as an alias if it is one."""
+        terms = self.reduce(row)
+        if len(terms) == 1:
+            (root, order) = next(iter(terms))
+            self.zero[root] = self.zero[root] or order == 0
+            return order == 0
+        if len(terms) != 2:
+            return False
+        ((a, i), c), ((b, j), d) = terms.items()
+        if abs(c) != abs(d) or min(i, j) > 0 or a == b:
+            return False
+        if i > 0:
+            a, i, b, j = b, j, a, i
+        if i == j and b > a:
+            a, b = b, a
+        # here i == 0: root a equals -+ the j-th derivative of root b
+        self.parent[a], self.shift[a] = b, j
+        self.sign[a] = 1 if c * d < 0 else -1
+        return True
+
+
+def eliminate_aliases(flat: FlatModel) -> Aliases:
+    """Join all quantities that simple equations make equal.
+
+    Sums of two terms with coefficients of equal magnitude, and single terms equal to zero, are
+    used up; everything else stays an equation. An equation that would join a quantity with
+    itself stays too, so that the structural check finds it.
+    """
+    joints = flat.joints
+    union = _Union(flat.tree.unknown_count)
+    used: list[tuple[str, int, list[int]]] = []
+    waiting: list[tuple[str, int, Row]] = [
+        ("equal", k, [(a, 0, 1.0), (b, 0, -1.0)]) for k, (a, b, _) in enumerate(joints.equal)
+    ]
+    waiting += [("ground", k, [(u, 0, 1.0)]) for k, (u, _) in enumerate(joints.grounded)]
+    waiting += [
+        ("sum", k, [(u, 0, c) for u, c in zip(flows, signs, strict=True)])
+        for k, (flows, signs, _) in enumerate(joints.sums)
+    ]
+    waiting += _candidates(flat)
+    while True:
+        left = []
+        for kind, number, row in waiting:
+            if union.absorb(row):
+                used.append((kind, number, [u for u, _, _ in row]))
+            else:
+                left.append((kind, number, row))
+        if len(left) == len(waiting):
+            break
+        waiting = left
+    kept_equations = np.ones(flat.equation_count, dtype=bool)
+    kept_sums = np.ones(len(joints.sums), dtype=bool)
+    for kind, number, _ in used:
+        if kind == "equation":
+            kept_equations[number] = False
+        elif kind == "sum":
+            kept_sums[number] = False
+    return _numbered(union, kept_equations, kept_sums, used)
+
+
+def _candidates(flat: FlatModel) -> list[tuple[str, int, Row]]:
+    found: list[tuple[str, int, Row]] = []
+    for group in flat.groups:
+        n = group.template.count
+        for e in range(n):
+            residual = group.template.residual(e)
+            if not residual.homogeneous:
+                continue
+            orders, values = residual.orders.tolist(), residual.values.tolist()
+            table = group.unknowns[:, residual.locals].tolist()
+            for i, unknowns in enumerate(table):
+                row = list(zip(unknowns, orders, values, strict=True))
+                found.append(("equation", group.first_equation + i * n + e, row))
+    return found
+
+
+def _numbered(
+    union: _Union,
+    kept_equations: np.ndarray,
+    kept_sums: np.ndarray,
+    used: list[tuple[str, int, list[int]]],
+) -> Aliases:
+    count = len(union.parent)
+    classes = np.empty(count, dtype=int)
+    shifts, signs = np.empty(count, dtype=int), np.empty(count)
+    number: dict[int, int] = {}
+    for u in range(count):
+        root, shift, sign = union.find(u)
+        classes[u] = -1 if union.zero[root] else number.setdefault(root, len(number))
+        shifts[u], signs[u] = shift, sign
+    return Aliases(classes, shifts, signs, len(number), kept_equations, kept_sums, used)

@@ -1,0 +1,99 @@
+"""Texts that say why a block of equations cannot be solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lumped.errors import SingularModelError
+from lumped.reduction.diagnosis import class_names, equation_text, factors, some
+from lumped.reduction.incidence import Incidence
+from lumped.reduction.reduce import Reduced
+
+__all__ = ["singular_block", "unheld"]
+
+
+def singular_block(
+    reduced: Reduced, rows: list[int], nodes: list[int], holds: list[int]
+) -> SingularModelError:
+    """The error for a block that determines `nodes` and has no pivot left in `rows`.
+
+    `holds` are those of its equations that hold or slide.
+    """
+    incidence = reduced.incidence
+    listed = [equation_text(incidence, *incidence.origin(r)) for r in rows[:8]]
+    why = "Likely two rigid paths transmit the same torque, so that its shares are unknown. "
+    what = "Make one of them elastic."
+    signals = _signals(reduced, nodes)
+    if signals:
+        why = f"Likely {some(signals)} form a loop of signals whose gain is 1. "
+        what = "Change a gain, or put a part with a state into the loop, such as a Filter."
+    sliding = list(dict.fromkeys(_owner(incidence, row) for row in holds))
+    if len(sliding) > 1 and not set(rows).isdisjoint(holds):
+        why = (
+            f"{some(sliding)} hold and slide without inertia between them, so that nothing "
+            "determines the speed between two that slide at once. "
+        )
+        what = "Put an Inertia or Mass between each two of them."
+    zeros = _zero_parameters(reduced, nodes)
+    if zeros:
+        why = f"These parameters in its equations are zero: {', '.join(zeros[:6])}. "
+        what = "Give them values, or take parts without them (a Spring for a SpringDamper)."
+    return SingularModelError(
+        f"{incidence.flat.name}: these equations determine nothing more, "
+        "or contradict the rest:\n  "
+        + "\n  ".join(listed)
+        + f"\nUnknowns of the block: {_names(reduced, nodes[:12])}.\n{why}{what}"
+    )
+
+
+def unheld(incidence: Incidence, row: int) -> SingularModelError:
+    """The error for a constraint whose reaction is known and whose speed is not."""
+    model, name = incidence.flat.name, _owner(incidence, row)
+    return SingularModelError(
+        f"{model}: {name} holds and slides, but one of its sides has no inertia, so that its "
+        "reaction is known and its speed is not while it slides. Put an Inertia or Mass on each "
+        f"side of {name}."
+    )
+
+
+def _owner(incidence: Incidence, row: int) -> str:
+    """Path of the part that an equation belongs to."""
+    block, place = incidence.place(row)
+    group, _, instances, _ = incidence.blocks[block]
+    return group.names[int(instances[place])] or incidence.flat.name
+
+
+def _signals(reduced: Reduced, nodes: list[int]) -> list[str]:
+    """Parts of the block that determines the nodes; none if one of them has ports."""
+    incidence = reduced.incidence
+    found: dict[str, None] = {}
+    for row, _ in reduced.blocks[reduced.block_of[nodes[0]]].equations:
+        if incidence.origin(row)[0] == "sum":
+            return []
+        block, place = incidence.place(row)
+        group, _, instances, _ = incidence.blocks[block]
+        node = incidence.flat.tree.nodes[group.nodes[int(instances[place])]]
+        if node.layout.ports:
+            return []
+        found[_owner(incidence, row)] = None
+    return list(found)
+
+
+def _names(reduced: Reduced, nodes: Iterable[int]) -> str:
+    found = []
+    for node in nodes:
+        number, order = reduced.class_and_order(node)
+        name = class_names(reduced.incidence, number, 1)[0]
+        found.append("der(" * order + name + ")" * order)
+    return ", ".join(found)
+
+
+def _zero_parameters(reduced: Reduced, nodes: list[int]) -> list[str]:
+    """Parameters that are zero in the equations of the block that determines the nodes."""
+    parameters = reduced.incidence.flat.parameters
+    return [
+        parameters.names[number]
+        for row, order in reduced.blocks[reduced.block_of[nodes[0]]].equations
+        for number in factors(reduced.incidence, row, order)
+        if parameters.numbers[number] == 0
+    ]

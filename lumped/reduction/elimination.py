@@ -1,0 +1,259 @@
+"""Symbolic solution of sparse linear systems.
+
+Markowitz elimination (Management Science 3 (1957) 255) on terms of a tape. Each entry carries the
+kind of its coefficient and its value at a generic point, so that a pivot is a number before it
+is a function of parameters, and never zero at that point. What is left couples a few unknowns by
+coefficients that vary during a run, any of which may pass zero; it is solved by orthogonal
+factorisation, which needs no pivot.
+
+Constraints that hold or slide (`lumped.switch`) come last, each with the coefficient of its own
+reaction as pivot: whatever holds, their matrix is a principal part of the inverse inertias, padded
+with ones, so that every such pivot is positive (a P-matrix; Cottle, Pang and Stone, The Linear
+Complementarity Problem, 1992, ch. 3).
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from lumped.flattening.tape import Tape, Term
+from lumped.flattening.template import VARYING
+
+__all__ = ["Entry", "SingularBlockError", "solve"]
+
+_MOST_DENSE = 5
+"""Unknowns up to which the orthogonal factorisation is taken."""
+
+
+@dataclass(slots=True)
+class Entry:
+    """A coefficient: its term, its kind, its value at a generic point."""
+
+    term: Term
+    kind: int
+    value: float
+
+
+class SingularBlockError(Exception):
+    """No pivot is left; the argument lists the rows without one."""
+
+
+def solve(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    tape: Tape,
+    last: Mapping[int, int] | None = None,
+) -> list[tuple[Term, float]]:
+    """Solve ``sum_j rows[i][j] z_j == right[i]`` for z.
+
+    Parameters
+    ----------
+    rows : list of dict of int to Entry
+        Coefficients of each equation; used up.
+    right : list of (Term, float)
+        Right sides and their values at the generic point; used up.
+    tape : Tape
+        Where the terms stand.
+    last : mapping of int to int, optional
+        Rows to be eliminated after all others, and the column of the pivot of each.
+
+    Returns
+    -------
+    list of (Term, float)
+        The unknowns 0 .. n-1 and their values at the generic point.
+
+    Raises
+    ------
+    SingularBlockError
+        If the system is singular at the generic point.
+    """
+    n = len(rows)
+    holders: dict[int, set[int]] = {j: set() for j in range(n)}
+    for i, row in enumerate(rows):
+        for j in row:
+            holders[j].add(i)
+    pivots = dict(last or {})
+    barred = frozenset(pivots.values())
+    open_rows = set(range(n)) - set(pivots)
+    order: list[tuple[list[int], list[int]]] = []
+    heap = [(*_cheapest(rows[i], holders, barred), i) for i in open_rows]
+    heapq.heapify(heap)
+    while heap:
+        *cost, j, i = heapq.heappop(heap)
+        if i not in open_rows:
+            continue
+        now = _cheapest(rows[i], holders, barred)
+        if now[0] == _NO_PIVOT:
+            continue
+        if now > (*cost, j):
+            heapq.heappush(heap, (*now, i))
+            continue
+        if now[0] == _VARIES and not pivots:
+            rest, columns = _coupled(rows, holders, i)
+            if len(rest) == len(columns) <= _MOST_DENSE:
+                order.append((rest, columns))
+                open_rows.difference_update(rest)
+                continue
+        j = now[-1]
+        order.append(([i], [j]))
+        open_rows.discard(i)
+        for c in rows[i]:
+            holders[c].discard(i)
+        for k in sorted(holders[j]):
+            _subtract(rows, right, holders, k, i, j)
+            if k in open_rows:
+                heapq.heappush(heap, (*_cheapest(rows[k], holders, barred), k))
+        holders[j].clear()
+    if open_rows:
+        raise SingularBlockError(sorted(open_rows))
+    order += _diagonal(rows, right, holders, pivots)
+    return _substituted(rows, right, order, tape)
+
+
+def _diagonal(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    holders: dict[int, set[int]],
+    pivots: dict[int, int],
+) -> list[tuple[list[int], list[int]]]:
+    """Eliminate rows with given pivots, those with the least fill-in first."""
+    order: list[tuple[list[int], list[int]]] = []
+    heap = [((len(rows[i]) - 1) * (len(holders[j]) - 1), i) for i, j in pivots.items()]
+    heapq.heapify(heap)
+    while heap:
+        cost, i = heapq.heappop(heap)
+        if i not in pivots:
+            continue
+        j = pivots[i]
+        now = (len(rows[i]) - 1) * (len(holders[j]) - 1)
+        if now > cost:
+            heapq.heappush(heap, (now, i))
+            continue
+        if j not in rows[i]:
+            raise SingularBlockError([i])
+        del pivots[i]
+        order.append(([i], [j]))
+        for c in rows[i]:
+            holders[c].discard(i)
+        for k in sorted(holders[j]):
+            _subtract(rows, right, holders, k, i, j)
+        holders[j].clear()
+    return order
+
+
+def _coupled(
+    rows: list[dict[int, Entry]], holders: dict[int, set[int]], start: int
+) -> tuple[list[int], list[int]]:
+    """Open rows that share columns with a row, directly or through others; and the columns."""
+    found, columns, stack = {start}, set(), [start]
+    while stack:
+        for column in rows[stack.pop()]:
+            if column not in columns:
+                columns.add(column)
+                stack.extend(holders[column] - found)
+                found |= holders[column]
+    return sorted(found), sorted(columns)
+
+
+def _substituted(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    order: list[tuple[list[int], list[int]]],
+    tape: Tape,
+) -> list[tuple[Term, float]]:
+    result: list[tuple[Term, float]] = [(tape.zero, 0.0)] * len(rows)
+    for group, columns in reversed(order):
+        if len(group) > 1:
+            for j, solved in zip(columns, _dense(rows, right, group, columns, tape), strict=True):
+                result[j] = solved
+            continue
+        (i,), (j,) = group, columns
+        total, number = right[i]
+        for c, entry in rows[i].items():
+            if c != j:
+                total = total - entry.term * result[c][0]
+                number -= entry.value * result[c][1]
+        pivot = rows[i][j]
+        result[j] = (total / pivot.term, number / pivot.value)
+    return result
+
+
+def _dense(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    group: list[int],
+    columns: list[int],
+    tape: Tape,
+) -> list[tuple[Term, float]]:
+    """Solve a few equations together without pivots."""
+    n = len(group)
+    terms = [right[i][0] for i in group]
+    symbols = ca.SX.sym("a", n * n + n)
+    matrix, numbers = ca.SX.zeros(n, n), np.zeros((n, n))
+    for a, i in enumerate(group):
+        for b, j in enumerate(columns):
+            if j in rows[i]:
+                matrix[a, b], numbers[a, b] = symbols[len(terms)], rows[i][j].value
+                terms.append(rows[i][j].term)
+    if np.linalg.matrix_rank(numbers) < n:
+        raise SingularBlockError(group)
+    used = symbols[: len(terms)]
+    function = ca.Function("dense", [used], [ca.solve(matrix, used[:n])])
+    values = np.linalg.solve(numbers, [right[i][1] for i in group])
+    return list(zip(tape.call(function, terms), values.tolist(), strict=True))
+
+
+_STEADY, _VARIES, _NO_PIVOT = 0, 1, 2
+
+
+def _cheapest(
+    row: dict[int, Entry], holders: dict[int, set[int]], barred: frozenset[int]
+) -> tuple[int, bool, int, int, float, int]:
+    """Class, smallness, kind, fill-in, relative size (negative), column of a row's best pivot."""
+    largest = max((abs(e.value) for j, e in row.items() if j not in barred), default=0.0)
+    best = (_NO_PIVOT, False, 0, 0, 0.0, -1)
+    for j, entry in row.items():
+        if j not in barred and abs(entry.value) > 1e-9 * largest:
+            fill = (len(row) - 1) * (len(holders[j]) - 1)
+            size = abs(entry.value) / largest
+            steady = _VARIES if entry.kind == VARYING else _STEADY
+            best = min(best, (steady, size < 0.01, entry.kind, fill, -size, j))
+    return best
+
+
+def _subtract(
+    rows: list[dict[int, Entry]],
+    right: list[tuple[Term, float]],
+    holders: dict[int, set[int]],
+    k: int,
+    i: int,
+    j: int,
+) -> None:
+    """Row k minus the multiple of row i that removes column j."""
+    pivot, mine = rows[i][j], rows[k].pop(j)
+    factor = mine.term / pivot.term
+    ratio = mine.value / pivot.value
+    kind = max(mine.kind, pivot.kind)
+    for c, entry in rows[i].items():
+        if c == j:
+            continue
+        old = rows[k].get(c)
+        value = (old.value if old else 0.0) - ratio * entry.value
+        worst = max(kind, entry.kind, old.kind if old else 0)
+        if worst == 0 and abs(value) <= 1e-14 * abs(ratio * entry.value):
+            if old:
+                del rows[k][c]
+                holders[c].discard(k)
+            continue
+        change = factor * entry.term
+        rows[k][c] = Entry(old.term - change if old else -change, worst, value)
+        holders[c].add(k)
+    right[k] = (
+        right[k][0] - factor * right[i][0],
+        right[k][1] - ratio * right[i][1],
+    )

@@ -1,0 +1,436 @@
+"""Every unknown as an expression of states, parameters, time and modes, computed on demand.
+
+Blocks are evaluated in *waves*: first those that are formulas, then those that must be solved
+and need no other of the same wave. All formulas of a wave that solve the same template equation
+for the same unknown are one vectorised CasADi call, and CasADi puts one into the other. Nothing
+is computed that nobody asked for.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+
+import casadi as ca
+import numpy as np
+
+from lumped.flattening.tape import Tape, Term
+from lumped.flattening.template import CONSTANT
+from lumped.reduction.block_errors import singular_block, unheld
+from lumped.reduction.elimination import Entry, SingularBlockError, solve
+from lumped.reduction.incidence import Occurrence
+from lumped.reduction.reduce import Block, Reduced
+
+__all__ = ["Values"]
+
+_ITERATIONS = 5
+"""Newton iterations from one step's values to the next's."""
+
+_TIME = 0.7
+"""Of the generic point at which pivots are chosen."""
+
+
+class Values:
+    """Expressions of nodes.
+
+    Parameters
+    ----------
+    reduced : Reduced
+        The reduced model.
+
+    Attributes
+    ----------
+    states : SX, shape (n, 1)
+        Symbols of the states.
+    time : SX
+        Symbol of the time.
+    modes : SX, shape (m, 1)
+        Symbols of the modes.
+    implicit : list of int
+        Nodes that follow from equations not linear in them (closed linkages).
+    guesses : SX, shape (len(implicit), 1)
+        Symbols of values near theirs, from which Newton's method starts.
+    """
+
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced = reduced
+        self.flat = reduced.incidence.flat
+        count = int(reduced.first[-1])
+        self.states = ca.SX.sym("x", len(reduced.states))
+        self.time = ca.SX.sym("t")
+        self.modes = ca.SX.sym("m", self.flat.mode_count)
+        self._sx = ca.SX.zeros(count + 1)  # the last one is the constant zero
+        self._rng = np.random.default_rng(1)
+        self._number = np.zeros(count + 1)
+        reactions = reduced.incidence.reactions()
+        self._reactions = {row: reduced.node(unknown) for row, unknown in reactions.items()}
+        self._joint, self._loops = self._solved_blocks()
+        self._wave: list[int] = []
+        for block in reduced.blocks:
+            after = (self._wave[b] + (b in self._joint) for b in block.needs)
+            self._wave.append(max(after, default=0))
+        self.implicit = [node for b in sorted(self._loops) for node in reduced.blocks[b].nodes]
+        self._place = {node: i for i, node in enumerate(self.implicit)}
+        self.guesses = ca.SX.sym("g", len(self.implicit))
+        self._correction: dict[int, ca.SX] = {}
+        if reduced.states:
+            self._sx[reduced.states] = self.states
+            self._number[reduced.states] = self._rng.uniform(0.01, 0.03, len(reduced.states))
+        begins = {*reduced.states, *self.implicit}
+        self._number[self.implicit] = self._rng.uniform(0.01, 0.03, len(self.implicit))
+        for unknown, value in self.flat.start_numbers.items():
+            node = reduced.node(unknown)
+            if node in begins:
+                self._number[node] += value * reduced.aliases.signs[unknown]
+        self._parameters = self.flat.parameters.numbers
+        self._mode_numbers = np.ones(self.flat.mode_count)
+        self._done = np.zeros(len(reduced.blocks), dtype=bool)
+
+    def of(self, nodes: Iterable[int]) -> ca.SX:
+        """Expressions of nodes, shape (n, 1)."""
+        wanted = list(nodes)
+        with self.flat.building:
+            self._compute({int(self.reduced.block_of[n]) for n in wanted} - {-1})
+            return self._sx[wanted] if wanted else ca.SX(0, 1)
+
+    def arguments(self, seen: Occurrence) -> list[ca.SX]:
+        """Arguments of a template's functions, one column per instance but for the time."""
+        nodes = self._nodes(seen)
+        with self.flat.building:
+            self.of(sorted({int(n) for n in nodes.ravel() if n < self.reduced.first[-1]}))
+            return self._arguments(seen, nodes)
+
+    def corrections(self) -> ca.SX:
+        """Last step of Newton's method for each implicit node, shape (len(implicit), 1)."""
+        self.of(self.implicit)
+        return ca.vertcat(ca.SX(0, 1), *(self._correction[node] for node in self.implicit))
+
+    def _compute(self, wanted: set[int]) -> None:
+        todo: set[int] = set()
+        stack = [b for b in wanted if not self._done[b]]
+        while stack:
+            block = stack.pop()
+            if block not in todo:
+                todo.add(block)
+                stack.extend(b for b in self.reduced.blocks[block].needs if not self._done[b])
+        waves: dict[int, list[int]] = defaultdict(list)
+        for block in sorted(todo):
+            waves[self._wave[block]].append(block)
+        blocks = self.reduced.blocks
+        for _, wave in sorted(waves.items()):
+            self._formulas([blocks[b] for b in wave if b not in self._joint])
+            self._coupled([blocks[b] for b in wave if b in self._joint and b not in self._loops])
+            for b in wave:
+                if b in self._loops:
+                    self._newton(blocks[b])
+            self._done[wave] = True
+
+    def _solved_blocks(self) -> tuple[set[int], set[int]]:
+        """Blocks that are no formulas, and those of them not linear in their unknowns."""
+        blocks, incidence = self.reduced.blocks, self.reduced.incidence
+        owner = np.repeat(np.arange(len(blocks)), [len(block.nodes) for block in blocks])
+        joint = {b for b, block in enumerate(blocks) if len(block.nodes) > 1}
+        loops: set[int] = set()
+        block_of = np.append(self.reduced.block_of, -1)
+        rows, orders = _columns(blocks)
+        joint.update(owner[np.isin(rows, list(self._reactions))].tolist())
+        for places, seen in incidence.alike(rows, orders):
+            inside = block_of[self._nodes(seen)] == owner[places][:, None]
+            several = np.flatnonzero(inside.sum(axis=1) > 1)
+            joint.update(owner[places[several]].tolist())
+            affine = seen.residual.affine
+            for k in range(len(places)) if not affine.all() else ():
+                here = np.flatnonzero(inside[k])
+                if not affine[np.ix_(here, here)].all():
+                    loops.add(int(owner[places[k]]))
+        return joint | loops, loops
+
+    def _nodes(self, seen: Occurrence) -> np.ndarray:
+        first = self.reduced.first
+        nodes: np.ndarray = np.where(
+            seen.classes >= 0, first[seen.classes] + seen.orders, first[-1]
+        )
+        return nodes
+
+    def _arguments(self, seen: Occurrence, nodes: np.ndarray) -> list[ca.SX]:
+        """The same, if the nodes are computed."""
+        m, n = nodes.shape
+        symbols = _picked(self._sx, nodes.ravel())
+        negative = np.flatnonzero(seen.signs.ravel() < 0).tolist()
+        if negative:
+            symbols[negative] = -symbols[negative]
+        parameters, modes = self._parameters_and_modes(seen)
+        return [
+            ca.reshape(symbols, n, m),
+            ca.reshape(_picked(self.flat.parameters.values, parameters.ravel()), -1, m),
+            self.time,
+            ca.reshape(_picked(self.modes, modes.ravel()), -1, m) if modes.size else ca.SX(0, 1),
+        ]
+
+    def _numbers(self, seen: Occurrence, nodes: np.ndarray) -> list[np.ndarray | float]:
+        """The same at the generic point."""
+        parameters, modes = self._parameters_and_modes(seen)
+        return [
+            (self._number[nodes] * seen.signs).T,
+            self._parameters[parameters].T,
+            _TIME,
+            self._mode_numbers[modes].T,
+        ]
+
+    def _parameters_and_modes(self, seen: Occurrence) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the parameters and modes of each instance."""
+        group, count = seen.group, len(seen.group.template.modes)
+        modes = group.first_mode + seen.instances[:, None] * count + np.arange(count)
+        return group.parameters[seen.instances], modes
+
+    def _formulas(self, blocks: list[Block]) -> None:
+        """Compute the nodes of blocks that each determine one, in this order."""
+        if not blocks:
+            return
+        incidence = self.reduced.incidence
+        targets = np.array([block.nodes[0] for block in blocks])
+        rows, orders = _columns(blocks)
+        alike = [(p, seen, self._nodes(seen)) for p, seen in incidence.alike(rows, orders)]
+        sums = np.flatnonzero(rows >= incidence.first_sum)
+        terms = self._sum_nodes(rows[sums], orders[sums])
+        used = np.concatenate([terms[1], *(nodes.ravel() for _, _, nodes in alike)])
+        known = np.setdiff1d(used, targets)
+        values = _picked(self._sx, known)
+        given, symbols = ca.SX.sym("g", len(known)), ca.SX.sym("z", len(targets))
+        if len(known):
+            self._sx[known.tolist()] = given
+        self._sx[targets.tolist()] = symbols
+        meaning = ca.SX.zeros(len(targets))
+        for places, seen, nodes in alike:
+            self._solve_templates(meaning, places, seen, nodes, targets[places])
+        self._solve_sums(meaning, sums, targets[sums], *terms)
+        (found,), _ = ca.substitute_inplace([symbols], [meaning], [])
+        rest = [self.flat.parameters.theta, self.time, self.modes]
+        if len(known):
+            self._sx[known.tolist()] = values
+        function = ca.Function("formulas", [given, *rest], [found])
+        self._sx[targets.tolist()] = function(values, *rest)
+        point = [self._number[known], self.flat.parameters.defaults, _TIME, self._mode_numbers]
+        numbers = np.asarray(function(*point)).ravel()
+        if not np.isfinite(numbers).all():
+            single = ca.Function("single", [symbols, given, *rest], [meaning])
+            numbers = self._repaired(lambda z: np.asarray(single(z, *point)).ravel(), len(targets))
+        self._number[targets] = numbers
+
+    def _repaired(self, single: Callable[[np.ndarray], np.ndarray], count: int) -> np.ndarray:
+        """Values of formulas one after the other, any generic value where one is not finite."""
+        generic = self._rng.uniform(0.3, 0.9, count)
+        last, numbers = np.zeros(count), generic
+        while (last != numbers).any():
+            last, found = numbers, single(numbers)
+            numbers = np.where(np.isfinite(found), found, generic)
+        return numbers
+
+    def _solve_templates(
+        self,
+        meaning: ca.SX,
+        places: np.ndarray,
+        seen: Occurrence,
+        nodes: np.ndarray,
+        targets: np.ndarray,
+    ) -> None:
+        """Enter instances of a template equation solved for their targets."""
+        position = (nodes == targets[:, None]).argmax(axis=1)
+        for i in np.unique(position):
+            mask = position == i
+            part = Occurrence(
+                seen.group,
+                seen.residual,
+                seen.instances[mask],
+                seen.classes[mask],
+                seen.orders[mask],
+                seen.signs[mask],
+            )
+            function = seen.residual.solved_for(int(i))
+            result = ca.vec(function(*self._arguments(part, nodes[mask])))
+            if (part.signs[:, i] < 0).any():
+                result = result * ca.DM(part.signs[:, i])
+            meaning[places[mask].tolist()] = result
+
+    def _finite(self, numbers: np.ndarray) -> np.ndarray:
+        """The numbers, with any generic value where one is not finite."""
+        return np.where(np.isfinite(numbers), numbers, self._rng.uniform(0.3, 0.9, numbers.shape))
+
+    def _sum_nodes(
+        self, rows: np.ndarray, orders: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Terms of flow sums: position of the sum in `rows`, node, coefficient."""
+        places, classes, shifts, signs = self.reduced.incidence.sum_terms(rows)
+        return places, self.reduced.first[classes] + shifts + orders[places], signs
+
+    def _solve_sums(
+        self,
+        meaning: ca.SX,
+        sums: np.ndarray,
+        targets: np.ndarray,
+        places: np.ndarray,
+        nodes: np.ndarray,
+        signs: np.ndarray,
+    ) -> None:
+        """Enter flow sums solved for their targets."""
+        own = nodes == targets[places]
+        divisor = np.bincount(places[own], signs[own], len(sums))
+        places, nodes, factors = places[~own], nodes[~own], -signs[~own]
+        counts = np.bincount(places, minlength=len(sums))
+        for count in np.unique(counts[counts > 0]):
+            mask = counts[places] == count
+            some = ca.DM(factors[mask] / divisor[places[mask]])
+            terms = ca.reshape(_picked(self._sx, nodes[mask]) * some, int(count), -1)
+            meaning[sums[counts == count].tolist()] = ca.sum1(terms).T
+
+    def _coupled(self, blocks: list[Block]) -> None:
+        """Solve blocks linear in their unknowns."""
+        nodes = [node for block in blocks for node in block.nodes]
+        if nodes:
+            self._sx[nodes] = ca.SX.zeros(len(nodes))
+            self._number[nodes] = 0.0
+            self._sx[nodes], self._number[nodes] = self._solved(blocks)
+
+    def _newton(self, block: Block) -> None:
+        """A few iterations of Newton's method, from the guesses, as one expression."""
+        nodes = block.nodes
+        self._sx[nodes] = self.guesses[[self._place[node] for node in nodes]]
+        for iteration in range(_ITERATIONS):
+            step, _ = self._solved([block])
+            self._sx[nodes] = self._sx[nodes] + step
+            if iteration == 0:
+                self._number[nodes] = self._converged(nodes)
+        self._correction.update(zip(nodes, ca.vertsplit(step), strict=True))
+
+    def _converged(self, nodes: list[int]) -> np.ndarray:
+        """Values at the generic point, if Newton's method finds any there."""
+        begin = self._number[nodes]
+        inputs = [self.guesses, self.states, self.flat.parameters.theta, self.time, self.modes]
+        improve = ca.Function("improve", inputs, [self._sx[nodes]])
+        guesses = self._number[self.implicit]
+        places = [self._place[node] for node in nodes]
+        rest = (
+            self._number[self.reduced.states],
+            self.flat.parameters.defaults,
+            _TIME,
+            self._mode_numbers,
+        )
+        for _ in range(100):
+            found = np.asarray(improve(guesses, *rest)).ravel()
+            if not np.isfinite(found).all():
+                return begin
+            if np.abs(found - guesses[places]).max() <= 1e-12 * (1 + np.abs(found).max()):
+                return found
+            guesses[places] = found
+        return begin
+
+    def _solved(self, blocks: list[Block]) -> tuple[ca.SX, np.ndarray]:
+        """What to add to the present values of nodes so that linearised equations hold."""
+        incidence, tape = self.reduced.incidence, Tape()
+        column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
+        numbers, orders = _columns(blocks)
+        rows: list[dict[int, Entry]] = [{} for _ in numbers]
+        right: list[tuple[Term, float]] = [(tape.zero, 0.0) for _ in numbers]
+        for places, seen in incidence.alike(numbers, orders):
+            self._template_equations(seen, places, column, tape, rows, right)
+        sums = np.flatnonzero(numbers >= incidence.first_sum)
+        self._sum_equations(sums, numbers[sums], orders[sums], column, tape, rows, right)
+        found: list[tuple[Term, float]] = []
+        for block in blocks:
+            own = slice(len(found), len(found) + len(block.nodes))
+            try:
+                found += solve(rows[own], right[own], tape, self._last(block))
+            except SingularBlockError as error:
+                lost = [block.equations[i][0] for i in error.args[0]]
+                holds = [row for row, _ in block.equations if row in self._reactions]
+                raise singular_block(self.reduced, lost, block.nodes, holds) from None
+        return (
+            tape.expressions([term for term, _ in found]),
+            self._finite(np.array([number for _, number in found])),
+        )
+
+    def _last(self, block: Block) -> dict[int, int]:
+        """Equations of constraints that hold or slide, and the place of the reaction of each."""
+        if not self._reactions:
+            return {}
+        place = {node: j for j, node in enumerate(block.nodes)}
+        found: dict[int, int] = {}
+        for i, (row, _) in enumerate(block.equations):
+            reaction = self._reactions.get(row)
+            if reaction is not None:
+                if reaction not in place:
+                    raise unheld(self.reduced.incidence, row)
+                found[i] = place[reaction]
+        return found
+
+    def _sum_equations(
+        self,
+        sums: np.ndarray,
+        numbers: np.ndarray,
+        orders: np.ndarray,
+        column: dict[int, int],
+        tape: Tape,
+        rows: list[dict[int, Entry]],
+        right: list[tuple[Term, float]],
+    ) -> None:
+        """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
+        places, nodes, signs = self._sum_nodes(numbers, orders)
+        terms = tape.given(-_picked(self._sx, nodes) * ca.DM(signs))
+        factors = tape.given(ca.SX(ca.DM(signs)))
+        parts = zip(sums[places].tolist(), nodes.tolist(), signs.tolist(), strict=True)
+        for k, (i, node, sign) in enumerate(parts):
+            total, number = right[i]
+            right[i] = (total + terms[k], number - sign * self._number[node])
+            if node in column:
+                _add(rows[i], column[node], Entry(factors[k], CONSTANT, sign))
+
+    def _template_equations(
+        self,
+        seen: Occurrence,
+        places: np.ndarray,
+        column: dict[int, int],
+        tape: Tape,
+        rows: list[dict[int, Entry]],
+        right: list[tuple[Term, float]],
+    ) -> None:
+        """The same for several instances of one template equation, in one call."""
+        nodes, residual = self._nodes(seen), seen.residual
+        m, n = nodes.shape
+        symbols, numbers = self._arguments(seen, nodes), self._numbers(seen, nodes)
+        coefficients, value = residual.coefficients, residual.value
+        partials = tape.given(ca.vec(coefficients(*symbols) * ca.DM(seen.signs.T)))
+        sizes = self._finite(np.asarray(coefficients(*numbers)).reshape(n, m)).T * seen.signs
+        rests = tape.given(ca.vec(-value(*symbols)))
+        rest_sizes = -np.asarray(value(*numbers)).ravel()
+        kinds = residual.kinds.tolist()
+        for k, i in enumerate(places.tolist()):
+            right[i] = (rests[k], float(rest_sizes[k]))
+            own = zip(
+                nodes[k].tolist(),
+                partials[k * n : k * n + n],
+                kinds,
+                sizes[k].tolist(),
+                strict=True,
+            )
+            for node, partial, kind, size in own:
+                if node in column:
+                    _add(rows[i], column[node], Entry(partial, kind, size))
+
+
+def _columns(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the equations of blocks, and how often each is differentiated."""
+    pairs = [pair for block in blocks for pair in block.equations]
+    numbers, orders = np.array(pairs, dtype=int).reshape(-1, 2).T
+    return numbers, orders
+
+
+def _picked(vector: ca.SX, indices: np.ndarray) -> ca.SX:
+    return vector[indices.tolist()] if len(indices) else ca.SX(0, 1)
+
+
+def _add(entries: dict[int, Entry], column: int, entry: Entry) -> None:
+    old = entries.get(column)
+    if old is not None:
+        kind = max(old.kind, entry.kind)
+        entry = Entry(old.term + entry.term, kind, old.value + entry.value)
+    entries[column] = entry

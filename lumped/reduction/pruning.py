@@ -1,0 +1,138 @@
+"""Leave out states that the scene does not need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+import scipy
+
+from lumped.reduction.evaluation import Values
+from lumped.support.sparse_graph import links
+
+__all__ = ["LeftOut", "independent_of", "needed_states", "samples", "used", "uses"]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Something the system does not compute.
+
+    Attributes
+    ----------
+    what, why : str
+        Name or count, and reason.
+    """
+
+    what: str
+    why: str
+
+    def __repr__(self) -> str:
+        return f"{self.what}: {self.why}"
+
+
+def uses(expression: ca.SX, values: Values) -> scipy.sparse.csr_array:
+    """Which state stands in which element of an expression, as a sparse (elements, states)."""
+    rows, columns = ca.jacobian_sparsity(expression, values.states).get_triplet()
+    shape = (expression.numel(), values.states.numel())
+    return links(np.array(rows, dtype=int), np.array(columns, dtype=int), shape)
+
+
+def used(expression: ca.SX, values: Values) -> np.ndarray:
+    """Numbers of the states that stand in an expression; costs one pass, whatever stands where."""
+    if not expression.numel():
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(ca.which_depends(expression, values.states, 1, False))
+
+
+def samples(expression: ca.SX, values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives of an expression by the states at random points.
+
+    Returns
+    -------
+    rows, columns : ndarray of int, shape (nonzeros,)
+        Element of the expression and state of each derivative.
+    largest : ndarray, shape (nonzeros,)
+        Largest magnitude over three random states, parameters, times and settings. A derivative
+        that is rounding at all of them vanishes identically (Schwartz-Zippel).
+    """
+    parameters = values.flat.parameters
+    settings = ca.vertcat(values.modes, values.guesses)
+    inputs = [values.states, parameters.theta, values.time, settings]
+    jacobian = ca.jacobian(expression, values.states)
+    rows, columns = (np.array(i, dtype=int) for i in jacobian.sparsity().get_triplet())
+    function = ca.Function("J", inputs, [ca.SX(jacobian.nz[:])])
+    rng = np.random.default_rng(6)
+    largest = np.zeros(len(rows))
+    defaults = parameters.defaults
+    for _ in range(3):
+        modes = rng.integers(0, 2, values.modes.numel())
+        guesses = rng.uniform(-2, 2, values.guesses.numel())
+        found = function(
+            rng.uniform(-2, 2, values.states.numel()),
+            defaults * rng.uniform(0.8, 1.2, len(defaults))
+            + 0.01 * rng.uniform(size=len(defaults)),
+            rng.uniform(0, 2),
+            np.concatenate([modes, guesses]),
+        )
+        size = np.abs(np.asarray(found).ravel())
+        largest = np.maximum(largest, np.where(np.isfinite(size), size, np.inf))
+    return rows, columns, largest
+
+
+def independent_of(expression: ca.SX, columns: Sequence[int], values: Values) -> np.ndarray:
+    """Whether an expression does not change with states although they stand in it.
+
+    Returns
+    -------
+    ndarray of bool, shape (len(columns),)
+    """
+    rows, entries, largest = samples(expression, values)
+    # a row that is rounding as a whole is measured against the others
+    scale = np.full(expression.numel(), 1e-3 * largest.min(initial=1.0, where=largest > 1e-9))
+    finite = np.isfinite(largest)
+    np.maximum.at(scale, rows[finite], largest[finite])
+    alive = set(entries[~finite | (largest > 1e-13 * scale[rows])].tolist())
+    return np.array([column not in alive for column in columns], dtype=bool)
+
+
+def needed_states(
+    values: Values, positions: set[int], outputs: ca.SX | None, kept: ca.SX
+) -> list[int]:
+    """Numbers of the states to integrate.
+
+    Parameters
+    ----------
+    values : Values
+        All expressions.
+    positions : set of int
+        Numbers of states that are positions of ports: left out where nothing depends on them.
+    outputs : SX or None
+        With outputs, only what they need is kept.
+    kept : SX
+        Quantities to be available in any case.
+    """
+    states = values.reduced.states
+    rates = values.of([n + 1 for n in states])
+    asked = set(used(kept, values).tolist())
+    if outputs is not None:
+        return _closed(uses(rates, values), asked | set(used(outputs, values).tolist()))
+    moving = np.zeros(len(states), dtype=bool)
+    moving[used(rates, values)] = True
+    doubtful = [i for i in sorted(positions - asked) if moving[i]]
+    if doubtful:
+        moving[doubtful] = ~independent_of(rates, doubtful, values)
+    return [i for i in range(len(states)) if moving[i] or i in asked or i not in positions]
+
+
+def _closed(uses: scipy.sparse.csr_array, begin: set[int]) -> list[int]:
+    """All states that those in `begin` need directly or indirectly."""
+    n = uses.shape[0]
+    coo = uses.tocoo()
+    rows = np.concatenate([coo.row, np.full(len(begin), n)])
+    columns = np.concatenate([coo.col, np.array(sorted(begin), dtype=int)])
+    order = scipy.sparse.csgraph.breadth_first_order(
+        links(rows, columns, (n + 1, n + 1)), n, return_predecessors=False
+    )
+    return sorted(int(i) for i in order if i < n)

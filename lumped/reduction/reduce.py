@@ -1,0 +1,305 @@
+"""Reduce a flat model: aliases, index, states, and the order in which everything is computed."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from lumped.errors import SingularModelError
+from lumped.flattening.flatten import FlatModel
+from lumped.reduction.aliases import Aliases, eliminate_aliases
+from lumped.reduction.diagnosis import class_names, combined, equation_text, listed
+from lumped.reduction.incidence import Incidence, Point
+from lumped.reduction.index_reduction import check_matching, differentiate
+from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
+from lumped.support.sparse_graph import links
+
+__all__ = ["Block", "Reduced", "reduce"]
+
+
+class Block(NamedTuple):
+    """Equations to be solved together for as many unknowns.
+
+    Attributes
+    ----------
+    equations : list of (int, int)
+        Equation and how often it is differentiated.
+    nodes : list of int
+        Unknowns (numbers of class and derivative) that it determines.
+    needs : list of int
+        Blocks whose unknowns stand in its equations.
+    led : bool
+        A state stands in its equations.
+    """
+
+    equations: list[tuple[int, int]]
+    nodes: list[int]
+    needs: list[int]
+    led: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A model after index reduction and state selection.
+
+    A *node* is a class of equal quantities at one order of time derivative.
+
+    Attributes
+    ----------
+    first : ndarray of int, shape (classes + 1,)
+        Number of the node of each class at order 0; orders follow.
+    highest : ndarray of int, shape (classes,)
+        Order of the highest derivative of each class.
+    times : ndarray of int
+        How often each equation was differentiated.
+    states : list of int
+        Nodes that are states, in order of declaration.
+    dependent : list of int
+        Candidates that constraints determine.
+    tied : frozenset of int
+        Candidates that stand in constraints.
+    blocks : list of Block
+        In an order in which they can be computed.
+    block_of : ndarray of int, shape (nodes,)
+        Block that determines each node, -1 for states.
+    """
+
+    incidence: Incidence
+    aliases: Aliases
+    first: np.ndarray
+    highest: np.ndarray
+    times: np.ndarray
+    states: list[int]
+    dependent: list[int]
+    tied: frozenset[int]
+    blocks: list[Block]
+    block_of: np.ndarray
+
+    def node(self, unknown: int) -> int | None:
+        """Node of an unknown; None if it is zero. Its value is its sign times the node's."""
+        number = self.aliases.classes[unknown]
+        return None if number < 0 else int(self.first[number] + self.aliases.shifts[unknown])
+
+    def class_and_order(self, node: int) -> tuple[int, int]:
+        """Class and order of derivative of a node."""
+        number = int(np.searchsorted(self.first, node, side="right")) - 1
+        return number, node - int(self.first[number])
+
+
+def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
+    """Index reduction, state selection and block order of a flat model.
+
+    Parameters
+    ----------
+    flat : FlatModel
+        The model.
+    ranks : mapping of int to int, optional
+        Wishes (see `lumped.select.RANK`) for nodes that override those declared.
+
+    Raises
+    ------
+    SingularModelError
+        If equations and unknowns do not fit, or constraints are redundant.
+    """
+    aliases = eliminate_aliases(flat)
+    incidence = Incidence(flat, aliases)
+    plain = np.zeros(incidence.count, dtype=int)
+    entries = incidence.entries(plain)
+    check_matching(incidence, entries)
+    wish = _wishes(flat, aliases)
+    floor = np.zeros(aliases.count, dtype=int)
+    for (number, order), rank in wish.items():
+        if rank >= RANK["prefer"]:
+            floor[number] = max(floor[number], order + 1)
+    alive = aliases.classes >= 0
+    np.maximum.at(floor, aliases.classes[alive], aliases.shifts[alive])
+    times, highest = differentiate(incidence, entries, floor)
+    first = np.concatenate([[0], np.cumsum(highest + 1)])
+    dependent, tied = _dependent(incidence, times, highest, first, wish, ranks or {})
+    candidates = np.ones(first[-1], dtype=bool)
+    candidates[first[:-1] + highest] = False
+    candidates[dependent] = False
+    states = np.flatnonzero(candidates)
+    blocks, block_of = _blocks(incidence, times, first, candidates)
+    return Reduced(
+        incidence,
+        aliases,
+        first,
+        highest,
+        times,
+        _by_declaration(aliases, first, states),
+        dependent,
+        tied,
+        blocks,
+        block_of,
+    )
+
+
+def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
+    """Strongest wish among the variables of each class and order; candidates only."""
+    wish: dict[tuple[int, int], int] = {}
+    for node in flat.tree.nodes:
+        for i, quantity in enumerate(node.layout.quantities):
+            if quantity.kind != "variable":
+                continue
+            u = node.first_unknown + i
+            if aliases.classes[u] < 0:
+                continue
+            key = (int(aliases.classes[u]), int(aliases.shifts[u]))
+            rank = RANK[quantity.wish]
+            old = wish.get(key)
+            if old is None or rank == 0 or (rank > old > 0):
+                wish[key] = rank
+    return wish
+
+
+def _dependent(
+    incidence: Incidence,
+    times: np.ndarray,
+    highest: np.ndarray,
+    first: np.ndarray,
+    wish: dict[tuple[int, int], int],
+    ranks: Mapping[int, int],
+) -> tuple[list[int], frozenset[int]]:
+    if not times.any():
+        return [], frozenset()
+    point = Point(incidence.flat, incidence.aliases, highest)
+    constraints = [
+        incidence.entries(np.full(incidence.count, order), point, times > order)
+        for order in range(int(times.max()))
+    ]
+    column = first[:-1, None] + np.arange(int(highest.max()) + 1)[None, :]
+    rows, labels = constraint_rows(constraints, column)
+    tied = frozenset(node for row in rows for node in row)
+    rank = np.full(first[-1], RANK["avoid"])
+    for (number, order), value in wish.items():
+        if order <= highest[number]:
+            rank[first[number] + order] = value
+    for node, value in ranks.items():
+        rank[node] = value
+    selection = select_dependent(rows, rank, np.arange(first[-1]))
+    unused = selection.unused
+    expected = int(times.sum())
+    if unused or len(selection.dependent) < expected:
+        row, order = labels[unused[0]] if unused else (int(np.argmax(times)), 0)
+        raise SingularModelError(
+            f"{incidence.flat.name}: these constraints are redundant or contradict each other:\n"
+            + listed(incidence, combined(constraints[order], row))
+            + "\nLikely a closed loop of rigid gears or linkages fixes the same motion twice. "
+            "Make one member of the loop elastic, or remove it."
+        )
+    return selection.dependent, tied
+
+
+def _by_declaration(aliases: Aliases, first: np.ndarray, states: np.ndarray) -> list[int]:
+    """States sorted by the first declared quantity that they are."""
+    where = np.full(first[-1], len(aliases.classes))
+    alive = np.flatnonzero(aliases.classes >= 0)
+    nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
+    np.minimum.at(where, nodes, alive)
+    return [int(n) for n in sorted(states.tolist(), key=lambda n: (where[n], n))]
+
+
+def _blocks(
+    incidence: Incidence, times: np.ndarray, first: np.ndarray, states: np.ndarray
+) -> tuple[list[Block], np.ndarray]:
+    """Strongly connected sets of equations in the order of computation."""
+    rows, nodes, labels = _all_entries(incidence, times, first)
+    unknown = np.flatnonzero(~states)
+    column = np.full(first[-1], -1)
+    column[unknown] = np.arange(len(unknown))
+    known = column[nodes] < 0
+    n = len(labels)
+    graph = links(rows[~known], column[nodes[~known]], (n, len(unknown)))
+    match = scipy.sparse.csgraph.maximum_bipartite_matching(graph, perm_type="column")
+    if n != len(unknown) or (match < 0).any():
+        lost = [labels[r] for r in np.flatnonzero(match < 0)[:8]]
+        raise SingularModelError(
+            f"{incidence.flat.name}: after index reduction nothing is left to solve for in\n  "
+            + "\n  ".join(equation_text(incidence, *incidence.origin(r)) for r, _ in lost)
+            + "\nIn undetermined unknowns: "
+            + "; ".join(
+                ", ".join(class_names(incidence, int(c), 2))
+                for c in np.searchsorted(
+                    first, unknown[np.setdiff1d(np.arange(len(unknown)), match)[:6]], "right"
+                )
+                - 1
+            )
+        )
+    row_of = np.empty(len(unknown), dtype=int)
+    row_of[match] = np.arange(n)
+    users, needed = rows[~known], row_of[column[nodes[~known]]]
+    count, label = scipy.sparse.csgraph.connected_components(
+        links(users, needed, (n, n)), connection="strong"
+    )
+    led = np.zeros(count, dtype=bool)
+    led[label[rows[known]]] = True
+    return _ordered(labels, unknown[match], label, led, label[users], label[needed], first[-1])
+
+
+def _all_entries(
+    incidence: Incidence, times: np.ndarray, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
+    row_parts, node_parts = [], []
+    labels: list[tuple[int, int]] = []
+    for order in range(int(times.max(initial=0)) + 1):
+        picked = times >= order
+        e = incidence.entries(np.full(incidence.count, order), picked=picked)
+        number = np.full(incidence.count, -1)
+        number[picked] = len(labels) + np.arange(int(picked.sum()))
+        labels += [(r, order) for r in np.flatnonzero(picked).tolist()]
+        row_parts.append(number[e.rows])
+        node_parts.append(first[e.classes] + e.orders)
+    return np.concatenate(row_parts), np.concatenate(node_parts), labels
+
+
+def _ordered(
+    labels: list[tuple[int, int]],
+    solved: np.ndarray,
+    label: np.ndarray,
+    led: np.ndarray,
+    users: np.ndarray,
+    needed: np.ndarray,
+    node_count: int,
+) -> tuple[list[Block], np.ndarray]:
+    """Blocks from the equations' labels, the nodes matched to them and their block's label.
+
+    Block ``users[k]`` needs block ``needed[k]``; both may stand there several times. States stand
+    in the equations of block k if ``led[k]``.
+    """
+    count = len(led)
+    other = users != needed
+    pairs = np.unique(users[other].astype(np.int64) * count + needed[other])
+    users, needed = np.divmod(pairs, count)
+    needs = _lists(users, needed, count)
+    users_of = _lists(needed, users, count)
+    waiting = [len(n) for n in needs]
+    order = [c for c in range(count) if not waiting[c]]
+    for component in order:
+        for user in users_of[component]:
+            waiting[user] -= 1
+            if not waiting[user]:
+                order.append(user)
+    place = np.empty(count, dtype=int)
+    place[order] = np.arange(count)
+    needs = _lists(place[users], place[needed], count)
+    block_of = np.full(node_count, -1)
+    block_of[solved] = place[label]
+    own, nodes = _lists(place[label], np.arange(len(labels)), count), solved.tolist()
+    return [
+        Block([labels[r] for r in rows], [nodes[r] for r in rows], sorted(before), state)
+        for rows, before, state in zip(own, needs, led[order].tolist(), strict=True)
+    ], block_of
+
+
+def _lists(keys: np.ndarray, values: np.ndarray, count: int) -> list[list[int]]:
+    """Values of each key 0 .. count-1."""
+    sort = np.argsort(keys, kind="stable")
+    ends = np.searchsorted(keys[sort], np.arange(count + 1)).tolist()
+    items = values[sort].tolist()
+    return [items[a:b] for a, b in itertools.pairwise(ends)]

@@ -1,0 +1,165 @@
+"""State selection: which quantities stay states when constraints tie them together.
+
+After index reduction every derivative below the highest is a candidate. The hidden constraints
+(every equation that is differentiated, and its lower derivatives) tie candidates together; as
+many candidates as there are constraints become dependent. The dependent ones are found by
+sparse elimination that takes the least wanted candidates first (a greedy choice in a linear
+matroid is optimal), and with constant pivots before varying ones, so that a quantity is never
+solved for where its factor can pass zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.flattening.template import VARYING
+from lumped.reduction.incidence import Entries
+
+__all__ = ["Selection", "select_dependent"]
+
+RANK = {"never": 0, "avoid": 1, "default": 2, "prefer": 3, "always": 4}
+"""Order in which wishes are honoured: the lower, the sooner dependent."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Outcome of the elimination.
+
+    Attributes
+    ----------
+    dependent : list of int
+        Columns that the constraints determine.
+    unused : list of int
+        Constraint rows in which nothing was left to solve for.
+    """
+
+    dependent: list[int]
+    unused: list[int]
+
+
+def select_dependent(
+    rows: list[dict[int, tuple[float, int]]], rank: np.ndarray, order: np.ndarray
+) -> Selection:
+    """Choose one dependent column for each constraint.
+
+    Parameters
+    ----------
+    rows : list of dict of int to (float, int)
+        Coefficient and its kind for each column of each constraint; used up.
+    rank : ndarray of int, shape (columns,)
+        Wish of each column to stay a state.
+    order : ndarray of int, shape (columns,)
+        Tie-break among equal ranks: the higher, the sooner dependent.
+    """
+    holders: dict[int, set[int]] = {}
+    for i, row in enumerate(rows):
+        for column in row:
+            holders.setdefault(column, set()).add(i)
+    largest = [max((abs(v) for v, _ in row.values()), default=0.0) for row in rows]
+    stale: set[int] = set()  # rows whose largest entry may be smaller by now
+    open_rows = set(range(len(rows)))
+    dependent: list[int] = []
+    always = RANK["always"]
+    columns = sorted(holders, key=lambda c: (rank[c], -order[c]))
+    first = [c for c in columns if rank[c] < always]
+    for allow_varying, group in ((False, first), (True, first), (True, columns)):
+        for column in group:
+            if not open_rows:
+                break
+            pivot = _pivot(rows, largest, stale, holders.get(column, set()), column, allow_varying)
+            if pivot is None:
+                continue
+            dependent.append(column)
+            open_rows.discard(pivot)
+            _eliminate(rows, largest, stale, holders, pivot, column)
+    return Selection(dependent, sorted(open_rows))
+
+
+def _pivot(
+    rows: list[dict[int, tuple[float, int]]],
+    largest: list[float],
+    stale: set[int],
+    held: set[int],
+    column: int,
+    allow_varying: bool,
+) -> int | None:
+    best, length = None, 0
+    for i in sorted(held):
+        value, kind = rows[i][column]
+        if kind == VARYING and not allow_varying:
+            continue
+        if i in stale and not abs(value) > 1e-9 * largest[i]:
+            largest[i] = max(abs(v) for v, _ in rows[i].values())
+            stale.discard(i)
+        if not abs(value) > 1e-9 * largest[i]:
+            continue
+        if best is None or len(rows[i]) < length:
+            best, length = i, len(rows[i])
+    return best
+
+
+def _eliminate(
+    rows: list[dict[int, tuple[float, int]]],
+    largest: list[float],
+    stale: set[int],
+    holders: dict[int, set[int]],
+    pivot: int,
+    column: int,
+) -> None:
+    pivot_row = rows[pivot]
+    value, kind = pivot_row[column]
+    for c in pivot_row:
+        holders[c].discard(pivot)
+    for i in list(holders[column]):
+        row = rows[i]
+        factor, factor_kind = row[column]
+        for c, (v, k) in pivot_row.items():
+            change = factor / value * v
+            old, old_kind = row.get(c, (0.0, 0))
+            new = old - change
+            if c == column or abs(new) <= 1e-12 * max(abs(old), abs(change)):
+                if c in row:
+                    del row[c]
+                    holders[c].discard(i)
+            else:
+                row[c] = (new, max(old_kind, k, kind, factor_kind))
+                holders[c].add(i)
+                largest[i] = max(largest[i], abs(new))
+            if abs(old) >= largest[i]:
+                stale.add(i)
+
+
+def constraint_rows(
+    entries: list[Entries], column: np.ndarray
+) -> tuple[list[dict[int, tuple[float, int]]], list[tuple[int, int]]]:
+    """Constraints as dictionaries, from the entries of each order of differentiation.
+
+    Parameters
+    ----------
+    entries : list of Entries
+        Entries of the constraints that are differentiated 0, 1, ... times.
+    column : ndarray of int, shape (classes, orders)
+        Number of each candidate, -1 where there is none.
+
+    Returns
+    -------
+    rows : list of dict
+        Coefficient and kind by column.
+    labels : list of (int, int)
+        Equation and order of differentiation of each row.
+    """
+    rows: list[dict[int, tuple[float, int]]] = []
+    labels: list[tuple[int, int]] = []
+    for order, e in enumerate(entries):
+        columns = column[e.classes, e.orders].tolist()
+        values, kinds = e.values.tolist(), e.kinds.tolist()
+        previous = -1
+        for i, row in enumerate(e.rows.tolist()):
+            if row != previous:
+                rows.append({})
+                labels.append((row, order))
+                previous = row
+            rows[-1][columns[i]] = (values[i], kinds[i])
+    return rows, labels

@@ -1,0 +1,204 @@
+"""Every component of the library, with random values and a loaded body at each of its ports.
+
+A new component is covered as it is. It needs an entry here only if a random number is no sensible
+value for one of its fields.
+"""
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import lumped as lp
+import lumped.components
+from lumped.components import (
+    Inertia,
+    Torque,
+    belts,
+    cams,
+    crank,
+    friction,
+    impact,
+    linkages,
+    lossy_gear,
+    noncircular,
+    rolling,
+    synchroniser,
+    translation,
+    tyre,
+    vehicle,
+    winding,
+)
+from lumped.components import compliance as rotation
+from lumped.components.control import sequence, signals
+from lumped.components.electric import circuit, drives, thermal
+
+ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
+HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
+POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
+TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
+MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
+FIELDS = {
+    drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
+    rotation.NonlinearSpring: {"characteristic": TWISTS},
+    translation.NonlinearSpring: {"characteristic": TWISTS},
+    cams.HarmonicTorque: {"harmonics": HARMONICS},
+    cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
+    signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
+    friction.BearingFriction: {"characteristic": ROWS},
+    translation.SupportFriction: {"characteristic": ROWS},
+    translation.MassWithStopAndFriction: {"characteristic": ROWS},
+    sequence.PositionSequencer: {"targets": (0.5, -1.0)},
+    sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
+    noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
+    lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
+}
+"""Structural fields without a usable default."""
+
+SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
+    belts.Belt: {"distance": 6.0},
+    crank.CrankSlider: {"L": 6.0},
+    crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
+    drives.FieldOrientedMotor: {"I_max": 10.0, "psi_n": 2.0, "L_m": 1.0},
+    circuit.VariableResistor: {"R": 1.5},
+    impact.Backlash: {"b": 10.0},
+    linkages.GuidedRod: {"length": 10.0},
+    synchroniser.Synchroniser: {"u": 0.7},
+    tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
+    translation.Backlash: {"b": 10.0},
+    translation.MassWithStopAndFriction: {"s_min": -10.0, "s_max": 10.0},
+    translation.MassWithStops: {"s_min": -10.0, "s_max": 10.0},
+    winding.Coil: {"r": 10.0, "R_max": 30.0},
+    winding.StripPath: {"r_t": 2.0, "d": 10.0},
+}
+"""Parameters for which a random number is none."""
+
+POSITIVE = {
+    circuit.VariableResistor: ["R"],
+    vehicle.Vehicle: ["cr"],
+    friction.JournalFriction: ["f_n"],
+    rolling.RollingTorque: ["F", "a"],
+    tyre.Tyre: ["f_n"],
+}
+"""Inputs that make no sense below zero."""
+
+BASES = {thermal.Heated}
+"""What only stands before another component."""
+
+
+def discovered() -> Iterator[type[lp.Component]]:
+    package = lumped.components
+    for entry in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        module = importlib.import_module(entry.name)
+        for _, cls in inspect.getmembers(module, inspect.isclass):
+            own = cls.__module__ == entry.name and not cls.__name__.startswith("_")
+            if issubclass(cls, lp.Component) and own and cls not in BASES:
+                yield cls
+
+
+LIBRARY = list(discovered())
+
+
+def every(classes: list[type[lp.Component]]) -> pytest.MarkDecorator:
+    names = [f"{cls.__module__.rsplit('.', 1)[1]}.{cls.__name__}" for cls in classes]
+    return pytest.mark.parametrize("cls", classes, ids=names)
+
+
+def declared(cls: type[lp.Component], kind: type) -> dict[str, object]:
+    return {name: item for name, item in inspect.getmembers(cls) if isinstance(item, kind)}
+
+
+def drawn(quantity: lp.Param, rng: np.random.Generator) -> float:
+    """A random value in the range of a parameter, away from its ends."""
+    low = quantity.min if quantity.above is None else quantity.above
+    high = quantity.max if quantity.below is None else quantity.below
+    if low is not None and high is not None:
+        return low + (high - low) * rng.uniform(0.1, 0.9)
+    size = rng.uniform(0.5, 2.0)
+    if low is not None:
+        return low + size
+    if high is not None:
+        return high - size
+    return size * rng.choice([-1.0, 1.0])
+
+
+def values(cls: type[lp.Component], rng: np.random.Generator) -> dict[str, float]:
+    """Random values of the parameters and inputs."""
+    found = {name: drawn(item, rng) for name, item in declared(cls, lp.Param).items()}
+    for name, item in declared(cls, lp.Param).items():
+        if isinstance(item.exceeds, lp.Param):
+            found[name] = found[item.exceeds.name] + rng.uniform(0.5, 2.0)
+    found |= {name: rng.uniform(-2.0, 2.0) for name in declared(cls, lp.Input)}
+    found |= {name: abs(found[name]) for name in POSITIVE.get(cls, ())}
+    return found | SENSIBLE.get(cls, {})
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is joined to a port of one kind: a body, a load, and the names of their quantities."""
+
+    body: type[lp.Component]
+    mass: str
+    speed: str
+    load: type[lp.Component]
+    effort: str
+    ports: tuple[str, str] = ("flange_a", "flange")
+    """Of the body and the load."""
+
+
+class Node(lp.Component):
+    """Capacitance of a wire to the ground: ``C der(v) = i``."""
+
+    pin = lp.Pin()
+    C: lp.Param = lp.param("F", "capacitance", above=0)
+    v: lp.Var = lp.var("V", "potential")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.pin.v == self.v
+        yield self.C * lp.der(self.v) == self.pin.i
+
+
+class Feed(lp.Component):
+    """Current into a wire: ``i_pin = -i``."""
+
+    pin = lp.Pin()
+    i = lp.Input("A", "current")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.pin.i == -self.i
+
+
+KINDS = {
+    lp.Flange: Kind(Inertia, "J", "w", Torque, "tau"),
+    lp.LinearFlange: Kind(translation.Mass, "m", "v", translation.Force, "f"),
+    lp.Pin: Kind(Node, "C", "v", Feed, "i", ("pin", "pin")),
+    lp.HeatPort: Kind(thermal.HeatCapacitor, "C", "T", thermal.HeatFlow, "Q", ("port", "port")),
+}
+
+
+def kinds(cls: type[lp.Component]) -> dict[str, Kind]:
+    return {name: KINDS[type(port)] for name, port in declared(cls, lp.Port).items()}
+
+
+def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:
+    """The component with a loaded body at each of its ports."""
+    part = cls(**FIELDS.get(cls, {}), **values(cls, rng))
+    joined = kinds(cls)
+    if not joined:
+        return part
+
+    def connections(model: lp.Component) -> Iterator[lp.Connection]:
+        for name, kind in joined.items():
+            ends = zip((model.bodies[name], model.loads[name]), kind.ports, strict=True)
+            yield lp.connect(getattr(model.part, name), *(getattr(*end) for end in ends))
+
+    return lp.compose(
+        part=part,
+        bodies={name: kind.body(**{kind.mass: 1.0}) for name, kind in joined.items()},
+        loads={name: kind.load(**{kind.effort: 0.0}) for name, kind in joined.items()},
+        connections=connections,
+    )

@@ -1,0 +1,103 @@
+"""Energy and losses of bodies, springs, dampers and play."""
+
+import itertools
+
+import numpy as np
+from library_rigs import TWISTS
+from power_terms import Energy, Motion, Power
+
+import lumped as lp
+from lumped.components import Inertia, contact, impact, translation
+from lumped.components import compliance as rotation
+
+
+def elastic(free_length: str) -> Energy:
+    return lambda at: at.p["c"] * (at.rel(at.q) - at.p[free_length]) ** 2 / 2
+
+
+def kinetic(mass: str) -> Energy:
+    return lambda at: at.p[mass] * at.v["flange_a"] ** 2 / 2
+
+
+def viscous(at: Motion) -> float:
+    return at.p["d"] * at.rel(at.v) ** 2
+
+
+def by_rows(free_length: str) -> Energy:
+    """Energy of a spring by rows: the trapezoids under the lines from no stretch to this one."""
+
+    def energy(at: Motion) -> complex:
+        x = at.rel(at.q) - at.p[free_length]
+        places, forces = np.transpose(TWISTS)
+        slopes = np.diff(forces) / np.diff(places)
+
+        def force(y: complex) -> complex:
+            i = np.clip(np.searchsorted(places, y.real) - 1, 0, len(slopes) - 1)
+            return forces[i] + slopes[i] * (y - places[i])
+
+        way = 1 if x.real > 0 else -1
+        inner = [p for p in places if 0 < way * p < way * x.real]
+        points = [0.0, *sorted(inner, key=abs), x]
+        pairs = itertools.pairwise(points)
+        return sum((force(a + 0j) + force(b + 0j)) / 2 * (b - a) for a, b in pairs)
+
+    return energy
+
+
+def squeezed(x: complex, half: float) -> complex:
+    """How far a twist is beyond half the play."""
+    return x - np.sign(x.real) * half if abs(x.real) > half else 0.0
+
+
+def play_energy(at: Motion) -> complex:
+    return at.p["c"] * squeezed(at.rel(at.q) - at.p["phi_rel0"], at.p["b"] / 2) ** 2 / 2
+
+
+def play_heat(at: Motion) -> float:
+    """Damping is at most as strong as the spring, in both directions."""
+    elastic = at.p["c"] * squeezed(at.rel(at.q) - at.p["phi_rel0"], at.p["b"] / 2)
+    return np.clip(at.p["d"] * at.rel(at.v), -abs(elastic), abs(elastic)) * at.rel(at.v)
+
+
+def gap_energy(at: Motion) -> complex:
+    short = at.p["s_rel0"] - at.rel(at.q)
+    return at.p["c"] * short**2 / 2 if short.real > 0 else 0.0
+
+
+def gap_heat(at: Motion) -> float:
+    elastic = at.p["c"] * max(0.0, at.p["s_rel0"] - at.rel(at.q))
+    return np.clip(at.p["d"] * at.rel(at.v), -elastic, elastic) * at.rel(at.v)
+
+
+def carried(mass: str) -> Energy:
+    """Energy of a body that moves with the flange while the command says so."""
+    return lambda at: at.p[mass] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
+
+
+STORED: dict[type[lp.Component], Energy] = {
+    Inertia: kinetic("J"),
+    contact.ElastoBacklash: play_energy,
+    impact.PickUp: carried("J"),
+    rotation.NonlinearSpring: by_rows("phi_rel0"),
+    translation.NonlinearSpring: by_rows("s_rel0"),
+    rotation.Spring: elastic("phi_rel0"),
+    rotation.SpringDamper: elastic("phi_rel0"),
+    translation.ElastoGap: gap_energy,
+    translation.Mass: kinetic("m"),
+    translation.MassWithLength: kinetic("m"),
+    translation.MassWithStops: kinetic("m"),
+    translation.PickUp: carried("m"),
+    translation.MassWithStopAndFriction: kinetic("m"),
+    translation.Spring: elastic("s_rel0"),
+    translation.SpringDamper: elastic("s_rel0"),
+}
+
+
+DISSIPATED: dict[type[lp.Component], Power] = {
+    contact.ElastoBacklash: play_heat,
+    rotation.Damper: viscous,
+    rotation.SpringDamper: viscous,
+    translation.Damper: viscous,
+    translation.ElastoGap: gap_heat,
+    translation.SpringDamper: viscous,
+}

@@ -1,0 +1,123 @@
+"""Energy, losses and supply of electric machines, circuits and heat."""
+
+import numpy as np
+from power_terms import Energy, Motion, Power, turning
+
+import lumped as lp
+from lumped.components.electric import circuit, dc_motors, drives, motors, thermal
+
+
+def voltage(at: Motion) -> complex:
+    return at.v["p"] - at.v["n"]
+
+
+def rotor(at: Motion) -> complex:
+    return at.p["J"] * at.v["flange"] ** 2 / 2
+
+
+def armature(at: Motion) -> complex:
+    return rotor(at) + at.p["L"] * at.x["i"] ** 2 / 2
+
+
+def excited_heat(at: Motion) -> float:
+    p, v_f = at.p, at.v["field_p"] - at.v["field_n"]
+    i = (voltage(at) - p["k"] * v_f / p["R_f"] * turning(at)) / p["R"]
+    return p["R"] * i**2 + v_f**2 / p["R_f"]
+
+
+def oriented(at: Motion) -> float:
+    p, x = at.p, at.x
+    per_ampere = 1.5 * p["pairs"] * p["L_m"] / (p["L_m"] + p["L_lr"])
+    return per_ampere * x["psi"] * x["i_q"] * turning(at)
+
+
+def kloss(at: Motion) -> float:
+    w_s, s_k, a = at.p["w_s"], at.p["s_k"], at.p["a"]
+    s = 1 - turning(at) / w_s
+    torque = 2 * at.p["tau_k"] * (1 + a * s_k) / (s / s_k + s_k / s + 2 * a * s_k)
+    return np.sign(w_s) * torque * turning(at)
+
+
+def cage_currents(at: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Currents of stator and rotor, rows d and q, from the flux linkages."""
+    p, x = at.p, at.x
+    psi = np.array([[x["psi_sd"], x["psi_rd"]], [x["psi_sq"], x["psi_rq"]]])
+    L = np.diag([p["L_ls"], p["L_lr"]]) + p["L_m"]
+    return psi, np.linalg.solve(L, psi.T).T
+
+
+def cage_energy(at: Motion) -> complex:
+    psi, i = cage_currents(at)
+    return rotor(at) + 0.75 * (psi * i).sum()
+
+
+def cage_heat(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * (i**2 @ [at.p["R_s"], at.p["R_r"]]).sum()
+
+
+def cage_supply(at: Motion) -> float:
+    _, i = cage_currents(at)
+    return 1.5 * at.p["V"] * i[0, 0]
+
+
+STORED: dict[type[lp.Component], Energy] = {
+    circuit.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
+    circuit.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
+    circuit.Inductor: lambda at: at.p["L"] * at.x["i"] ** 2 / 2,
+    drives.ConverterDrive: rotor,
+    drives.FieldOrientedMotor: rotor,
+    drives.MappedMotor: rotor,
+    dc_motors.QuasiStaticExcitedDCMotor: rotor,
+    dc_motors.QuasiStaticSeriesDCMotor: rotor,
+    dc_motors.DCMotor: armature,
+    motors.InductionMotor: rotor,
+    motors.InverterInductionMotor: rotor,
+    dc_motors.QuasiStaticDCMotor: rotor,
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
+        armature(at) + at.p["L_f"] * at.x["i_f"] ** 2 / 2
+    ),
+    dc_motors.SeriesDCMotor: armature,
+    drives.SpeedDrive: rotor,
+    motors.SquirrelCageMotor: cage_energy,
+    motors.SynchronousMotor: lambda at: (
+        rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
+    ),
+    thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
+}
+
+
+DISSIPATED: dict[type[lp.Component], Power] = {
+    circuit.Resistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    circuit.VariableResistor: lambda at: voltage(at) ** 2 / at.p["R"],
+    dc_motors.DCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    dc_motors.QuasiStaticDCMotor: lambda at: (
+        (voltage(at) - at.p["k"] * turning(at)) ** 2 / at.p["R"]
+    ),
+    dc_motors.QuasiStaticExcitedDCMotor: excited_heat,
+    dc_motors.QuasiStaticSeriesDCMotor: lambda at: (
+        at.p["R"] * (voltage(at) / (at.p["R"] + at.p["k"] * turning(at))) ** 2
+    ),
+    dc_motors.SeparatelyExcitedDCMotor: lambda at: (
+        at.p["R"] * at.x["i"] ** 2 + at.p["R_f"] * at.x["i_f"] ** 2
+    ),
+    dc_motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
+    motors.SquirrelCageMotor: cage_heat,
+    motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
+}
+
+
+SUPPLIED: dict[type[lp.Component], Power] = {
+    circuit.CurrentSource: lambda at: at.p["i"] * voltage(at),
+    drives.ConverterDrive: lambda at: at.x["tau"] * turning(at),
+    drives.FieldOrientedMotor: oriented,
+    drives.MappedMotor: lambda at: at.x["tau"] * turning(at),
+    motors.InductionMotor: kloss,
+    motors.InverterInductionMotor: lambda at: at.x["tau"] * turning(at),
+    drives.SpeedDrive: lambda at: at.x["tau"] * turning(at),
+    motors.SquirrelCageMotor: cage_supply,
+    motors.SynchronousMotor: lambda at: (
+        1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
+    ),
+    thermal.HeatFlow: lambda at: at.p["Q"],
+}

@@ -1,0 +1,206 @@
+"""Ports and their connections."""
+
+import lumped as lp
+from lumped.components import (
+    Constant,
+    Damper,
+    Fixed,
+    IdealGear,
+    Inertia,
+    Planetary,
+    SpeedSensor,
+    Spring,
+    Torque,
+    translation,
+)
+from lumped.errors import ConnectError, DeclarationError, EquationError, SingularModelError
+
+from .parts import Hoist, Line, Machine, Shaft, build
+from .table import Table
+
+wrong = Table("Ports and connections")
+
+
+@wrong(ConnectError, "shaft.flange_b", "not connected")
+def port_open():
+    """The end of a shaft is not connected."""
+    build(lambda m: lp.chain(m.motor, m.shaft), motor=Inertia(J=1.0), shaft=Spring(c=1.0))
+
+
+@wrong(ConnectError, "hoist.line.second.twist.flange_b", "not connected")
+def port_open_deep_inside():
+    """A port three levels down is not connected."""
+
+    class Half(Shaft):
+        """Shaft whose spring has a loose end."""
+
+        def connections(self):
+            yield from lp.chain(self.flange_a, self.left, self.twist)
+            yield lp.connect(self.right.flange_b, self.flange_b)
+
+    build(hoist=Hoist().with_({"line.second": Half()}))
+
+
+@wrong(SingularModelError, "line.second", "flange_b", "inside")
+def composite_port_not_connected_inside():
+    """A composite declares a port and connects nothing to it inside."""
+
+    class Stub(Shaft):
+        """Shaft that forgets its second port."""
+
+        def connections(self):
+            yield from lp.chain(self.flange_a, self.left, self.twist, self.right)
+
+    lp.assemble(Hoist().with_({"line.second": Stub()}))
+
+
+@wrong(ConnectError, "line.first.twist.flange_a", "direct parts")
+def port_of_a_grandchild():
+    """A model connects to a port of a part of its part."""
+    build(
+        lambda m: [
+            *lp.chain(m.motor, m.line, m.load),
+            lp.connect(m.brake.flange_b, m.line.first.twist.flange_a),
+            lp.connect(m.brake.flange_a, m.wall.flange),
+        ],
+        motor=Inertia(J=1.0),
+        line=Line(),
+        load=Inertia(J=1.0),
+        brake=Damper(d=1.0),
+        wall=Fixed(),
+    )
+
+
+@wrong(ConnectError, "Crane", "IdealGear", "direct parts")
+def part_of_another_model():
+    """A model is connected to a part that was made outside of it."""
+    gear = IdealGear(ratio=2.0)
+
+    class Crane(lp.Component):
+        """Connects what is not its own."""
+
+        motor: Inertia = Inertia(J=1.0)
+
+        def connections(self):
+            yield from lp.chain(self.motor, gear)
+
+    lp.assemble(Crane())
+
+
+@wrong(ConnectError, "rotational flange", "translational flange", "rack and pinion")
+def rotation_on_translation():
+    """A shaft is connected to a sliding mass."""
+    build(lambda m: lp.chain(m.shaft, m.slide), shaft=Inertia(J=1.0), slide=translation.Mass(m=1.0))
+
+
+@wrong(ConnectError, "motor.p (electrical pin)", "rotor.flange_a (rotational flange)")
+def pin_on_a_flange():
+    """An electric pin is connected to a shaft."""
+    build(
+        lambda m: [lp.connect(m.motor.p, m.rotor.flange_a)],
+        motor=Machine(),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(ConnectError, "command.y (signal)", "rotor.flange_a (rotational flange)")
+def signal_on_a_flange():
+    """A signal is connected to a flange instead of to the input of a source."""
+    build(
+        lambda m: [lp.connect(m.command.y, m.rotor.flange_a)],
+        command=Constant(k=1.0),
+        rotor=Inertia(J=1.0),
+    )
+
+
+@wrong(ConnectError, "sensor.w (signal)", "load.flange_a (rotational flange)")
+def signal_of_a_sensor_on_a_shaft():
+    """The output of a speed sensor is connected to the next shaft."""
+    build(
+        lambda m: [*lp.chain(m.motor, m.sensor), lp.connect(m.sensor.w, m.load.flange_a)],
+        motor=Inertia(J=1.0),
+        sensor=SpeedSensor(),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(ConnectError, "motor (Inertia)", "flange_a, flange_b")
+def part_instead_of_port():
+    """A part is connected, not one of its ports."""
+    build(
+        lambda m: [lp.connect(m.motor, m.shaft.flange_a)],
+        motor=Inertia(J=1.0),
+        shaft=Spring(c=1.0),
+    )
+
+
+@wrong(ConnectError, "'motor.w'", "ports and signals")
+def variable_instead_of_port():
+    """A variable of a body is connected to the input of a source."""
+    build(
+        lambda m: [lp.connect(m.motor.w, m.drive.tau)],
+        motor=Inertia(J=1.0),
+        drive=Torque(),
+    )
+
+
+@wrong(ConnectError, "Planetary set", "'flange_a'", "sun, carrier, ring")
+def planetary_in_a_chain():
+    """A chain runs through a planetary gear, which has no flange_a."""
+    build(
+        lambda m: lp.chain(m.motor, m.set, m.load),
+        motor=Inertia(J=1.0),
+        set=Planetary(ratio=2.0),
+        load=Inertia(J=1.0),
+    )
+
+
+@wrong(ConnectError, "motor.flange_b", "at least two ports")
+def one_end_only():
+    """A connection has a single end."""
+    build(lambda m: [lp.connect(m.motor.flange_b)], motor=Inertia(J=1.0))
+
+
+@wrong(EquationError, "Drive", "connections", "yield")
+def connections_return_ports():
+    """connections() yields a pair of ports without connect."""
+
+    class Drive(lp.Component):
+        """Pairs instead of connections."""
+
+        motor: Inertia = Inertia(J=1.0)
+        shaft: Spring = Spring(c=1.0)
+
+        def connections(self):
+            yield self.motor.flange_b, self.shaft.flange_a
+
+    lp.assemble(Drive())
+
+
+@wrong(DeclarationError, "left", "right", "same Inertia object")
+def same_object_twice():
+    """The same object stands for two parts."""
+    wheel = Inertia(J=1.0)
+    lp.compose(left=wheel, right=wheel)
+
+
+@wrong(DeclarationError, "wheels[0]", "wheels[1]", "same Inertia object")
+def list_multiplied():
+    """A list of parts is made by multiplication."""
+    lp.compose(wheels=[Inertia(J=1.0)] * 4)
+
+
+@wrong(DeclarationError, "Drive.motor", "parentheses")
+def class_instead_of_part():
+    """A class stands where a part must, without parentheses."""
+
+    class Drive(lp.Component):
+        """Forgotten parentheses."""
+
+        motor: Inertia = Inertia
+
+
+@wrong(DeclarationError, "J of motor (Inertia)", "with_")
+def assignment_to_a_part():
+    """A parameter of a finished part is assigned."""
+    Hoist().motor.J = 2.0

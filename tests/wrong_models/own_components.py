@@ -1,0 +1,192 @@
+"""Equations of own components."""
+
+import math
+
+import numpy as np
+
+import lumped as lp
+from lumped.components import Inertia
+from lumped.errors import EquationError, SingularModelError, SolverError, StartError
+
+from .parts import braked, build
+from .table import Table
+
+wrong = Table("Equations of own components")
+
+
+@wrong(SingularModelError, "brake (Brake) brings 1 equation", "needs 2", "w", "flange")
+def equation_missing():
+    """A component has an equation too few."""
+
+    def law(self):
+        yield self.flange.tau == self.d * self.w
+
+    braked(law)
+
+
+@wrong(SingularModelError, "brake (Brake) brings 3 equations but needs 2", "too many")
+def equation_surplus():
+    """A component has an equation too many."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w
+        yield self.flange.tau == 5.0
+
+    braked(law)
+
+
+@wrong(SingularModelError, "in brake", "equations of brake (Brake)", "twice")
+def equation_twice():
+    """A component states one law twice and forgets another: the count is right."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield 2 * self.w == 2 * lp.der(self.flange.phi)
+
+    braked(law)
+
+
+@wrong(SingularModelError, "brake.w = brake.w", "no unknown is left", "cancel")
+def equation_of_itself():
+    """A quantity is said to equal itself."""
+
+    def law(self):
+        yield self.w == self.w
+        yield self.flange.tau == self.d * lp.der(self.flange.phi)
+
+    braked(law)
+
+
+@wrong(EquationError, "brake (Brake)", "must be an equation")
+def expression_instead_of_equation():
+    """An equation is written as an expression that should be zero."""
+
+    def law(self):
+        yield self.w - lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w
+
+    braked(law)
+
+
+@wrong(EquationError, "brake", "w", "where")
+def if_on_a_variable():
+    """A law is chosen by `if` on a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        if self.w > 0:
+            yield self.flange.tau == self.d
+        else:
+            yield self.flange.tau == -self.d
+
+    braked(law)
+
+
+@wrong(EquationError, "brake", "lumped.ops")
+def math_function():
+    """A function of math is applied to a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * math.sin(self.w)
+
+    braked(law)
+
+
+@wrong(EquationError, "brake", "w == der(flange.phi)", "two equations")
+def chained_equations():
+    """Two equations are written in one: a == b == c."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi) == self.flange.tau / self.d
+
+    braked(law)
+
+
+@wrong(SolverError, "changes of mode within", "t = 0.5 s", "in brake", "lumped.hold")
+def friction_by_the_sign_of_a_speed():
+    """Dry friction is written with a condition on the speed, so that it cannot stick."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == lp.ops.where(self.w >= 0, self.d, -self.d)
+
+    lp.simulate(braked(law), until=5.0)
+
+
+@wrong(StartError, "no values of brake.w meet", "t = 0 s", "start values")
+def implicit_equation_without_solution():
+    """A quantity is given only implicitly, by an equation that no value of it fulfils."""
+
+    def law(self):
+        yield lp.der(self.flange.phi) == self.w**2 + 2.0
+        yield self.flange.tau == self.d * self.w
+
+    lp.simulate(braked(law), until=1.0)
+
+
+@wrong(EquationError, "cart (Cart)", "uses w", "Inertia")
+def part_of_a_stranger_in_an_equation():
+    """An equation uses a quantity of a component that is not below it."""
+    wheel = Inertia(J=1.0)
+
+    class Cart(lp.Component):
+        """Speed from a foreign wheel."""
+
+        axle: Inertia = Inertia(J=1.0)
+        v: lp.Var = lp.var("m/s", "velocity")
+
+        def equations(self):
+            yield self.v == 0.3 * wheel.w
+
+    build(cart=Cart())
+
+
+@wrong(EquationError, "gear", "left side")
+def lossless_without_an_explicit_angle():
+    """The kinematics of a lossless part have no angle alone on the left."""
+
+    class Gear(lp.Component):
+        """Gear of ratio 2, the other way round."""
+
+        flange_a = lp.Flange()
+        flange_b = lp.Flange()
+
+        def equations(self):
+            a, b = self.flange_a, self.flange_b
+            yield lp.lossless(2 * b.phi == a.phi, a, b)
+
+    build(lambda m: lp.chain(m.a, m.gear, m.b), a=Inertia(J=1.0), gear=Gear(), b=Inertia(J=1.0))
+
+
+@wrong(EquationError, "brake (Brake)", "yield a == b")
+def equations_return_nothing():
+    """equations() returns nothing: yield was forgotten."""
+
+    def law(self):
+        self.w == lp.der(self.flange.phi)  # noqa: B015
+
+    braked(law)
+
+
+@wrong(EquationError, "brake (Brake)", "der(d)", "a parameter is constant")
+def derivative_of_a_parameter():
+    """The derivative of a parameter is taken."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * self.w + lp.der(self.d)
+
+    braked(law)
+
+
+@wrong(EquationError, "brake (Brake)", "numpy.sin", "lumped.ops")
+def numpy_function():
+    """A function of NumPy is applied to a variable."""
+
+    def law(self):
+        yield self.w == lp.der(self.flange.phi)
+        yield self.flange.tau == self.d * np.sin(self.w)
+
+    braked(law)
