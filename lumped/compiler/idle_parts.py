@@ -9,6 +9,7 @@ import scipy
 
 from lumped.flattening.flatten import FlatModel, Group
 from lumped.flattening.tree import Node
+from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
 from lumped.support.sparse_graph import links
 
@@ -38,7 +39,7 @@ def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
 
 def _may_move(node: Node, loose: list[int]) -> bool:
     """Whether one of the open ends is a free end, so that the part may move there."""
-    ports = node.component._ports
+    ports = ports_of(node.component)
     return any(ports[node.layout.ports[i]].free for i in loose)
 
 

@@ -9,6 +9,7 @@ from lumped.compiler.system import System
 from lumped.flattening.connection_sets import Joints, join
 from lumped.flattening.tree import Tree
 from lumped.language.component import Component
+from lumped.language.declared import ports_of
 from lumped.language.quantity import Input, Output
 
 __all__ = ["SIGNAL", "Frame", "Item", "Net", "Netlist", "netlist"]
@@ -144,7 +145,7 @@ class _Builder:
             port = name.rpartition(".")[2]
             item = self.items.get(number) or self.ports.get((number, port))
             if item is not None:
-                item.grounded[port] = node.component._ports[port].kind
+                item.grounded[port] = ports_of(node.component)[port].kind
         top = self.frames[0]
         return Netlist(type(self.tree.model).__name__, top, [n for n in nets if len(n.ends) > 1])
 
@@ -179,7 +180,7 @@ class _Builder:
         nets: dict[int, Net] = {}
         for (number, name, inner), g in joined.items():
             node = tree.nodes[number]
-            port = node.component._ports[name]
+            port = ports_of(node.component)[name]
             if self._is_leaf(number):
                 if inner:
                     continue

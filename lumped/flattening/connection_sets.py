@@ -13,6 +13,7 @@ import scipy
 from lumped.errors import ConnectError, EquationError, told_by
 from lumped.flattening.tree import Node, Tree
 from lumped.language.connection import label
+from lumped.language.declared import values_of
 from lumped.language.expression import Ref
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output
@@ -194,7 +195,7 @@ def _signal_sets(
             number = node.first_unknown + local
             if not isinstance(quantity, Input):
                 continue
-            connected, bound = "sink" in sides.get(number, ()), name in node.component._values
+            connected, bound = "sink" in sides.get(number, ()), name in values_of(node.component)
             if connected and bound:
                 raise ConnectError(
                     f"{node.name(name)} is both connected and given a value; do only one."

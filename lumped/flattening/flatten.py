@@ -17,6 +17,7 @@ from lumped.flattening.template import ENCLOSING, Template, template_key
 from lumped.flattening.template_cache import template_of
 from lumped.flattening.tree import Node, Tree
 from lumped.language.component import Component
+from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Equation, Expr, Ref, text
 from lumped.language.quantity import Input, Param, Var, param
 from lumped.language.switch import Hold, Item, Single, When
@@ -298,12 +299,12 @@ def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
     """Equations of inputs that are given to instances instead of connected."""
     alike: dict[Hashable, Group] = {}
     for number, node in enumerate(tree.nodes):
-        for name, quantity in node.component._quantities.items():
-            if not isinstance(quantity, Input) or name not in node.component._values:
+        for name, quantity in quantities_of(node.component).items():
+            if not isinstance(quantity, Input) or name not in values_of(node.component):
                 continue
             if node.name(name) in tree.freed:
                 continue
-            given, signal = node.component._values[name], Ref(node.component, name, quantity)
+            given, signal = values_of(node.component)[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
                 group = _group(tree, groups, tree.nodes[scope], [Equation(signal, given)])

@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
 from lumped.flattening.tree import Node, Tree
+from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
 from lumped.language.quantity import Input, Param, Var, param
@@ -166,7 +167,7 @@ def collect(tree: Tree) -> Parameters:
     limited: list[tuple[int, Node]] = []
     faults: dict[int, str] = {}
     for node in tree.nodes:
-        given = node.component._values
+        given = values_of(node.component)
         for local, quantity in node.layout.declared.items():
             number = len(declared)
             declared.append(quantity)
@@ -184,8 +185,8 @@ def collect(tree: Tree) -> Parameters:
             else:
                 numbers[number] = float(value)
     for node in tree.nodes:
-        for local, signal in node.component._quantities.items():
-            number_given = node.component._values.get(local)
+        for local, signal in quantities_of(node.component).items():
+            number_given = values_of(node.component).get(local)
             if node.name(local) in tree.freed:
                 continue
             if isinstance(signal, Input) and isinstance(number_given, float):
@@ -304,7 +305,7 @@ def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], 
         return lower(number, lambda leaf: parameters.values[_source(tree, leaf, scope)])
 
     for node in tree.nodes:
-        values = node.component._values
+        values = values_of(node.component)
         parent = tree.nodes[max(node.parent, 0)]
         for local, i in node.layout.unknowns.items():
             quantity = node.layout.quantities[i]

@@ -19,6 +19,7 @@ from lumped.errors import EquationError
 from lumped.flattening import hold_modes
 from lumped.language.component import Component
 from lumped.language.connection import label
+from lumped.language.declared import fields_of, has_parts, quantities_of
 from lumped.language.derivatives import along, partials
 from lumped.language.expression import Compare, Expr, Piecewise, Ref, text
 from lumped.language.lowering import Branches, Plain, has_steps, lower
@@ -49,12 +50,12 @@ ENCLOSING = ".."
 def template_key(component: Component) -> Hashable:
     """What two instances must share to have the same equations."""
     cls = type(component)
-    choices = tuple((type(v), v) for v in (getattr(component, name) for name in cls._fields))
+    choices = tuple((type(v), v) for v in (getattr(component, name) for name in fields_of(cls)))
     try:
         hash(choices)
     except TypeError:
         return id(component)
-    return id(component) if cls._parts else (cls, choices)
+    return id(component) if has_parts(cls) else (cls, choices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,7 +345,7 @@ class Template:
 
     def _leaf(self, node: Expr, component: Component, place: Place) -> ca.SX:
         if isinstance(node, Param):
-            own = component._quantities.get(node.name) is node or not self._enclosed
+            own = quantities_of(component).get(node.name) is node or not self._enclosed
             return self._parameter(("" if own else ENCLOSING, node.name))
         if not isinstance(node, Ref):
             raise EquationError(f"'{node!r}' is not a quantity of an instance.")

@@ -7,6 +7,14 @@ from dataclasses import dataclass, field
 
 from lumped.errors import UnknownNameError, nearest
 from lumped.language.component import Component, path_of, steps
+from lumped.language.declared import (
+    origins_of,
+    parts_of,
+    place_of,
+    ports_of,
+    quantities_of,
+    values_of,
+)
 from lumped.language.expression import Expr, Ref
 from lumped.language.port import Port
 from lumped.language.quantity import Param, Quantity, Var
@@ -31,16 +39,16 @@ class Layout:
 
     def __init__(self, cls: type[Component]) -> None:
         names: list[tuple[str, Quantity]] = []
-        for name, port in cls._ports.items():
+        for name, port in ports_of(cls).items():
             names.append((f"{name}.{port.potential_name}", port.potential))
             names.append((f"{name}.{port.flow_name}", port.flow))
-        names += [(n, q) for n, q in cls._quantities.items() if not isinstance(q, Param)]
+        names += [(n, q) for n, q in quantities_of(cls).items() if not isinstance(q, Param)]
         self.unknowns = {name: i for i, (name, _) in enumerate(names)}
         self.names = [name for name, _ in names]
         self.quantities = [quantity for _, quantity in names]
-        self.ports = list(cls._ports)
+        self.ports = list(ports_of(cls))
         self.declared: dict[str, Param] = {
-            n: q for n, q in cls._quantities.items() if isinstance(q, Param)
+            n: q for n, q in quantities_of(cls).items() if isinstance(q, Param)
         }
         self.parameters = {name: i for i, name in enumerate(self.declared)}
         self.variables = sum(isinstance(q, Var) for q in self.quantities)
@@ -120,7 +128,7 @@ class Tree:
                 self.nodes[parent].children[own_name] = number
             parts = [
                 (part, f"{path}.{name}" if path else name, number, name)
-                for name, part in component._children()
+                for name, part in parts_of(component)
             ]
             stack.extend(reversed(parts))
 
@@ -157,7 +165,7 @@ class Tree:
             return self.nodes[number]
         places = self._origins.get(id(scope.component))
         if places is None:
-            places = self._origins[id(scope.component)] = _origins(scope.component)
+            places = self._origins[id(scope.component)] = origins_of(scope.component)
         names: list[str] = []
         current = component
         while True:
@@ -165,9 +173,10 @@ class Tree:
             if origin is not None:
                 names.append(origin)
                 break
-            if current._place is None:
+            place = place_of(current)
+            if place is None:
                 return None
-            current, name = current._place
+            current, name = place
             names.append(name)
         node = scope
         for name in reversed(names):
@@ -289,16 +298,16 @@ class Tree:
 
     def port(self, node: Node, port: int) -> Port:
         """Declaration of a port of a node."""
-        return node.component._ports[node.layout.ports[port]]
+        return ports_of(node.component)[node.layout.ports[port]]
 
 
 def _why_none(node: Node, local: str) -> str:
     """Why an unknown is no parameter, and what could be named instead."""
     if node.layout.quantities[node.layout.unknowns[local]].kind != "input":
         return ": the model computes it. Name a parameter."
-    if local in node.component._values:
+    if local in values_of(node.component):
         return (
-            f", as it is given as the expression {node.component._values[local]!r}. Name a "
+            f", as it is given as the expression {values_of(node.component)[local]!r}. Name a "
             "parameter of the expression, or give a number instead of it."
         )
     return ", as it is connected to a signal. Name a parameter of what gives the signal."
@@ -321,23 +330,3 @@ def key_of(name: str | Expr) -> str:
         f"{name!r} is neither a name nor a reference to a quantity; give one of these. "
         "run.table([...]) takes several."
     )
-
-
-def _origins(scope: Component) -> dict[int, str]:
-    """Objects that the parts of a component were made from, and their place.
-
-    What a class declared for a part stands for it in the classes that inherit from it, too.
-    """
-    bases = [base for base in reversed(type(scope).__mro__) if issubclass(base, Component)]
-    declared = [item for base in bases for item in base._parts.items()]
-    places: dict[int, str] = {}
-    for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
-        if slot not in scope._parts:
-            continue
-        if isinstance(held, Component):
-            places[id(held)] = slot
-        elif isinstance(held, dict):
-            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
-        else:
-            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
-    return places

@@ -98,9 +98,9 @@ class Programme:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self._unknowns: list[ca.SX] = [ca.SX(0, 1)]
+        self.unknowns: list[ca.SX] = [ca.SX(0, 1)]
         self._box: list[np.ndarray] = [np.zeros((0, 3))]
-        self._g: list[ca.SX] = [ca.SX(0, 1)]
+        self.constraints: list[ca.SX] = [ca.SX(0, 1)]
         self._limits: list[np.ndarray] = [np.zeros((0, 2))]
         self.rows: list[Rows] = []
         self._solver: ca.Function | None = None
@@ -116,7 +116,7 @@ class Programme:
         begin = np.atleast_1d(np.asarray(start, dtype=float)).ravel()
         box = np.column_stack([begin, *(np.broadcast_to(b, begin.shape) for b in (low, high))])
         symbol = ca.SX.sym("w", len(begin))
-        self._unknowns.append(symbol)
+        self.unknowns.append(symbol)
         self._box.append(box / scale)
         return symbol * scale
 
@@ -134,8 +134,8 @@ class Programme:
     ) -> Rows:
         """Bound an expression (a column)."""
         count = expression.numel()
-        first = sum(part.numel() for part in self._g)
-        self._g.append(ca.vec(ca.densify(expression)) / scale)
+        first = sum(part.numel() for part in self.constraints)
+        self.constraints.append(ca.vec(ca.densify(expression)) / scale)
         limits = np.column_stack([np.broadcast_to(b, (count,)) for b in (low, high)]) / scale
         self._limits.append(limits)
         self.rows.append(Rows(label, unit, first, count, scale, times, given))
@@ -143,7 +143,7 @@ class Programme:
 
     def ready(self, objective: ca.SX, weights: ca.SX) -> None:
         """Fix the objective, an expression of the unknowns and of weights that `solve` takes."""
-        self.w, g = ca.vertcat(*self._unknowns), ca.vertcat(*self._g)
+        self.w, g = ca.vertcat(*self.unknowns), ca.vertcat(*self.constraints)
         self.box, self.limits = np.concatenate(self._box), np.concatenate(self._limits)
         self.functions = ca.Function("nlp", [self.w, weights], [objective, g])
         options: Any = {

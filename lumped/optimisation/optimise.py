@@ -301,7 +301,7 @@ class Problem:
 
     def _check_effect(self) -> None:
         """Refuse parameters on which neither objective nor constraints depend."""
-        g = ca.vertcat(*self.programme._g)
+        g = ca.vertcat(*self.programme.constraints)
         symbols = ca.vertcat(*(ca.symvar(self.u[i])[0] for i in range(self.u.numel())))
         columns = set(ca.jacobian_sparsity(g, symbols).get_triplet()[1])
         idle = [name for i, name in enumerate(self.names) if i not in columns]
@@ -315,10 +315,10 @@ class Problem:
 
     def _check_objective(self) -> None:
         """Refuse an objective that no parameter reaches through the equations."""
-        w = ca.vertcat(*self.programme._unknowns)
+        w = ca.vertcat(*self.programme.unknowns)
         own = [row for row in self.programme.rows if not row.given]
         kept = [i for row in own for i in range(row.first, row.first + row.count)]
-        g = ca.vertcat(*self.programme._g)[kept] if kept else ca.SX(0, 1)
+        g = ca.vertcat(*self.programme.constraints)[kept] if kept else ca.SX(0, 1)
         links = scipy.sparse.csr_array(ca.DM(ca.jacobian_sparsity(g, w), 1).sparse())
         label = scipy.sparse.csgraph.connected_components(links.T @ links)[1]
         reached = set(label[: self.u.numel()].tolist())

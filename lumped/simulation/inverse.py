@@ -10,6 +10,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SingularModelError, SolverError, nearest
 from lumped.flattening.flatten import flatten
 from lumped.flattening.tree import Tree
+from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, as_expr
 from lumped.language.quantity import Input
 from lumped.simulation.simulate import simulate
@@ -122,8 +123,8 @@ def _drive(tree: Tree, name: Name) -> str:
     given = [
         one.name(local)
         for one in tree.nodes
-        for local, q in one.component._quantities.items()
-        if isinstance(q, Input) and local in one.component._values
+        for local, q in quantities_of(one.component).items()
+        if isinstance(q, Input) and local in values_of(one.component)
     ]
     if key not in given:
         what = "is connected" if isinstance(quantity, Input) else "is not an input"

@@ -22,6 +22,7 @@ from lumped.errors import OptionError
 from lumped.flattening.template import template_key
 from lumped.flattening.template_cache import content_of
 from lumped.language.component import Component
+from lumped.language.declared import place_of, values_of
 
 __all__ = ["fingerprint"]
 
@@ -91,7 +92,7 @@ class _Hashing:
             if len(self._above) > 1:  # used by a function, which may read them
                 yield value.structure.parameters.defaults.tobytes()
         elif isinstance(value, Component):
-            yield from map(self.of, (type(value), value._values, value._place))
+            yield from map(self.of, (type(value), values_of(value), place_of(value)))
         elif isinstance(value, types.ModuleType):
             yield _named(value.__name__)
         elif isinstance(value, type):

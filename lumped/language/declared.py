@@ -1,0 +1,76 @@
+"""What a component declares and is given, under names that models cannot use themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from lumped.language.component import Component
+from lumped.language.port import Port
+from lumped.language.quantity import Quantity
+
+__all__ = [
+    "fields_of",
+    "has_parts",
+    "origins_of",
+    "parts_of",
+    "place_of",
+    "ports_of",
+    "quantities_of",
+    "values_of",
+]
+
+
+def quantities_of(component: Component | type[Component]) -> Mapping[str, Quantity]:
+    """Declared parameters, variables and signals by name."""
+    return component._quantities
+
+
+def ports_of(component: Component | type[Component]) -> Mapping[str, Port]:
+    """Declared ports by name."""
+    return component._ports
+
+
+def fields_of(cls: type[Component]) -> Iterable[str]:
+    """Names of the settings that are no quantities, such as tables."""
+    return cls._fields
+
+
+def has_parts(cls: type[Component]) -> bool:
+    """Whether a class declares parts of its own."""
+    return bool(cls._parts)
+
+
+def values_of(component: Component) -> Mapping[str, Any]:
+    """What its constructor was given, by name."""
+    return component._values
+
+
+def place_of(component: Component) -> tuple[Component, str] | None:
+    """The component that holds it, and its name there; None at the top."""
+    return component._place
+
+
+def parts_of(component: Component) -> Iterator[tuple[str, Component]]:
+    """Names of the parts that it holds, and the parts."""
+    return component._children()
+
+
+def origins_of(scope: Component) -> dict[int, str]:
+    """Objects that the parts of a component were made from, and their place.
+
+    What a class declared for a part stands for it in the classes that inherit from it, too.
+    """
+    bases = [base for base in reversed(type(scope).__mro__) if issubclass(base, Component)]
+    declared = [item for base in bases for item in base._parts.items()]
+    places: dict[int, str] = {}
+    for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
+        if slot not in scope._parts:
+            continue
+        if isinstance(held, Component):
+            places[id(held)] = slot
+        elif isinstance(held, dict):
+            places.update({id(m): f'{slot}["{key}"]' for key, m in held.items()})
+        else:
+            places.update({id(m): f"{slot}[{i}]" for i, m in enumerate(held)})
+    return places
