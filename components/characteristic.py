@@ -92,6 +92,18 @@ class Stribeck:
 def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
     """Friction at a sliding speed that is not negative.
 
+    Parameters
+    ----------
+    characteristic : rows or function
+        Friction over speed.
+    speed : expression
+        Sliding speed, rad/s or m/s.
+
+    Returns
+    -------
+    Expr
+        In the unit of the characteristic.
+
     Raises
     ------
     EquationError
@@ -181,7 +193,11 @@ def dry_friction(
     grip : expression
         Factor of the friction, such as a normal force.
     engaged : relation, optional
-        While it is false there is no friction at all.
+        While this is false there is no friction.
+
+    Returns
+    -------
+    Hold
     """
     most = peak * grip * friction_at(characteristic, 0.0)
     return hold(
@@ -214,7 +230,11 @@ def coulomb(
     sliding, holding : expression
         Amount of the reaction while it slides, and the greatest while it sticks.
     engaged : relation, optional
-        While it is false there is no friction at all.
+        While this is false there is no friction.
+
+    Returns
+    -------
+    Hold
     """
     return hold(
         reaction,

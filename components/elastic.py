@@ -24,6 +24,17 @@ for both directions. Or a function of the twist, written with `lumped.ops`.
 def elastic_force(characteristic: ElasticLaw, stretch: Expr) -> Expr:
     """Torque at a twist, or force at a stretch.
 
+    Parameters
+    ----------
+    characteristic : rows or function
+        Torque, N.m, over twist, or force, N, over stretch.
+    stretch : expression
+        Twist, rad, or stretch, m.
+
+    Returns
+    -------
+    Expr
+
     Raises
     ------
     EquationError
@@ -36,7 +47,17 @@ def elastic_force(characteristic: ElasticLaw, stretch: Expr) -> Expr:
 
 
 def elastic_energy(characteristic: ElasticLaw, stretch: Expr) -> Expr:
-    """Integral of the force from zero to a stretch; for a function by 20 Gauss points."""
+    """Integral of the force from zero to a stretch, J; for a function by 20 Gauss points.
+
+    Parameters
+    ----------
+    characteristic, stretch
+        As for `elastic_force`.
+
+    Returns
+    -------
+    Expr
+    """
     if callable(characteristic):
         points, weights = scipy.special.roots_legendre(20)
         total: Expr = Constant(0.0)

@@ -89,6 +89,10 @@ def elliptical(phi: Number, e: Number, phase: Number) -> Expr:
         Eccentricity.
     phase : expression
         Angle of the driving ellipse at which the driven one is fastest, rad.
+
+    Returns
+    -------
+    Expr
     """
     return as_expr(phi) + _lead(as_expr(phi) - phase, e) - _lead(-as_expr(phase), e)
 
@@ -104,6 +108,10 @@ def slowest_at(phi_b: Number, e: Number) -> Expr:
         Angle of flange b, counted against its direction, rad.
     e : expression
         Eccentricity.
+
+    Returns
+    -------
+    Expr
     """
     return pi + elliptical(phi_b, e, phi_b)
 

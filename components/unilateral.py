@@ -21,6 +21,11 @@ def one_sided(elastic: Expr, damping: Expr, d: Number) -> Expr:
         Force of the damper, of the same sign while the contact gets closer.
     d : expression
         Coefficient of the damper; with zero there is nothing to limit.
+
+    Returns
+    -------
+    Expr
+        In the unit of `elastic`.
     """
     no_less = where(damping <= -elastic, -elastic, damping)
     limited = where(damping >= elastic, elastic, no_less)

@@ -178,6 +178,10 @@ def pulling(s_rel: Expr, v_rel: Expr, c: Expr, d: Number) -> Expr:
         Stretch, m, and its rate, m/s.
     c, d : expression
         Stiffness, N/m, and damping, N.s/m, which is at most as strong as the spring.
+
+    Returns
+    -------
+    Expr
     """
     elastic = c * s_rel
     return where(s_rel > 0, one_sided(elastic, d * v_rel, d), 0)

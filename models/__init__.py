@@ -110,6 +110,15 @@ class Machine(Protocol):
 def machine(name: str) -> Machine:
     """Import the module of a machine.
 
+    Parameters
+    ----------
+    name : str
+        Its name in `MACHINES`.
+
+    Returns
+    -------
+    Machine
+
     Raises
     ------
     UnknownNameError

@@ -54,6 +54,10 @@ def constants(machine: str) -> list[Given]:
     ----------
     machine : str
         Name of the machine.
+
+    Returns
+    -------
+    list of Given
     """
     found: dict[int, Given] = {}
     package = import_module(f"lumped.models.{machine}")

@@ -98,7 +98,7 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
     model : Component or System
         Model to show.
     depth : int, optional
-        Composites below this depth are drawn as one symbol each; default is to open all.
+        Composites at this depth are drawn as one symbol each; default is to open all.
 
     Raises
     ------

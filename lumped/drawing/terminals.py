@@ -62,7 +62,7 @@ def terminals(nets: list[Net], cells: dict[Item, Cell]) -> list[Terminal]:
             here.sort(key=lambda end: end[1] if end[2].side in "LR" else _rank(end))
             for i, (_, _, terminal) in enumerate(here):
                 terminal.offset = SPREAD * ((2 * i + 1) / (2 * len(here)) - 0.5)
-                # what faces a port at the bottom from below never stands at the same place
+                # a port that faces one at the bottom from below never has the same place
                 terminal.offset += 0.013 * (side == "B")
         result += [terminal for _, _, terminal in ends]
     return result

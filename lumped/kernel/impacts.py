@@ -160,7 +160,7 @@ def _gains_energy(run: Run, seen: Look) -> bool:
 
 @kernel
 def halt(run: Run, seen: Look) -> None:
-    """Bring the speed of what sticks to exactly zero."""
+    """Bring the speeds of holds that stick to exactly zero."""
     plant, instant = run.plant, run.instant
     moves = False
     for h in range(plant.holds):

@@ -18,9 +18,9 @@ from lumped.kernel.run import Look, Run
 __all__ = ["share", "soften", "watch_redundancy", "yield_from"]
 
 _COMPLIANCE = 1e-8
-"""Of redundant constraints, relative to the compliance of what they hold."""
+"""Compliance of redundant constraints, relative to that of the parts they hold."""
 _ASKED = 64
-"""Holds, evenly chosen, from which the compliance of what they hold is found."""
+"""Holds, evenly chosen, at which the compliance of the parts is found."""
 _WEAKEST = 1e3
 """Most times that one constraint yields more than the strongest."""
 _NO_INFLUENCE, _NO_STRESS = 1e-6, 1e-6

@@ -60,7 +60,7 @@ def is_unfit(run: Run) -> bool:
 
 @kernel
 def _norm(run: Run, v: Numbers, less: Numbers) -> float:
-    """Root mean square of a difference, relative to what is tolerated."""
+    """Root mean square of a difference, relative to the tolerance."""
     total, n = 0.0, run.plant.states
     for i in range(n):
         part = (v[i] - less[i]) / (run.atol[i] + run.rtol * abs(run.x[i]))
@@ -115,7 +115,7 @@ def _is_finite(run: Run) -> bool:
 
 @kernel
 def _tried(run: Run, h: float) -> float:
-    """Error of a step, relative to what is tolerated."""
+    """Error of a step, relative to the tolerance."""
     if run.plant.states == 0:
         error = 0.0
     elif run.is_implicit:
@@ -140,7 +140,7 @@ def _is_dense_wanted(run: Run) -> bool:
 
 @kernel
 def _dense_error(run: Run, h: float) -> float:
-    """Make the interpolation in the step; its error relative to what is tolerated."""
+    """Compute the interpolation in the step; gives its error relative to the tolerance."""
     if run.is_implicit:
         rodas5p.dense_output(run)
         return rodas5p.dense_error(run, h)

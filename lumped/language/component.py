@@ -30,7 +30,7 @@ _SIGNAL = (
     ", or an expression of lumped.time such as 5 * lumped.ops.sin(lumped.time) or "
     "lumped.ops.table(times, values), or a connection to a signal"
 )
-"""What an input may be beside a number."""
+"""Types that an input may have besides numbers."""
 
 
 class _PartSlot:

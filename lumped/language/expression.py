@@ -2,7 +2,7 @@
 
 Equations are kept as trees and not as CasADi nodes because a CasADi ``==`` simplifies
 ``x == x`` to a constant, ``math.sin`` of a symbol silently returns nan, and an operator on
-scalar symbols costs 15 microseconds; a tree is also what the error texts print.
+scalar symbols costs 15 microseconds; error texts print the trees, too.
 """
 
 from __future__ import annotations
@@ -429,7 +429,7 @@ def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
     Parameters
     ----------
     root : Expr
-        What to print.
+        Expression to print.
     name : callable, optional
         Gives the printed name of a reference; default is its name inside its component.
     """

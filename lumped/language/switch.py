@@ -47,7 +47,7 @@ class When:
 
 Single = Equation | Hold | When
 Item = Single | tuple[Equation, ...]
-"""What ``equations()`` may yield."""
+"""Items that ``equations()`` may yield."""
 
 
 def hold(

@@ -20,6 +20,10 @@ def skew_scaling(a: scipy.sparse.csr_array) -> Real | None:
     ----------
     a : csr_array, shape (n, n)
         Does not fall into parts; no stored zeros.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
     """
     a.sort_indices()
     turned = scipy.sparse.csr_array(a.T)

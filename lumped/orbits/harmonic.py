@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 import scipy
 
 from lumped.errors import OptionError, SolverError
+from lumped.numerics.damping import damped
+from lumped.numerics.singular_factors import factors_of
 from lumped.orbits.shooting import Guess, Problem
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.instants import clocks
@@ -15,6 +20,8 @@ __all__ = ["collocate"]
 
 _FIRST, _MOST = 8, 512
 """Harmonics to begin with, and at most."""
+_SHORTEST = 2.0**-9
+"""Part of a Newton step at which the search ends."""
 
 
 def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Guess, int, int, int]:
@@ -92,31 +99,39 @@ class _Balance:
                     scipy.sparse.bmat([[scaled, -border], [row[None, :] / norm, None]])
                 )
                 right = np.append(right, -float(phase @ (X[0] - anchor)) / norm)
-            try:
-                step = scipy.sparse.linalg.splu(scaled).solve(right)
-            except RuntimeError:
-                step = np.full(len(right), np.nan)
-            if not np.isfinite(step).all():
-                self._refuse(X, missed / size, iteration, "the equations are singular")
+            factors = factors_of(scaled)
+            step = None if factors is None else factors.solve(right)
+            if step is None or not np.isfinite(step).all():
+                raise self._refusal(X, missed / size, iteration, "the equations are singular")
             change = (step[: X.size] * columns).reshape(X.shape)
             stretch = float(step[-1]) if free else 0.0
             if np.abs(step).max() <= 0.1 * problem.rtol:
                 return X + change, period * (1 + stretch), iteration
-            fraction, merit = min(1.0, 0.5 / max(abs(stretch), 1e-300)), np.linalg.norm(right)
-            while fraction > 2.0**-10:
-                tried = X + fraction * change, period * (1 + fraction * stretch)
-                found = self._residual(*tried, D)
-                now = np.linalg.norm(found[0] / size)
-                if now < merit or now < 1e-13 * len(X):
-                    break
-                fraction /= 2
-            else:
+            trial = partial(self._tried, X, change, period, stretch, size, D)
+            limit = max(float(np.linalg.norm(right)), 1e-13 * len(X))
+            longest = min(1.0, 0.5 / max(abs(stretch), 1e-300))
+            better = damped(trial, limit, _SHORTEST, longest)
+            if better is None:
                 if np.abs(step).max() <= 1e3 * problem.rtol:
                     return X, period, iteration  # rounding
-                self._refuse(X, missed / size, iteration, "no step makes it smaller")
-            (X, period), (missed, matrix, rates) = tried, found
-        self._refuse(X, missed / size, problem.iterations, "too many iterations")
-        raise AssertionError
+                raise self._refusal(X, missed / size, iteration, "no step makes it smaller")
+            (X, period), (missed, matrix, rates) = better
+        raise self._refusal(X, missed / size, problem.iterations, "too many iterations")
+
+    def _tried(
+        self,
+        X: np.ndarray,
+        change: np.ndarray,
+        period: float,
+        stretch: float,
+        size: np.ndarray,
+        D: np.ndarray,
+        part: float,
+    ) -> tuple[Any, float]:
+        """Points and period after a part of a step with their residual, and how far they miss."""
+        tried = X + part * change, period * (1 + part * stretch)
+        found = self._residual(*tried, D)
+        return (tried, found), float(np.linalg.norm(found[0] / size))
 
     def _residual(
         self, X: np.ndarray, period: float, D: np.ndarray
@@ -143,10 +158,10 @@ class _Balance:
         ) - period * scipy.sparse.block_diag(blocks)
         return missed, scipy.sparse.csc_array(matrix), rates
 
-    def _refuse(self, X: np.ndarray, missed: np.ndarray, iterations: int, why: str) -> None:
+    def _refusal(self, X: np.ndarray, missed: np.ndarray, iterations: int, why: str) -> SolverError:
         worst = int(np.argmax(np.abs(missed).max(axis=0)))
         name = self.problem.system.state_names[int(self.problem.active[worst])]
-        raise SolverError(
+        return SolverError(
             f"{self.problem.system.name}: no periodic motion found by harmonic balance with "
             f"{len(X) // 2} harmonics after {iterations} iterations ({why}); the balance of {name} "
             f"misses {np.abs(missed).max():.2g} of its size. Let it settle longer, or use "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -11,6 +12,7 @@ import scipy
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.forward import Forward
+from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import OperatingPoint, Trajectory
@@ -168,30 +170,19 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
             break
         monodromy = _monodromy(problem, shot, forward)
         step, change = _newton_step(problem, shot, monodromy)
-        fraction, merit = 1.0, np.linalg.norm(shot.residuals)
-        while fraction >= _SHORTEST:
-            period = shot.guess.period + fraction * change
-            if 0.3 < period / shot.guess.period < 3:
-                x = shot.guess.point.x.copy()
-                x[problem.active] += fraction * step
-                try:
-                    tried = _Shot(problem, _moved(shot, x, period))
-                except SolverError:
-                    tried = None
-                if tried is not None:
-                    evaluations += tried.run.statistics.evaluations
-                if tried is not None and np.linalg.norm(tried.residuals) < merit:
-                    shot = tried
-                    break
-            fraction /= 2
+        tried: list[_Shot] = []
+        trial = partial(_tried, problem, shot, step, change, tried)
+        better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
+        evaluations += sum(one.run.statistics.evaluations for one in tried)
+        if better is not None:
+            shot = better
         else:
             amplified = problem.rtol * np.abs(monodromy * shot.size / shot.size[:, None]).max()
             if np.abs(shot.residuals).max() <= amplified:
                 return _finished(problem, shot, forward, iteration, evaluations)
             shot = _Shot(problem, _moved(shot, shot.end - problem.advance, shot.guess.period))
             evaluations += shot.run.statistics.evaluations
-    _refuse(problem, shot)
-    raise AssertionError
+    raise _refusal(problem, shot)
 
 
 def closed(problem: Problem, guess: Guess) -> Orbit:
@@ -234,6 +225,28 @@ def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
     modes = np.concatenate([shot.settings[:count], old.modes[count:]])
     point = OperatingPoint(old.system, 0.0, x, old.theta, modes)
     return Guess(point, period, shot.guess.phase)
+
+
+def _tried(
+    problem: Problem,
+    shot: _Shot,
+    step: np.ndarray,
+    change: float,
+    tried: list[_Shot],
+    part: float,
+) -> tuple[_Shot | None, float]:
+    """What a part of a step leads to, also noted in a list, and how far that misses."""
+    period = shot.guess.period + part * change
+    if not 0.3 < period / shot.guess.period < 3:
+        return None, np.inf
+    x = shot.guess.point.x.copy()
+    x[problem.active] += part * step
+    try:
+        found = _Shot(problem, _moved(shot, x, period))
+    except SolverError:
+        return None, np.inf
+    tried.append(found)
+    return found, float(np.linalg.norm(found.residuals))
 
 
 def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
@@ -289,13 +302,13 @@ def _finished(
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
 
 
-def _refuse(problem: Problem, shot: _Shot) -> None:
+def _refusal(problem: Problem, shot: _Shot) -> SolverError:
     worst = int(np.argmax(np.abs(shot.residuals)))
     number = int(problem.active[worst])
     name = problem.system.state_names[number]
     unit = "" if "(" in name else f" {problem.system.quantity(name).unit}"
     missed = shot.residuals[worst] * shot.size[worst]
-    raise SolverError(
+    return SolverError(
         f"{problem.system.name}: no periodic motion found after {problem.iterations} iterations: "
         f"after T = {shot.guess.period:.9g} s {name} misses its value by {missed:.4g}{unit}, "
         f"{abs(shot.residuals[worst]):.2g} of its size (tolerance {problem.rtol:.2g}). Let it "

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import SolverError, StartError
+from lumped.numerics.damping import damped
 from lumped.points.linearise import growth
 from lumped.points.pseudo_time import settled
 from lumped.timeloop.result import Convergence, OperatingPoint
@@ -18,6 +19,8 @@ __all__ = ["EquilibriumSearch"]
 
 _MOST_CLOSING = 20
 """Times that a linkage is closed anew at what looked like an equilibrium."""
+_SHORTEST = 2.0**-11
+"""Part of a Newton step at which the search ends."""
 _SINGULAR = 1e-14
 _FARTHEST = 1e9
 """A free parameter so many times larger than it was runs away."""
@@ -186,9 +189,10 @@ class EquilibriumSearch:
             step[columns] = least
             if self.wishes:
                 step[columns] = self._wished(z, settings, step, scaled, columns)
-            z, moved = self._line_search(z, step, scale, settings)
-            if not moved:
+            moved = self._damped(z, step, scale, settings)
+            if moved is None:
                 break
+            z, self.residual = moved
             if (np.abs(z[len(movable) :]) > far).any():  # as if a body were infinitely heavy
                 self.residual = first
                 break
@@ -217,18 +221,19 @@ class EquilibriumSearch:
         found: np.ndarray = step[columns]
         return found
 
-    def _line_search(
+    def _damped(
         self, z: np.ndarray, step: np.ndarray, scale: np.ndarray, settings: np.ndarray
-    ) -> tuple[np.ndarray, bool]:
-        """Shorten the step until it helps."""
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """Where a part of the step leads, and what is missed there."""
+
+        def trial(part: float) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+            tried = z + part * step
+            found = self._missed(tried, settings)
+            far = float(np.linalg.norm(found / scale)) if np.isfinite(found).all() else np.inf
+            return (tried, found), far
+
         before = float(np.linalg.norm(self.residual / scale))
-        for power in range(12):
-            trial = z + 0.5**power * step
-            found = self._missed(trial, settings)
-            if np.isfinite(found).all() and np.linalg.norm(found / scale) < before * (1 - 1e-4):
-                self.residual = found
-                return trial, True
-        return z, False
+        return damped(trial, before * (1 - 1e-4), _SHORTEST)
 
     def _check_determined(self, z: np.ndarray, settings: np.ndarray, movable: np.ndarray) -> None:
         """Refuse free parameters that could be others."""

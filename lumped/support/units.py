@@ -49,7 +49,7 @@ def plain(
     if not isinstance(value, bool | np.bool_ | np.complexfloating) and not getattr(
         value, "ndim", 0
     ):
-        with suppress(Exception):  # whatever a foreign type says to this
+        with suppress(Exception):  # a foreign type may raise anything
             return float(value)
     kind = "" if unit == "1" else f" in {unit}"
     raise fault(f"{what} {shown(value)}: a number{kind}{more} is needed.")
@@ -98,7 +98,7 @@ def converted(value: Any, unit: str, what: str) -> float:
             raise ValueError("a number has no power")
         given = registry.Quantity(size, spelling)
         kind = given.to_root_units().units
-    except Exception as fault:  # pint raises what Python's parser does
+    except Exception as fault:  # pint raises the errors of Python's parser
         raise UnitError(f"{needed} ({str(fault) or 'it cannot be read'}).") from None
     if kind != wanted.to_root_units().units:
         hint = ""

@@ -91,6 +91,10 @@ def jam(
         Start values besides.
     **options
         Passed to `lumped.simulate`.
+
+    Returns
+    -------
+    Trajectory
     """
     plain = {"motor": Torque(tau=0.0), "eta": 1.0, "mu": 0.0, "sigma_s": 0.0}
     drive = (Jammed() if drive is None else drive).with_(plain)

@@ -45,6 +45,16 @@ class Turned(lp.Component):
 
 
 def revolved(points: int = 1440) -> lp.Trajectory:
-    """One revolution of set P before the optimisation of the source, at even crank angles."""
+    """One revolution of set P before the optimisation of the source, at even crank angles.
+
+    Parameters
+    ----------
+    points : int
+        Number of intervals.
+
+    Returns
+    -------
+    Trajectory
+    """
     system = lp.assemble(Turned(**DESIGNS["before"]))
     return lp.simulate(system, until=2 * pi / SPEED["P"], grid=points)

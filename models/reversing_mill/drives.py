@@ -122,7 +122,7 @@ def motors_at_entry(
     start: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> lp.Trajectory:
-    """Strip that enters at 0.5 s between unequal rolls turning idle, and what the motors do.
+    """Strip that enters at 0.5 s between unequal rolls turning idle, and the motors' answer.
 
     Parameters
     ----------

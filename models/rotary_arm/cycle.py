@@ -143,7 +143,7 @@ OTHERS = {
     "both horizontal, ramps 2.061 rad/s2": Cycle(0.0, np.pi, ramp=2.061),
     "release 3.23 deg lower": Cycle(0.0, np.pi + np.radians(3.23)),
 }
-"""Other readings of the nine seconds, by what they assume."""
+"""Other readings of the nine seconds, by their assumptions."""
 
 
 def run_cycle(

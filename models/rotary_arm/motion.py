@@ -67,7 +67,19 @@ class Carrying(lp.Component):
 
 
 def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.Motion:
-    """Motion of least root mean square torque through the stations of a cycle."""
+    """Motion of least root mean square torque through the stations of a cycle.
+
+    Parameters
+    ----------
+    cycle : Cycle
+        Stations, speeds and duration.
+    intervals : int
+        As for `lumped.optimisation.motion`.
+
+    Returns
+    -------
+    Motion
+    """
     system = lp.assemble(Carrying(), keep=["trays.phi"])
     lever = PRINTED["arm.g"] * MU * K_JOURNAL * D_SHAFT / 2
     weight = M_TRAYS + M_ARMS + M_SHAFT + M_WEIGHTS
@@ -93,7 +105,21 @@ def best_motion(cycle: Cycle = ADOPTED, intervals: int = 20) -> lp.optimisation.
 def driven_by(
     found: lp.optimisation.Motion, cycle: Cycle = ADOPTED, grid: int = 3600
 ) -> lp.Trajectory:
-    """The arm with latches, table, rollers and sticking friction, turned by an optimal motion."""
+    """The arm with latches, table, rollers and sticking friction, turned by an optimal motion.
+
+    Parameters
+    ----------
+    found : Motion
+        From `best_motion`.
+    cycle : Cycle
+        Angles of pick-up and release, and the duration.
+    grid : int
+        Output intervals.
+
+    Returns
+    -------
+    Trajectory
+    """
     profile = RATIO * found.profile("trays.w")
     model = Driven(drive=Speed(w=profile)).with_(
         {"arm.pick_up": cycle.pick_up, "arm.release": cycle.release}
