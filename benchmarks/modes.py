@@ -45,7 +45,7 @@ def measured(n: int) -> list[float]:
         )
     )
     point = lp.start_point(system)
-    system.state_matrix((point.x, point.theta, point.time, point.modes))
+    system.state_matrix((point.x, point.theta, point.time, point.settings))
     assembled, before, best = time.process_time() - begin, peak(), np.inf
     for _ in range(ROUNDS):
         begin = time.process_time()

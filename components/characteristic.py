@@ -12,7 +12,7 @@ from lumped.errors import EquationError
 from lumped.language.expression import (
     Call,
     Compare,
-    Constant,
+    ConstantExpression,
     Datum,
     Expr,
     Number,
@@ -123,7 +123,7 @@ def friction_at(characteristic: Characteristic, speed: Number) -> Expr:
 
 def _refuse_negative(standstill: Expr) -> None:
     """Refuse a friction at standstill that is a negative number."""
-    if not all(isinstance(node, Constant | Call) for node in walk(standstill)):
+    if not all(isinstance(node, ConstantExpression | Call) for node in walk(standstill)):
         return  # it depends on parameters or conditions
     value = float(lower(standstill, lambda leaf: SX.nan()))
     if not 0 <= value < float("inf"):

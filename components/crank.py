@@ -27,7 +27,7 @@ from lumped import (
 )
 from lumped.errors import EquationError
 from lumped.language.component import Outline
-from lumped.language.expression import Constant
+from lumped.language.expression import ConstantExpression
 from lumped.ops import atan2, cos, maximum, minimum, pi, sin, smooth, sqrt
 
 __all__ = ["CrankSlider", "RotatingMass", "StrokeLoad"]
@@ -109,7 +109,7 @@ class CrankSlider(Component):
         at_pin, at_slider = (1 - self.k) * self.m_rod, self.m + self.k * self.m_rod
         fall = _fall(self)
         spare = self.J_rod - self.m_rod * self.k * (1 - self.k) * L**2
-        spin = Constant(0.0) if self.two_mass else spare * self.a_rod
+        spin = ConstantExpression(0.0) if self.two_mass else spare * self.a_rod
         push = at_slider * (self.a + fall[0] * along[0] + fall[1] * along[1]) - b.f
         # virtual work; psi turns by -r cos(q) / (L cos(psi)) for each radian of the crank
         turn = -r * cos(q) / run

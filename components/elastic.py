@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import scipy
 
 from lumped.errors import EquationError
-from lumped.language.expression import Constant, Expr, Number, as_expr
+from lumped.language.expression import ConstantExpression, Expr, Number, as_expr
 from lumped.ops import interpolate, maximum
 
 __all__ = ["ElasticLaw", "elastic_energy", "elastic_force"]
@@ -60,7 +60,7 @@ def elastic_energy(characteristic: ElasticLaw, stretch: Expr) -> Expr:
     """
     if callable(characteristic):
         points, weights = scipy.special.roots_legendre(20)
-        total: Expr = Constant(0.0)
+        total: Expr = ConstantExpression(0.0)
         for point, weight in zip(points.tolist(), weights.tolist(), strict=True):
             at = stretch * ((point + 1) / 2)
             total = total + weight / 2 * as_expr(characteristic(at))

@@ -52,7 +52,7 @@ def as_c(functions: Mapping[str, Callable[..., object]]) -> str:
     """C of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
-    found: list[_Function] = reached(kernels, lambda k: _Function(k, names))
+    found: list[_CFunction] = reached(kernels, lambda k: _CFunction(k, names))
     records = declared_records(kind for f in found for kind in f.variables.values())
     heads = [f"{f.head};" for f in found]
     return "\n".join([_HEAD, records, *heads, "", *(f.text for f in found)])
@@ -62,7 +62,7 @@ def header(functions: Mapping[str, Callable[..., object]]) -> str:
     """Declarations of such functions and of the records that they take."""
     kernels: Any = list(functions.values())
     names = {kernel.name: symbol for symbol, kernel in zip(functions, kernels, strict=True)}
-    found = [_Function(kernel, names) for kernel in kernels]
+    found = [_CFunction(kernel, names) for kernel in kernels]
     records = declared_records(kind for f in found for _, kind in f.arguments)
     return "\n".join([_HEAD, records, *(f"{f.head};" for f in found), ""])
 
@@ -94,7 +94,7 @@ def _type(kind: Any) -> str:
     return _TYPES[kind] if isinstance(kind, str) else f"{kind.__name__} *"
 
 
-class _Function(Writer):
+class _CFunction(Writer):
     """One function."""
 
     def __init__(self, kernel: Kernel, names: Mapping[str, str] | None = None) -> None:

@@ -32,7 +32,7 @@ def literal(value: float) -> str:
 def as_llvm(functions: Mapping[str, Callable[..., object]]) -> str:
     """LLVM assembly of functions and all that they call; they are visible under these symbols."""
     kernels: Any = list(functions.values())
-    found: list[_Function] = reached(kernels, lambda k: _Function(k, k in kernels))
+    found: list[_LlvmFunction] = reached(kernels, lambda k: _LlvmFunction(k, k in kernels))
     declared = sorted({line for function in found for line in function.declared})
     text = "\n".join([*(function.text for function in found), *declared])
     for symbol, kernel in zip(functions, kernels, strict=True):
@@ -44,7 +44,7 @@ def _type(kind: Any) -> str:
     return _TYPES.get(kind, "ptr") if isinstance(kind, str) else "ptr"
 
 
-class _Function(Writer):
+class _LlvmFunction(Writer):
     """One function, instruction after instruction."""
 
     def __init__(self, kernel: Kernel, visible: bool = False) -> None:

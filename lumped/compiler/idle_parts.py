@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from lumped.flattening.flatten import FlatModel, Group
-from lumped.flattening.tree import Node
+from lumped.flattening.tree import Instance
 from lumped.language.declared import ports_of
 from lumped.language.expression import Ref
 from lumped.support.sparse_graph import links
@@ -31,13 +31,13 @@ def idle(flat: FlatModel) -> list[str]:
 
 def _alone(flat: FlatModel, touched: np.ndarray) -> Iterator[str]:
     """Parts connected to nothing."""
-    parts = [n for n in flat.tree.nodes if n.layout.ports and not n.children and n.parent >= 0]
+    parts = [n for n in flat.tree.instances if n.layout.ports and not n.children and n.parent >= 0]
     for node in parts if touched.any() else ():
         if not touched[node.first_unknown : node.first_unknown + len(node.layout.names)].any():
             yield f"{node.label} is connected to nothing. Connect it, or leave it out."
 
 
-def _may_move(node: Node, loose: list[int]) -> bool:
+def _may_move(node: Instance, loose: list[int]) -> bool:
     """Whether one of the open ends is a free end, so that the part may move there."""
     ports = ports_of(node.component)
     return any(ports[node.layout.ports[i]].free for i in loose)
@@ -49,13 +49,13 @@ def _closed(flat: FlatModel, joined: np.ndarray, touched: np.ndarray) -> Iterato
     for group in flat.groups:
         columns, count = _same(flat, group), len(group.template.unknowns)
         pairs += [group.unknowns[:, pair] for pair in columns]
-        layout = tree.nodes[group.nodes[0]].layout
+        layout = tree.instances[group.nodes[0]].layout
         potentials = {("", name) for name in layout.names[: 2 * len(layout.ports) : 2]}
         own = [i for i, key in enumerate(group.template.unknowns) if key in potentials]
         if len(set(_places(columns, count)[own])) < len(own):
             rigid.update(group.nodes)
     place = _places(np.concatenate(pairs), tree.unknown_count)
-    for number, node in enumerate(tree.nodes):
+    for number, node in enumerate(tree.instances):
         ends = [i for i in range(len(node.layout.ports)) if touched[node.first_unknown + 2 * i]]
         loose = [i for i in range(len(node.layout.ports)) if i not in ends]
         if len(ends) < 2 or node.children or number in rigid or _may_move(node, loose):
@@ -77,7 +77,7 @@ def _places(pairs: np.ndarray, count: int) -> np.ndarray:
 
 def _same(flat: FlatModel, group: Group) -> np.ndarray:
     """Columns of unknowns that an equation of a group makes equal, shape (k, 2)."""
-    tree, scope = flat.tree, flat.tree.nodes[group.nodes[0]]
+    tree, scope = flat.tree, flat.tree.instances[group.nodes[0]]
     local = {key: i for i, key in enumerate(group.template.unknowns)}
     found = []
     for equation in group.equations:

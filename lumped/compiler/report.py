@@ -78,7 +78,7 @@ def report_on(structure: Structure, names: Sequence[str], seconds: Mapping[str, 
     connection = len(flat.joints.equal) + len(flat.joints.sums) + len(flat.joints.grounded)
     coupled = [block for block in reduced.blocks if len(block.nodes) > 1]
     counts = {
-        "components": len(structure.tree.nodes),
+        "components": len(structure.tree.instances),
         "unknowns": structure.tree.unknown_count,
         "equations": flat.equation_count + connection,
         "after alias elimination": reduced.incidence.count,

@@ -114,7 +114,7 @@ class Structure(Shared):
         alive = np.flatnonzero(aliases.classes >= 0)
         nodes = first[aliases.classes[alive]] + aliases.shifts[alive]
         variable = np.zeros(len(aliases.classes), dtype=bool)
-        for node in self.tree.nodes:
+        for node in self.tree.instances:
             for i, quantity in enumerate(node.layout.quantities):
                 variable[node.first_unknown + i] = quantity.kind == "variable"
         best: dict[int, int] = {}
@@ -137,7 +137,7 @@ class Structure(Shared):
         reduced, shifts = self.reduced, self.reduced.aliases.shifts
         place = {node: i for i, node in enumerate(reduced.states)}
         found = set()
-        for node in self.tree.nodes:
+        for node in self.tree.instances:
             for i, quantity in enumerate(node.layout.quantities):
                 u = node.first_unknown + i
                 if quantity.kind == "potential" and shifts[u] == 0:

@@ -300,7 +300,7 @@ class System(Shared):
         """Model, outputs and kept quantities from which the system was assembled."""
         structure, name = self.structure, self.structure.tree.unknown_name
         outputs = None if structure.outputs is None else [name(u) for u in structure.outputs]
-        return structure.tree.nodes[0].component, outputs, [name(u) for u in structure.kept]
+        return structure.tree.instances[0].component, outputs, [name(u) for u in structure.kept]
 
     def key(self, name: Name) -> str:
         """Dotted name of what is meant by a name or a reference."""

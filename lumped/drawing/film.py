@@ -11,7 +11,7 @@ from matplotlib import animation
 from matplotlib.figure import Figure
 
 from lumped.errors import OptionError, UnknownNameError, told_by
-from lumped.flattening.tree import Node
+from lumped.flattening.tree import Instance
 from lumped.language.expression import Expr, Ref, as_expr
 from lumped.language.lowering import lower
 from lumped.language.quantity import Param
@@ -119,7 +119,7 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
     values = parameters.all(run.theta)
     symbols: dict[str, ca.SX] = {}
 
-    def leaf(ref: Expr, scope: Node) -> ca.SX:
+    def leaf(ref: Expr, scope: Instance) -> ca.SX:
         assert isinstance(ref, Ref)
         owner = tree.find(ref.owner, scope)
         assert owner is not None
@@ -130,7 +130,7 @@ def moving_lines(run: Trajectory, times: np.ndarray) -> dict[str, np.ndarray]:
 
     shapes: dict[str, int] = {}
     coordinates: list[ca.SX] = []
-    for node in tree.nodes:
+    for node in tree.instances:
         with told_by(node.label, "outline()"):
             outlines = list(node.component.outline())
         for name, points in outlines:

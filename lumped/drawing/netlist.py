@@ -116,17 +116,17 @@ def netlist(model: Component | System, depth: int | None = None) -> Netlist:
 class _Builder:
     def __init__(self, tree: Tree, joints: Joints, depth: int | None) -> None:
         self.tree, self.joints = tree, joints
-        self.number = {id(node): i for i, node in enumerate(tree.nodes)}
+        self.number = {id(node): i for i, node in enumerate(tree.instances)}
         self.items: dict[int, Item] = {}
         self.frames: dict[int, Frame] = {}
         self.ports: dict[tuple[int, str], Item] = {}
         depths: list[int] = []
-        for i, node in enumerate(tree.nodes):
+        for i, node in enumerate(tree.instances):
             up = node.parent
             depths.append(0 if up < 0 else depths[up] + 1)
             if up >= 0 and up not in self.frames:
                 continue
-            label = node.path.removeprefix(tree.nodes[up].path).lstrip(".") if i else ""
+            label = node.path.removeprefix(tree.instances[up].path).lstrip(".") if i else ""
             if (node.children or up < 0) and (depth is None or depths[i] < max(depth, 1)):
                 frame = self.frames[i] = Frame(node.path, label)
                 if up >= 0:
@@ -155,7 +155,7 @@ class _Builder:
     def _edge(self, number: int, name: str) -> Item:
         """A port of an opened composite, drawn because it is open on one side."""
         if (number, name) not in self.ports:
-            path = self.tree.nodes[number].name(name)
+            path = self.tree.instances[number].name(name)
             item = self.ports[number, name] = Item(path, name, PORT, PORT, number)
             self.frames[number].items.append(item)
         return self.ports[number, name]
@@ -179,7 +179,7 @@ class _Builder:
                 root[one] = _root(root, joined[number, name, False])
         nets: dict[int, Net] = {}
         for (number, name, inner), g in joined.items():
-            node = tree.nodes[number]
+            node = tree.instances[number]
             port = ports_of(node.component)[name]
             if self._is_leaf(number):
                 if inner:

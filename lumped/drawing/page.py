@@ -22,12 +22,12 @@ from lumped.timeloop.result import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Given", "Told", "report_html"]
+__all__ = ["SourceNumber", "Told", "report_html"]
 
 Section = tuple[str, str]
 
 
-class Given(Protocol):
+class SourceNumber(Protocol):
     """A number of a source; `float` gives its value."""
 
     @property
@@ -54,7 +54,7 @@ def report_html(
     title: str | None = None,
     text: Mapping[str, str | Sequence[str]] | None = None,
     compared: Iterable[Told] = (),
-    given: Iterable[Given] = (),
+    given: Iterable[SourceNumber] = (),
     marks: Mapping[str, str] | None = None,
     figures: Mapping[str, Figure] | None = None,
     runs: Mapping[str, Trajectory] | None = None,
@@ -168,7 +168,7 @@ def _unit(system: System, name: str) -> str:
 
 def _tree(system: System) -> str:
     """Components as nested lists, whose composites fold."""
-    nodes = system.structure.tree.nodes
+    nodes = system.structure.tree.instances
     texts: list[str] = []
     for node in nodes:
         cls = type(node.component)
@@ -203,7 +203,7 @@ def _parameters(system: System) -> str:
     return table(("what it is", "parameter", "value", "unit", ""), rows, (2,))
 
 
-def _numbers(given: list[Given], marks: Mapping[str, str]) -> str:
+def _numbers(given: list[SourceNumber], marks: Mapping[str, str]) -> str:
     rows = [(n.text, number(float(n)), n.unit, marks.get(n.mark, n.mark)) for n in given]
     return table(("what it is", "value", "unit", "how it is known"), rows, (1,))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lumped.code.records import Field, Record
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Matrix, Output, Pattern, Run
+from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
 
 __all__ = ["Memory"]
 
@@ -17,9 +17,9 @@ _ROWS = _PIECES = 8
 
 _RECORDS: dict[str, type[Record]] = {
     "run": Run,
-    "instant": Instant,
-    **{name: f.kind for name, f in Instant.fields.items() if isinstance(f.kind, type)},
-    "output": Output,
+    "instant": InstantSearch,
+    **{name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)},
+    "output": RunOutput,
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,

@@ -13,7 +13,7 @@ from lumped.compiler.switching import Condition
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError
 from lumped.exchange.interface import Interface, Shown
-from lumped.exchange.modelica_terms import Term, Writer, real
+from lumped.exchange.modelica_terms import ModelicaWriter, TextTerm, real
 from lumped.support.arguments import checked
 from lumped.support.whole_files import write_text
 
@@ -87,7 +87,7 @@ class _Text:
         self.given = [v for v in interface.variables if v.role in ("parameter", "input")]
         self.states = self.shown.get("state", [])
         self.outputs = self.shown.get("output", [])
-        self.writer = Writer()
+        self.writer = ModelicaWriter()
 
     def model(self) -> str:
         system = self.system
@@ -101,7 +101,7 @@ class _Text:
         """All equations; afterwards the writer knows the variables that they need."""
         system, switching = self.system, self.system.switching
         x, p, t, m = system.inputs
-        theta = [Term(_quoted(v.name)) for v in self.given]
+        theta = [TextTerm(_quoted(v.name)) for v in self.given]
         results = [
             system.rates,
             self.interface.output_expressions,
@@ -117,7 +117,12 @@ class _Text:
         shared = ca.vertsplit(ca.cse(ca.densify(ca.vertcat(*results))), ends)
         function = ca.Function("all", [x, p, t, m], shared)
         self.modes = self._modes(theta)
-        given = [[Term(_quoted(v.name)) for v in self.states], theta, [Term("time")], self.modes]
+        given = [
+            [TextTerm(_quoted(v.name)) for v in self.states],
+            theta,
+            [TextTerm("time")],
+            self.modes,
+        ]
         rates, outputs, greater, less, values = self.writer.written(function, given)
         relations = []
         for k, condition in enumerate(switching.conditions):
@@ -135,30 +140,32 @@ class _Text:
             lines.append(f"  {_quoted(shown.name)} = {real(value).text};")
         return lines + self._jumps(values)
 
-    def _modes(self, theta: list[Term]) -> list[Term]:
+    def _modes(self, theta: list[TextTerm]) -> list[TextTerm]:
         """What each mode is: a comparison of the time, a condition or a setting of its own."""
         system, s = self.system, self.system.switching
-        terms = [Term("0")] * system.structure.mode_count
+        terms = [TextTerm("0")] * system.structure.mode_count
         for k, condition in enumerate(s.conditions):
-            terms[condition.mode] = Term(f"c{k + 1}", logical=True)
+            terms[condition.mode] = TextTerm(f"c{k + 1}", logical=True)
         for condition in (*s.timed, *s.conditions):
             for i, mode in enumerate(condition.modes if condition.pieces is not None else ()):
-                terms[mode] = Term(f"s{condition.mode}_{i}")
+                terms[mode] = TextTerm(f"s{condition.mode}_{i}")
         self.clocked: list[str] = []
         v = system.structure.values
         for condition in s.timed:
             sides = [ca.densify(condition.greater), ca.densify(condition.less)]
             function = ca.Function("sides", [v.modes, system.inputs[1], v.time], sides)
-            given = [terms, theta, [Term("time")]]
+            given = [terms, theta, [TextTerm("time")]]
             (left,), (right,) = self.writer.written(function, given, inline=True)
             if condition.pieces is not None:
                 self.clocked += self._piece(condition, left)
                 continue
             sign = ">" if condition.relation.strict else ">="
-            terms[condition.mode] = Term(f"{_side(left)} {sign} {_side(right)}", 0, logical=True)
+            terms[condition.mode] = TextTerm(
+                f"{_side(left)} {sign} {_side(right)}", 0, logical=True
+            )
         return terms
 
-    def _piece(self, condition: Condition, argument: Term) -> list[str]:
+    def _piece(self, condition: Condition, argument: TextTerm) -> list[str]:
         """Equations of the settings of the piece that an argument is in."""
         pieces, name = condition.pieces, f"s{condition.mode}"
         assert pieces is not None
@@ -178,7 +185,7 @@ class _Text:
             lines.append(f"  {name}_{i} = ({chosen}){shift};")
         return lines
 
-    def _jumps(self, values: list[Term]) -> list[str]:
+    def _jumps(self, values: list[TextTerm]) -> list[str]:
         lines = []
         for jump in self.system.switching.jumps:
             lines.append(f"  when {self.modes[jump.mode].text} then")
@@ -222,12 +229,12 @@ class _Text:
         form, system = self.interface.form, self.system
         picked = form.states[system.structure.in_use] if system.structure.in_use else ca.SX(0, 1)
         function = ca.Function("starts", [system.inputs[1]], [ca.densify(picked)])
-        theta = [Term(_quoted(v.name)) for v in self.given]
+        theta = [TextTerm(_quoted(v.name)) for v in self.given]
         (found,) = self.writer.written(function, [theta], inline=True)
         return [real(term).text for term in found]
 
 
-def _side(term: Term) -> str:
+def _side(term: TextTerm) -> str:
     return f"({term.text})" if term.binds == 0 else term.text
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 
 from lumped.errors import ExportError
 
-__all__ = ["Term", "Writer", "real"]
+__all__ = ["ModelicaWriter", "TextTerm", "real"]
 
 _ATOM, _POWER, _PRODUCT, _SUM, _LOOSE = 4, 3, 2, 1, 0
 """How tightly the outermost operator of a text binds."""
@@ -56,7 +56,7 @@ _JOINED = {ca.OP_AND: " and ", ca.OP_OR: " or "}
 
 
 @dataclass(frozen=True)
-class Term:
+class TextTerm:
     """An expression in text.
 
     Attributes
@@ -69,19 +69,19 @@ class Term:
         Whether it is true or false.
     only_if : tuple of Term, optional
         Condition and value of what is zero otherwise.
-    contrary_of : Term, optional
+    contrary_of : TextTerm, optional
         What it is the contrary of.
     """
 
     text: str
     binds: int = _ATOM
     logical: bool = False
-    only_if: tuple[Term, Term] | None = None
-    contrary_of: Term | None = None
+    only_if: tuple[TextTerm, TextTerm] | None = None
+    contrary_of: TextTerm | None = None
 
 
 @dataclass
-class Writer:
+class ModelicaWriter:
     """Writes functions; parts that are used more than once become variables.
 
     Attributes
@@ -90,11 +90,11 @@ class Writer:
         Those made so far, with what they are.
     """
 
-    variables: list[tuple[str, Term]] = field(default_factory=list)
+    variables: list[tuple[str, TextTerm]] = field(default_factory=list)
 
     def written(
-        self, function: ca.Function, given: Sequence[Sequence[Term]], *, inline: bool = False
-    ) -> list[list[Term]]:
+        self, function: ca.Function, given: Sequence[Sequence[TextTerm]], *, inline: bool = False
+    ) -> list[list[TextTerm]]:
         """Each result of a function of expanded scalars, entry by entry.
 
         Raises
@@ -111,8 +111,8 @@ class Writer:
             for k in range(function.n_instructions())
         ]
         uses = _uses(steps)
-        held: dict[int, Term] = {}
-        results = [[Term("0")] * function.nnz_out(i) for i in range(function.n_out())]
+        held: dict[int, TextTerm] = {}
+        results = [[TextTerm("0")] * function.nnz_out(i) for i in range(function.n_out())]
         for k, (operation, inputs, outputs) in enumerate(steps):
             if operation == ca.OP_OUTPUT:
                 results[outputs[0]][outputs[1]] = held[inputs[0]]
@@ -129,12 +129,12 @@ class Writer:
             held[outputs[0]] = term
         return results
 
-    def _variable(self, term: Term) -> Term:
+    def _variable(self, term: TextTerm) -> TextTerm:
         if term.binds == _ATOM and "(" not in term.text:
             return term
         name = f"v{len(self.variables) + 1}"
         self.variables.append((name, term))
-        return Term(name, _ATOM, term.logical, contrary_of=term.contrary_of)
+        return TextTerm(name, _ATOM, term.logical, contrary_of=term.contrary_of)
 
 
 def _uses(steps: Sequence[tuple[int, list[int], list[int]]]) -> Counter[int]:
@@ -150,39 +150,39 @@ def _uses(steps: Sequence[tuple[int, list[int], list[int]]]) -> Counter[int]:
     return uses
 
 
-def _constant(value: float) -> Term:
+def _constant(value: float) -> TextTerm:
     if value != value:
         raise ExportError("an undefined number stands in the equations")
     value = min(max(value, -_NEVER), _NEVER)
     text = repr(int(value)) if value == int(value) and abs(value) < 1e9 else repr(float(value))
-    return Term(text, _ATOM if value >= 0 else _SUM)
+    return TextTerm(text, _ATOM if value >= 0 else _SUM)
 
 
-def real(term: Term) -> Term:
+def real(term: TextTerm) -> TextTerm:
     """The term as a number."""
     if not term.logical:
         return term
-    return Term(f"if {term.text} then 1 else 0", _LOOSE)
+    return TextTerm(f"if {term.text} then 1 else 0", _LOOSE)
 
 
-def _condition(term: Term) -> Term:
+def _condition(term: TextTerm) -> TextTerm:
     if term.logical:
         return term
-    return Term(f"abs({term.text}) > 0", _LOOSE, logical=True)
+    return TextTerm(f"abs({term.text}) > 0", _LOOSE, logical=True)
 
 
-def _within(term: Term, binds: int) -> str:
+def _within(term: TextTerm, binds: int) -> str:
     return term.text if term.binds >= binds else f"({term.text})"
 
 
-def _combined(operation: int, parts: list[Term]) -> Term:
+def _combined(operation: int, parts: list[TextTerm]) -> TextTerm:
     """One operation."""
     if operation in (ca.OP_NOT, *_JOINED):
         return _logic(operation, [_condition(p) for p in parts])
     if operation == ca.OP_IF_ELSE_ZERO:
         condition, value = _condition(parts[0]), real(parts[1])
         text = f"if {condition.text} then {value.text} else 0"
-        return Term(text, _LOOSE, only_if=(condition, value))
+        return TextTerm(text, _LOOSE, only_if=(condition, value))
     if operation == ca.OP_ADD and all(p.only_if for p in parts):
         chosen = _chosen(parts[0].only_if, parts[1].only_if)
         if chosen is not None:
@@ -190,51 +190,53 @@ def _combined(operation: int, parts: list[Term]) -> Term:
     return _arithmetic(operation, [real(p) for p in parts])
 
 
-def _logic(operation: int, parts: list[Term]) -> Term:
+def _logic(operation: int, parts: list[TextTerm]) -> TextTerm:
     if operation == ca.OP_NOT:
         (part,) = parts
-        return Term(f"not {_within(part, _POWER)}", _LOOSE, logical=True, contrary_of=part)
+        return TextTerm(f"not {_within(part, _POWER)}", _LOOSE, logical=True, contrary_of=part)
     text = _JOINED[operation].join(_within(p, _SUM) for p in parts)
-    return Term(text, _LOOSE, logical=True)
+    return TextTerm(text, _LOOSE, logical=True)
 
 
-def _chosen(yes: tuple[Term, Term] | None, no: tuple[Term, Term] | None) -> Term | None:
+def _chosen(
+    yes: tuple[TextTerm, TextTerm] | None, no: tuple[TextTerm, TextTerm] | None
+) -> TextTerm | None:
     """One expression out of two that are zero when the other is not."""
     if yes is None or no is None:
         return None
     contrary = no[0].contrary_of
     if contrary is None or contrary.text != yes[0].text:
         return None
-    return Term(f"if {yes[0].text} then {yes[1].text} else {_within(no[1], _LOOSE)}", _LOOSE)
+    return TextTerm(f"if {yes[0].text} then {yes[1].text} else {_within(no[1], _LOOSE)}", _LOOSE)
 
 
-def _arithmetic(operation: int, parts: list[Term]) -> Term:
+def _arithmetic(operation: int, parts: list[TextTerm]) -> TextTerm:
     a = parts[0]
     if operation in _FUNCTIONS:
-        return Term(f"{_FUNCTIONS[operation]}({', '.join(p.text for p in parts)})")
+        return TextTerm(f"{_FUNCTIONS[operation]}({', '.join(p.text for p in parts)})")
     if operation in _INFIX:
         sign, binds = _INFIX[operation]
         tighter = binds + (operation not in (ca.OP_ADD, ca.OP_MUL))
         left = _within(a, _ATOM if binds == _POWER else binds)
-        return Term(f"{left}{sign}{_within(parts[1], tighter)}", binds)
+        return TextTerm(f"{left}{sign}{_within(parts[1], tighter)}", binds)
     if operation in _COMPARED:
         text = _COMPARED[operation].join(_within(p, _SUM) for p in parts)
-        return Term(text, _LOOSE, logical=True)
+        return TextTerm(text, _LOOSE, logical=True)
     if operation in (ca.OP_EQ, ca.OP_NE):  # numbers are not compared for equality in Modelica
         one, other = (_within(p, _SUM) for p in parts)
-        differ = Term(f"{one} < {other} or {one} > {other}", _LOOSE, logical=True)
+        differ = TextTerm(f"{one} < {other} or {one} > {other}", _LOOSE, logical=True)
         return differ if operation == ca.OP_NE else _logic(ca.OP_NOT, [differ])
     simple = {
-        ca.OP_ASSIGN: Term(a.text, a.binds),
-        ca.OP_NEG: Term(f"-{_within(a, _PRODUCT)}", _SUM),
-        ca.OP_SQ: Term(f"{_within(a, _ATOM)}^2", _POWER),
-        ca.OP_TWICE: Term(f"2 * {_within(a, _PRODUCT)}", _PRODUCT),
-        ca.OP_INV: Term(f"1 / {_within(a, _POWER)}", _PRODUCT),
-        ca.OP_LOG1P: Term(f"log(1 + {_within(a, _SUM)})"),
-        ca.OP_EXPM1: Term(f"exp({a.text}) - 1", _SUM),
+        ca.OP_ASSIGN: TextTerm(a.text, a.binds),
+        ca.OP_NEG: TextTerm(f"-{_within(a, _PRODUCT)}", _SUM),
+        ca.OP_SQ: TextTerm(f"{_within(a, _ATOM)}^2", _POWER),
+        ca.OP_TWICE: TextTerm(f"2 * {_within(a, _PRODUCT)}", _PRODUCT),
+        ca.OP_INV: TextTerm(f"1 / {_within(a, _POWER)}", _PRODUCT),
+        ca.OP_LOG1P: TextTerm(f"log(1 + {_within(a, _SUM)})"),
+        ca.OP_EXPM1: TextTerm(f"exp({a.text}) - 1", _SUM),
     }
     if operation == ca.OP_HYPOT:
-        return Term(f"sqrt({_within(a, _ATOM)}^2 + {_within(parts[1], _ATOM)}^2)")
+        return TextTerm(f"sqrt({_within(a, _ATOM)}^2 + {_within(parts[1], _ATOM)}^2)")
     if operation not in simple:
         raise ExportError(f"operation {operation} of CasADi has no counterpart in Modelica")
     return simple[operation]

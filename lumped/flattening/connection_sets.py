@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from lumped.errors import ConnectError, EquationError, told_by
-from lumped.flattening.tree import Node, Tree
+from lumped.flattening.tree import Instance, Tree
 from lumped.language.connection import label
 from lumped.language.declared import values_of
 from lumped.language.expression import Ref
@@ -50,7 +50,7 @@ class Joints:
 class _End(NamedTuple):
     """One side of a port in a connection."""
 
-    node: Node
+    node: Instance
     port: int
     sign: int
 
@@ -71,7 +71,7 @@ def join(tree: Tree) -> Joints:
     ends: dict[int, _End] = {}
     signals: list[tuple[int, int]] = []
     sides: dict[int, set[str]] = {}
-    for node in tree.nodes:
+    for node in tree.instances:
         with told_by(node.label, "connections()"):
             found: object = node.component.connections()
             found = list(found) if isinstance(found, Iterator) else found
@@ -92,7 +92,7 @@ def join(tree: Tree) -> Joints:
             pairs += itertools.pairwise(terminals)
             numbers = [_signal(tree, node, e, sides) for e in connection.ends if isinstance(e, Ref)]
             signals += itertools.pairwise(numbers)
-    for node in tree.nodes:
+    for node in tree.instances:
         for port in range(len(node.layout.ports)):
             ends.setdefault(2 * (node.first_port + port), _End(node, port, 1))
     equal: list[tuple[int, int, str]] = []
@@ -106,10 +106,10 @@ def join(tree: Tree) -> Joints:
     return Joints(equal, sums, grounded, inside, driven)
 
 
-def _node(tree: Tree, scope: Node, end: Port | Ref) -> Node:
+def _node(tree: Tree, scope: Instance, end: Port | Ref) -> Instance:
     """Component of an end, which must be the scope itself or a direct part of it."""
     node = tree.find(end.owner, scope)
-    if node is None or not (node is scope or tree.nodes[node.parent] is scope):
+    if node is None or not (node is scope or tree.instances[node.parent] is scope):
         raise ConnectError(
             f"{scope.label}: a connection names {label(end)} of a component "
             f"{type(end.owner).__name__} that is not one of its parts. Connect ports and signals "
@@ -118,7 +118,7 @@ def _node(tree: Tree, scope: Node, end: Port | Ref) -> Node:
     return node
 
 
-def _terminal(tree: Tree, scope: Node, end: Port, ends: dict[int, _End]) -> int:
+def _terminal(tree: Tree, scope: Instance, end: Port, ends: dict[int, _End]) -> int:
     node = _node(tree, scope, end)
     port = node.layout.ports.index(end.name)
     inner = node is scope
@@ -127,7 +127,7 @@ def _terminal(tree: Tree, scope: Node, end: Port, ends: dict[int, _End]) -> int:
     return number
 
 
-def _signal(tree: Tree, scope: Node, end: Ref, sides: dict[int, set[str]]) -> int:
+def _signal(tree: Tree, scope: Instance, end: Ref, sides: dict[int, set[str]]) -> int:
     node = _node(tree, scope, end)
     number = node.first_unknown + node.layout.unknowns[end.name]
     is_input = isinstance(end.quantity, Input)
@@ -189,7 +189,7 @@ def _signal_sets(
     sides: dict[int, set[str]],
     equal: list[tuple[int, int, str]],
 ) -> set[int]:
-    for node in tree.nodes:
+    for node in tree.instances:
         for name, local in node.layout.unknowns.items():
             quantity = node.layout.quantities[local]
             number = node.first_unknown + local

@@ -15,7 +15,7 @@ from lumped.flattening.connection_sets import Joints, join
 from lumped.flattening.parameters import Parameters, collect, start_values
 from lumped.flattening.template import ENCLOSING, Template, template_key
 from lumped.flattening.template_cache import template_of
-from lumped.flattening.tree import Node, Tree
+from lumped.flattening.tree import Instance, Tree
 from lumped.language.component import Component
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Equation, Expr, Ref, text
@@ -115,24 +115,24 @@ class FlatModel:
         found = np.asarray(evaluate(self.parameters.defaults)).ravel()
         return dict(zip(values, found.tolist(), strict=True))
 
-    def origin(self, equation: int) -> tuple[Node, str]:
+    def origin(self, equation: int) -> tuple[Instance, str]:
         """Component of a component equation, and the equation with full names."""
         for group in self.groups:
             n = group.template.count
             offset = equation - group.first_equation
             if 0 <= offset < n * len(group.nodes):
                 instance, number = divmod(offset, n)
-                node = self.tree.nodes[group.nodes[instance]]
+                node = self.tree.instances[group.nodes[instance]]
                 return node, self._text(group, number, node)
         raise IndexError(equation)
 
     def initial_text(self, group: Group, instance: int, number: int) -> str:
         """An initial equation with full names, and where it stands."""
-        node = self.tree.nodes[group.nodes[instance]]
+        node = self.tree.instances[group.nodes[instance]]
         return f"{self._text(group, number, node)} in {node.label}"
 
-    def _text(self, group: Group, number: int, node: Node) -> str:
-        scope = self.tree.nodes[group.nodes[0]]
+    def _text(self, group: Group, number: int, node: Instance) -> str:
+        scope = self.tree.instances[group.nodes[0]]
 
         def name(ref: Ref) -> str:
             below = self.tree.below(ref.owner, scope) or ""
@@ -197,7 +197,7 @@ def _groups(
 ) -> tuple[list[Group], int, int]:
     groups: dict[Template, Group] = {}
     alike: dict[Hashable, Group] = {}
-    for number, node in enumerate(tree.nodes):
+    for number, node in enumerate(tree.instances):
         if type(node.component).equations is Component.equations and not node.layout.variables:
             _check_hollow(node, joints)
             continue
@@ -226,7 +226,7 @@ def _initial_groups(tree: Tree) -> list[Group]:
     """Equations that hold at the start only."""
     groups: dict[Template, Group] = {}
     alike: dict[Hashable, Group] = {}
-    for number, node in enumerate(tree.nodes):
+    for number, node in enumerate(tree.instances):
         if type(node.component).initial_equations is Component.initial_equations:
             continue
         key = template_key(node.component)
@@ -249,7 +249,7 @@ def _number(tree: Tree, group: Group) -> None:
 def _group(
     tree: Tree,
     groups: dict[Template, Group],
-    scope: Node,
+    scope: Instance,
     found: Iterable[Item] | None,
     *,
     own: bool = False,
@@ -298,7 +298,7 @@ def _written(items: Iterable[Single]) -> Iterator[Equation]:
 def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
     """Equations of inputs that are given to instances instead of connected."""
     alike: dict[Hashable, Group] = {}
-    for number, node in enumerate(tree.nodes):
+    for number, node in enumerate(tree.instances):
         for name, quantity in quantities_of(node.component).items():
             if not isinstance(quantity, Input) or name not in values_of(node.component):
                 continue
@@ -307,7 +307,7 @@ def _bound_inputs(tree: Tree, groups: dict[Template, Group]) -> None:
             given, signal = values_of(node.component)[name], Ref(node.component, name, quantity)
             if isinstance(given, Expr):
                 scope = max(node.parent, 0)
-                group = _group(tree, groups, tree.nodes[scope], [Equation(signal, given)])
+                group = _group(tree, groups, tree.instances[scope], [Equation(signal, given)])
                 group.nodes.append(scope)
                 group.names.append(node.name(name))
                 continue
@@ -325,7 +325,7 @@ def _motion(tree: Tree, groups: dict[Template, Group], name: str, wanted: Expr) 
     node = tree.node_of_unknown(number)
     local = node.layout.names[number - node.first_unknown]
     equation = Equation(Ref(node.component, local, tree.quantity(number)), wanted)
-    group = _group(tree, groups, tree.nodes[0], [equation])
+    group = _group(tree, groups, tree.instances[0], [equation])
     group.nodes.append(0)
     group.names.append(name)
 
@@ -334,7 +334,7 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
     table = np.empty((len(group.nodes), len(keys)), dtype=int)
     for column, (below, local) in enumerate(keys):
         for row, number in enumerate(group.nodes):
-            node = _at(tree, below, tree.nodes[number], local)
+            node = _at(tree, below, tree.instances[number], local)
             if first == "first_unknown":
                 table[row, column] = node.first_unknown + node.layout.unknowns[local]
             elif local in node.layout.parameters:
@@ -349,7 +349,7 @@ def _numbers(tree: Tree, group: Group, keys: list[tuple[str, str]], first: str) 
     return table
 
 
-def _at(tree: Tree, below: str, node: Node, local: str) -> Node:
+def _at(tree: Tree, below: str, node: Instance, local: str) -> Instance:
     """The node that an equation of another one means."""
     if below != ENCLOSING:
         return tree.at(below, node) if below else node
@@ -359,10 +359,10 @@ def _at(tree: Tree, below: str, node: Node, local: str) -> Node:
             "that of a component around it. Give a number, or make it a part of the component that "
             "has the parameter."
         )
-    return tree.nodes[node.parent]
+    return tree.instances[node.parent]
 
 
-def _needed(node: Node, joints: Joints) -> int:
+def _needed(node: Instance, joints: Joints) -> int:
     """Equations that a component must bring: one per variable, free output and outer port."""
     count = node.layout.variables
     for local, quantity in enumerate(node.layout.quantities):
@@ -373,7 +373,7 @@ def _needed(node: Node, joints: Joints) -> int:
     return count
 
 
-def _check_hollow(node: Node, joints: Joints) -> None:
+def _check_hollow(node: Instance, joints: Joints) -> None:
     if _needed(node, joints):
         open_ports = [
             name
@@ -392,7 +392,7 @@ def _check_hollow(node: Node, joints: Joints) -> None:
         )
 
 
-def _check_balance(node: Node, group: Group, joints: Joints) -> None:
+def _check_balance(node: Instance, group: Group, joints: Joints) -> None:
     needed, found = _needed(node, joints), group.template.count
     if needed == found:
         return

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
-from lumped.flattening.tree import Node, Tree
+from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
@@ -160,13 +160,13 @@ def collect(tree: Tree) -> Parameters:
     ParameterError
         Missing values, values out of range and circles, all with their paths.
     """
-    expressions: dict[int, tuple[Expr, Node]] = {}
+    expressions: dict[int, tuple[Expr, Instance]] = {}
     numbers: dict[int, float] = {}
     declared: list[Param] = []
     names: list[str] = []
-    limited: list[tuple[int, Node]] = []
+    limited: list[tuple[int, Instance]] = []
     faults: dict[int, str] = {}
-    for node in tree.nodes:
+    for node in tree.instances:
         given = values_of(node.component)
         for local, quantity in node.layout.declared.items():
             number = len(declared)
@@ -177,14 +177,14 @@ def collect(tree: Tree) -> Parameters:
             value, scope = quantity.default, node
             if local in given:
                 value = given[local]
-                scope = tree.nodes[max(node.parent, 0)]
+                scope = tree.instances[max(node.parent, 0)]
             if value is None:
                 faults[number] = f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value"
             elif isinstance(value, Expr):
                 expressions[number] = (value, scope)
             else:
                 numbers[number] = float(value)
-    for node in tree.nodes:
+    for node in tree.instances:
         for local, signal in quantities_of(node.component).items():
             number_given = values_of(node.component).get(local)
             if node.name(local) in tree.freed:
@@ -222,14 +222,14 @@ def collect(tree: Tree) -> Parameters:
 
 def _bind(
     tree: Tree,
-    expressions: dict[int, tuple[Expr, Node]],
+    expressions: dict[int, tuple[Expr, Instance]],
     values: ca.SX,
     names: list[str],
 ) -> None:
     """Lower the bound parameters in an order in which each finds what it needs."""
     done: set[int] = set()
 
-    def source(leaf: Expr, scope: Node) -> int:
+    def source(leaf: Expr, scope: Instance) -> int:
         return _source(tree, leaf, scope)
 
     for start in expressions:
@@ -263,7 +263,7 @@ def _bind(
                 stack.append(n)
 
 
-def _in_words(least: Expr, quantity: Param, node: Node) -> tuple[str, str]:
+def _in_words(least: Expr, quantity: Param, node: Instance) -> tuple[str, str]:
     """What a lower limit is called, and what stands behind its value."""
     if isinstance(least, Param):
         return node.name(least.name), f"{least.unit} ({least.text})"
@@ -274,9 +274,9 @@ def _leaves(expression: Expr) -> list[Expr]:
     return [node for node in walk(expression) if isinstance(node, Param | Ref)]
 
 
-def _source(tree: Tree, leaf: Expr, scope: Node) -> int:
+def _source(tree: Tree, leaf: Expr, scope: Instance) -> int:
     """Number of the parameter that a leaf of a binding means, seen from `scope`."""
-    node: Node | None = scope
+    node: Instance | None = scope
     if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
         node, name = tree.find(leaf.owner, scope), leaf.name
     elif isinstance(leaf, Param):
@@ -299,14 +299,14 @@ def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], 
     given: dict[int, ca.SX] = {}
     starts: dict[int, ca.SX] = {}
 
-    def value(number: object, scope: Node) -> ca.SX:
+    def value(number: object, scope: Instance) -> ca.SX:
         if not isinstance(number, Expr):
             return ca.SX(float(number))  # type: ignore[arg-type]
         return lower(number, lambda leaf: parameters.values[_source(tree, leaf, scope)])
 
-    for node in tree.nodes:
+    for node in tree.instances:
         values = values_of(node.component)
-        parent = tree.nodes[max(node.parent, 0)]
+        parent = tree.instances[max(node.parent, 0)]
         for local, i in node.layout.unknowns.items():
             quantity = node.layout.quantities[i]
             if not isinstance(quantity, Var):

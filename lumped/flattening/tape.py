@@ -11,7 +11,7 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
-__all__ = ["Tape", "Term"]
+__all__ = ["Tape", "TapeTerm"]
 
 _OPERATORS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
     "+": lambda a, b: a + b,
@@ -21,7 +21,7 @@ _OPERATORS: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {
 }
 
 
-class Term:
+class TapeTerm:
     """A scalar on a tape; combine with ``+ - * /``."""
 
     __slots__ = ("number", "tape")
@@ -30,19 +30,19 @@ class Term:
         self.tape = tape
         self.number = number
 
-    def __neg__(self) -> Term:
+    def __neg__(self) -> TapeTerm:
         return self.tape.zero - self
 
-    def __add__(self, other: Term) -> Term:
+    def __add__(self, other: TapeTerm) -> TapeTerm:
         return self.tape.write("+", self, other)
 
-    def __sub__(self, other: Term) -> Term:
+    def __sub__(self, other: TapeTerm) -> TapeTerm:
         return self.tape.write("-", self, other)
 
-    def __mul__(self, other: Term) -> Term:
+    def __mul__(self, other: TapeTerm) -> TapeTerm:
         return self.tape.write("*", self, other)
 
-    def __truediv__(self, other: Term) -> Term:
+    def __truediv__(self, other: TapeTerm) -> TapeTerm:
         return self.tape.write("/", self, other)
 
 
@@ -51,7 +51,7 @@ class Tape:
 
     Attributes
     ----------
-    zero : Term
+    zero : TapeTerm
         The constant zero.
     """
 
@@ -64,12 +64,12 @@ class Tape:
         self._calls: list[tuple[int, ca.Function, list[int]]] = []
         (self.zero,) = self.given(ca.SX(0))
 
-    def given(self, column: ca.SX) -> list[Term]:
+    def given(self, column: ca.SX) -> list[TapeTerm]:
         """Terms for the elements of an expression, shape (n, 1)."""
         self._given.append((self._count, column))
         return self._new(column.numel())
 
-    def write(self, operator: str, left: Term, right: Term) -> Term:
+    def write(self, operator: str, left: TapeTerm, right: TapeTerm) -> TapeTerm:
         """Note an operation."""
         results, lefts, rights = self._operations[operator]
         number = self._count
@@ -77,18 +77,18 @@ class Tape:
         lefts.append(left.number)
         rights.append(right.number)
         self._count = number + 1
-        return Term(self, number)
+        return TapeTerm(self, number)
 
-    def call(self, function: ca.Function, arguments: list[Term]) -> list[Term]:
+    def call(self, function: ca.Function, arguments: list[TapeTerm]) -> list[TapeTerm]:
         """Note the call of a function of one column that gives one column."""
         self._calls.append((self._count, function, [term.number for term in arguments]))
         return self._new(function.numel_out(0))
 
-    def _new(self, count: int) -> list[Term]:
+    def _new(self, count: int) -> list[TapeTerm]:
         first, self._count = self._count, self._count + count
-        return [Term(self, number) for number in range(first, self._count)]
+        return [TapeTerm(self, number) for number in range(first, self._count)]
 
-    def expressions(self, terms: list[Term]) -> ca.SX:
+    def expressions(self, terms: list[TapeTerm]) -> ca.SX:
         """The terms as expressions, shape (n, 1)."""
         symbols = ca.SX.sym("z", self._count)
         meaning = ca.SX.zeros(self._count)

@@ -10,7 +10,7 @@ from lumped.language.component import Component
 from lumped.language.expression import (
     Call,
     Compare,
-    Constant,
+    ConstantExpression,
     Equation,
     Expr,
     Piecewise,
@@ -76,7 +76,7 @@ def _tree(place: Place, root: Expr) -> Hashable:
     found: list[Hashable] = []
     for node in walk(root):
         what: Hashable = getattr(node, "name", None)
-        if isinstance(node, Constant):
+        if isinstance(node, ConstantExpression):
             what = repr(node.value)
         elif isinstance(node, Call):
             what = node.op

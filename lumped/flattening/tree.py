@@ -19,7 +19,7 @@ from lumped.language.expression import Expr, Ref
 from lumped.language.port import Port
 from lumped.language.quantity import Param, Quantity, Var
 
-__all__ = ["Layout", "Node", "Tree", "key_of"]
+__all__ = ["Instance", "Layout", "Tree", "key_of"]
 
 
 class Layout:
@@ -55,7 +55,7 @@ class Layout:
 
 
 @dataclass(eq=False)
-class Node:
+class Instance:
     """One component of a model.
 
     Attributes
@@ -104,7 +104,7 @@ class Tree:
 
     Attributes
     ----------
-    nodes : list of Node
+    instances : list of Instance
         The components.
     unknown_count, parameter_count, port_count : int
         How many there are.
@@ -114,7 +114,7 @@ class Tree:
 
     def __init__(self, model: Component, freed: frozenset[str] = frozenset()) -> None:
         self.model, self.freed = model, freed
-        self.nodes: list[Node] = []
+        self.instances: list[Instance] = []
         self.unknown_count = self.parameter_count = self.port_count = 0
         self._layouts: dict[type[Component], Layout] = {}
         self._number: dict[int, int] = {}
@@ -125,7 +125,7 @@ class Tree:
             component, path, parent, own_name = stack.pop()
             number = self._add(component, path, parent)
             if parent >= 0:
-                self.nodes[parent].children[own_name] = number
+                self.instances[parent].children[own_name] = number
             parts = [
                 (part, f"{path}.{name}" if path else name, number, name)
                 for name, part in parts_of(component)
@@ -137,10 +137,10 @@ class Tree:
         layout = self._layouts.get(cls)
         if layout is None:
             layout = self._layouts[cls] = Layout(cls)
-        number = len(self.nodes)
+        number = len(self.instances)
         self._number[id(component)] = number
-        self.nodes.append(
-            Node(
+        self.instances.append(
+            Instance(
                 component,
                 path,
                 parent,
@@ -155,14 +155,14 @@ class Tree:
         self.port_count += len(layout.ports)
         return number
 
-    def find(self, component: Component, scope: Node) -> Node | None:
+    def find(self, component: Component, scope: Instance) -> Instance | None:
         """Node of a component named inside `scope`, or None if it is not a part of it.
 
         Both the part itself and the object it was made from (as used in `compose`) are known.
         """
         number = self._number.get(id(component))
         if number is not None:
-            return self.nodes[number]
+            return self.instances[number]
         places = self._origins.get(id(scope.component))
         if places is None:
             places = self._origins[id(scope.component)] = origins_of(scope.component)
@@ -180,28 +180,28 @@ class Tree:
             names.append(name)
         node = scope
         for name in reversed(names):
-            node = self.nodes[node.children[name]]
+            node = self.instances[node.children[name]]
         return node
 
-    def below(self, component: Component, scope: Node) -> str | None:
+    def below(self, component: Component, scope: Instance) -> str | None:
         """Path of a component relative to `scope`: "" for itself, None if it is not a part."""
         node = self.find(component, scope)
         if node is None or not (node is scope or self._inside(node, scope)):
             return None
         return node.path[len(scope.path) :].lstrip(".")
 
-    def _inside(self, node: Node, scope: Node) -> bool:
+    def _inside(self, node: Instance, scope: Instance) -> bool:
         while node.parent >= 0:
-            node = self.nodes[node.parent]
+            node = self.instances[node.parent]
             if node is scope:
                 return True
         return False
 
-    def at(self, path: str, scope: Node) -> Node:
+    def at(self, path: str, scope: Instance) -> Instance:
         """Node at a path relative to `scope`."""
         node = scope
         for name in steps(path):
-            node = self.nodes[node.children[name]]
+            node = self.instances[node.children[name]]
         return node
 
     def key(self, name: str | Ref | Expr) -> str:
@@ -248,39 +248,39 @@ class Tree:
             + nearest(key, self.parameter_names())
         )
 
-    def _look_up(self, key: str) -> tuple[Node, str] | None:
-        node = self.nodes[0]
+    def _look_up(self, key: str) -> tuple[Instance, str] | None:
+        node = self.instances[0]
         found = steps(key)
         for i, step in enumerate(found):
             if step in node.children:
-                node = self.nodes[node.children[step]]
+                node = self.instances[node.children[step]]
             else:
                 return node, ".".join(found[i:])
         return None
 
     def unknown_names(self) -> Iterator[str]:
         """Names of all unknowns."""
-        for node in self.nodes:
+        for node in self.instances:
             for local in node.layout.names:
                 yield node.name(local)
 
     def parameter_names(self) -> Iterator[str]:
         """Names of all parameters."""
-        for node in self.nodes:
+        for node in self.instances:
             for local in node.layout.parameters:
                 yield node.name(local)
         yield from self.input_parameters
 
-    def node_of_unknown(self, number: int) -> Node:
+    def node_of_unknown(self, number: int) -> Instance:
         """Component that declares an unknown."""
-        low, high = 0, len(self.nodes) - 1
+        low, high = 0, len(self.instances) - 1
         while low < high:
             middle = (low + high + 1) // 2
-            if self.nodes[middle].first_unknown <= number:
+            if self.instances[middle].first_unknown <= number:
                 low = middle
             else:
                 high = middle - 1
-        return self.nodes[low]
+        return self.instances[low]
 
     def unknown_name(self, number: int) -> str:
         """Dotted name of an unknown."""
@@ -292,16 +292,16 @@ class Tree:
         node = self.node_of_unknown(number)
         return node.layout.quantities[number - node.first_unknown]
 
-    def port_name(self, node: Node, port: int) -> str:
+    def port_name(self, node: Instance, port: int) -> str:
         """Dotted name of a port of a node."""
         return node.name(node.layout.ports[port])
 
-    def port(self, node: Node, port: int) -> Port:
+    def port(self, node: Instance, port: int) -> Port:
         """Declaration of a port of a node."""
         return ports_of(node.component)[node.layout.ports[port]]
 
 
-def _why_none(node: Node, local: str) -> str:
+def _why_none(node: Instance, local: str) -> str:
     """Why an unknown is no parameter, and what could be named instead."""
     if node.layout.quantities[node.layout.unknowns[local]].kind != "input":
         return ": the model computes it. Name a parameter."

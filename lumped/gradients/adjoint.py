@@ -18,17 +18,17 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.backward_steps import CHUNKS, backwards, chained, step_function
-from lumped.gradients.jumps import Crossing, Jump, Side
+from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.state_changes import exchange_fault
 from lumped.numerics.inside_step import Method
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.calls import Call
+from lumped.timeloop.calls import ArrayFunction
 from lumped.timeloop.result import Trajectory
 
 __all__ = [
+    "AdjointPoint",
     "Leg",
-    "Point",
     "Seeds",
     "Steps",
     "Swept",
@@ -82,7 +82,7 @@ class Leg:
 
 
 @dataclass(frozen=True)
-class Point:
+class AdjointPoint:
     """What a result owes to one instant of a run.
 
     Attributes
@@ -149,7 +149,7 @@ class Steps(Shared):
         return step_function(self.system, method, self.integrands)
 
     @made_once
-    def back(self, method: Method, count: int, results: int) -> Call:
+    def back(self, method: Method, count: int, results: int) -> ArrayFunction:
         """Several steps backwards (see `chained`)."""
         parameters = self.system.inputs[1].numel()
         return chained(self.single(method, results), parameters, count)
@@ -238,7 +238,7 @@ def sweep(
     crossings: list[Crossing],
     steps: Steps,
     seeds: Seeds,
-    points: list[Point],
+    points: list[AdjointPoint],
 ) -> list[Swept]:
     """Derivatives of results by states at the time zero and by parameters.
 
@@ -295,7 +295,7 @@ def _over(
     number: int,
     steps: Steps,
     seeds: Seeds,
-    points: list[Point],
+    points: list[AdjointPoint],
     after: Swept,
 ) -> Swept:
     """Back over one leg."""
@@ -347,10 +347,10 @@ def _across(
     run: Trajectory,
     steps: Steps,
     seeds: Seeds,
-    points: list[Point],
+    points: list[AdjointPoint],
     number: int,
     crossing: Crossing,
-    order: tuple[Jump, ...],
+    order: tuple[EventDerivatives, ...],
     after: Swept,
 ) -> Swept:
     """Back over the changes at which a leg begins."""
@@ -371,7 +371,7 @@ def _across(
     return Swept(adjoint, by_parameters)
 
 
-def placed(point: Point, number: int, order: tuple[Jump, ...]) -> int:
+def placed(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
     """Which of the jumps at the begin of a leg a result hangs on."""
     if point.name:
         return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)

@@ -10,7 +10,7 @@ from lumped.compiler.system import System
 from lumped.numerics.inside_step import Method, interpolated
 from lumped.numerics.one_step import explicit_dense, explicit_step, implicit_dense, implicit_step
 from lumped.support.made_once import made_once
-from lumped.timeloop.calls import Call, expanded
+from lumped.timeloop.calls import ArrayFunction, expanded
 
 __all__ = ["CHUNKS", "FRACTIONS", "backwards", "chained", "looked", "step_function"]
 
@@ -70,7 +70,7 @@ def backwards(step: ca.Function, results: int) -> ca.Function:
     return ca.Function("back", [after, both, t, h, modes, chosen], outputs)
 
 
-def chained(back: ca.Function, parameters: int, count: int) -> Call:
+def chained(back: ca.Function, parameters: int, count: int) -> ArrayFunction:
     """Several steps backwards.
 
     (adjoint, x, p, t, h, m, chosen) -> adjoint, derivatives by p, integrals; columns of x, t, h
@@ -89,7 +89,7 @@ def chained(back: ca.Function, parameters: int, count: int) -> Call:
         before, more, part = back(before, both, time, length, setting, chosen)
         by_p, total = by_p + more, total + part
     inputs = [adjoint, xs, theta, ts, hs, ms, chosen]
-    return Call(ca.Function("sweep", inputs, [before, by_p, total]))
+    return ArrayFunction(ca.Function("sweep", inputs, [before, by_p, total]))
 
 
 @made_once

@@ -17,7 +17,7 @@ from lumped.numerics.inside_step import Method
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Extreme", "extremes"]
+__all__ = ["SampledExtreme", "extremes"]
 
 _HALVINGS = 40
 """Of an interval of samples until a quantity is resolved in it."""
@@ -25,7 +25,7 @@ _LOCATED, _TIES = 64, 6
 """Most extremes of nearly the same height that are located, and that are kept."""
 
 
-class Extreme(NamedTuple):
+class SampledExtreme(NamedTuple):
     """Where a quantity is greatest.
 
     Attributes
@@ -73,7 +73,7 @@ class _Intervals(NamedTuple):
 
 def extremes(
     run: Trajectory, legs: list[Leg], steps: Steps, peak: Peak, rtol: float
-) -> list[Extreme]:
+) -> list[SampledExtreme]:
     """The extremes of a run that are highest within its accuracy, the highest first.
 
     Values and slopes at samples bound what a cubic can reach between them; where the next sample
@@ -85,7 +85,7 @@ def extremes(
     sampled = looks.samples(peak.between)
     size = max(np.abs(sampled.y).max(initial=0.0), np.abs(sampled.y_end).max(initial=0.0))
     slack = 10 * rtol * float(size)
-    found: list[Extreme] = []
+    found: list[SampledExtreme] = []
     for sign in signs:
         best = max((e.value for e in found), default=-np.inf)
         found += _highest(looks, sampled, sign, best, slack, peak.between)
@@ -102,7 +102,7 @@ def _highest(
     best: float,
     slack: float,
     between: tuple[float, float] | None,
-) -> list[Extreme]:
+) -> list[SampledExtreme]:
     """Ends and inner extremes that are highest, of a quantity times a sign."""
     turned = {k: sign * getattr(sampled, k) for k in ("y", "y_end", "slope", "slope_end")}
     parts = sampled._replace(**turned)
@@ -238,7 +238,7 @@ class _Looks:
 
     def ends(
         self, sampled: _Intervals, sign: float, between: tuple[float, float] | None
-    ) -> list[Extreme]:
+    ) -> list[SampledExtreme]:
         """Ends of the legs at which the quantity does not rise inwards."""
         found, last = [], len(self.legs) - 1
         for number in dict.fromkeys(sampled.leg.tolist()):
@@ -248,15 +248,15 @@ class _Looks:
             if sign * sampled.slope[a] <= 0:
                 fixed = between is not None and begin <= between[0]
                 found.append(
-                    Extreme(number, begin, sign * sampled.y[a], sign, 0 if fixed else number)
+                    SampledExtreme(number, begin, sign * sampled.y[a], sign, 0 if fixed else number)
                 )
             if sign * sampled.slope_end[b] >= 0:
                 fixed = number == last or (between is not None and end >= between[1])
                 value = sign * sampled.y_end[b]
-                found.append(Extreme(number, end, value, sign, 0 if fixed else number + 1))
+                found.append(SampledExtreme(number, end, value, sign, 0 if fixed else number + 1))
         return found
 
-    def located(self, parts: _Intervals, k: int, sign: float) -> Extreme:
+    def located(self, parts: _Intervals, k: int, sign: float) -> SampledExtreme:
         """The extreme inside a part whose slopes differ in sign."""
         leg, low, high = int(parts.leg[k]), float(parts.begin[k]), float(parts.end[k])
         t = high
@@ -267,7 +267,7 @@ class _Looks:
                     lambda t: self.at(leg, t)[1], low, high, xtol=tolerance, rtol=1e-15
                 )
             )
-        return Extreme(leg, t, sign * self.at(leg, t)[0], sign, 0)
+        return SampledExtreme(leg, t, sign * self.at(leg, t)[0], sign, 0)
 
 
 def _misses(y: np.ndarray, slope: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,13 +19,13 @@ from lumped.timeloop.result import Piece, Trajectory
 from lumped.timeloop.run import nominals
 from lumped.timeloop.smooth_part import smooth_part
 
-__all__ = ["Followed", "Forward", "Instant", "coincide"]
+__all__ = ["Followed", "Forward", "StopInstant", "coincide"]
 
 _AGREE = 1e-6
 """Relative difference up to which derivatives to both sides are the same."""
 
 
-class Instant(NamedTuple):
+class StopInstant(NamedTuple):
     """An instant at which a run stopped.
 
     Attributes
@@ -60,14 +60,14 @@ class Followed(NamedTuple):
         Derivatives of the integrals since its begin.
     jumps : list of ndarray, shape (q, k)
         What integrals gain where each part but the first begins, as the instant moves.
-    instants : list of Instant
+    instants : list of StopInstant
         At which the run stopped.
     """
 
     states: list[np.ndarray]
     integrals: list[np.ndarray]
     jumps: list[np.ndarray]
-    instants: list[Instant]
+    instants: list[StopInstant]
 
 
 def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
@@ -119,7 +119,9 @@ class Forward:
         self.augmented = self._augment()
         self.evaluations = 0
 
-    def courses(self, run: Trajectory, S: np.ndarray) -> tuple[list[np.ndarray], list[Instant]]:
+    def sensitivities(
+        self, run: Trajectory, S: np.ndarray
+    ) -> tuple[list[np.ndarray], list[StopInstant]]:
         """Follow the derivatives along the pieces of a run.
 
         Parameters
@@ -131,7 +133,7 @@ class Forward:
         -------
         list of ndarray, shape (len(piece.t), n, k)
             For each piece that holds points.
-        list of Instant
+        list of StopInstant
             At which the run stopped.
 
         Raises
@@ -206,7 +208,7 @@ class Forward:
             return S
         passed = crossing.forward(S, self.seed, side)
         for jump, slopes, _ in passed.parts:
-            found.instants.append(Instant(crossing.t, slopes, jump.names, jump.shared, number))
+            found.instants.append(StopInstant(crossing.t, slopes, jump.names, jump.shared, number))
         for jump, _, slopes in passed.gains if self.q else ():
             rates = [
                 np.asarray(self._integrated(x, run.theta, crossing.t, m)).ravel()

@@ -12,7 +12,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Leg, Point, Steps
+from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
 from lumped.gradients.extremes import extremes
 from lumped.gradients.functionals import (
     At,
@@ -24,12 +24,12 @@ from lumped.gradients.functionals import (
     Integral,
     Peak,
 )
-from lumped.gradients.jumps import Crossing, Jump
+from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.saltation import saltation_of
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Course", "Owed", "Way", "factors", "product"]
+__all__ = ["Owed", "SmoothParts", "Way", "factors", "product"]
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
@@ -46,14 +46,14 @@ class Way:
     ----------
     value : float
         What it is.
-    points : tuple of Point
+    points : tuple of AdjointPoint
         What it owes to single instants.
     by_end : float
         Its derivative by the end of the run.
     """
 
     value: float
-    points: tuple[Point, ...] = ()
+    points: tuple[AdjointPoint, ...] = ()
     by_end: float = 0.0
 
 
@@ -67,7 +67,7 @@ class Owed(NamedTuple):
     pick : str
         Which of several ways it goes: of the greatest or least derivative; or the second one
         where the change comes later.
-    guard : tuple of Point
+    guard : tuple of AdjointPoint
         The instant of the change, if ways differ by it.
     where : str
         In words, where the ways part.
@@ -75,7 +75,7 @@ class Owed(NamedTuple):
 
     ways: tuple[Way, ...]
     pick: Literal["", "greatest", "least", "later"] = ""
-    guard: tuple[Point, ...] = ()
+    guard: tuple[AdjointPoint, ...] = ()
     where: str = ""
 
 
@@ -89,7 +89,7 @@ class _Look(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class SmoothParts:
     """A run in its smooth parts, which functionals look at.
 
     Attributes
@@ -168,7 +168,7 @@ class Course:
     def _at(self, label: str, times: tuple[float, ...], names: tuple[str, ...]) -> Owed:
         """Sum of a product over instants."""
         ways: list[list[Way]] = []
-        guards: list[Point] = []
+        guards: list[AdjointPoint] = []
         where = ""
         for t in times:
             number, near = self._leg(t)
@@ -203,7 +203,7 @@ class Course:
         leg = self.legs[number]
         t = min(max(t, float(leg.t[0])), float(leg.t[-1]))
         look = self._look(number, t, names)
-        point = Point(number, t, 0, look.by_states, look.by_parameters)
+        point = AdjointPoint(number, t, 0, look.by_states, look.by_parameters)
         return Way(look.value, (point,))
 
     def _rate(self, way: Way, name: str) -> float:
@@ -217,10 +217,10 @@ class Course:
         y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
-    def _moving(self, number: int, name: str = "") -> Point:
+    def _moving(self, number: int, name: str = "") -> AdjointPoint:
         """The instant at which a leg begins."""
         none = np.zeros(len(self.run.system.structure.states)), np.zeros(len(self.run.theta))
-        return Point(number, float(self.legs[number].t[0]), 0, *none, number, 1.0, name)
+        return AdjointPoint(number, float(self.legs[number].t[0]), 0, *none, number, 1.0, name)
 
     # -- extremes ----------------------------------------------------------------------------
 
@@ -232,7 +232,9 @@ class Course:
             leg.cut(self.run, self.steps, top.time)
             look = self._look(top.leg, top.time, (name,))
             sign = top.sign if functional.kind == "peak" else 1.0
-            point = Point(top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters)
+            point = AdjointPoint(
+                top.leg, top.time, 0, sign * look.by_states, sign * look.by_parameters
+            )
             if top.edge:
                 edge = self._joined(top.edge)
                 point = replace(point, edge=edge, late=sign * look.rate)
@@ -336,12 +338,12 @@ class Course:
             t = float(self.legs[leg].t[-1 if f.side == "before" else 0])
             look = self._look(leg, t, f.names)
             slopes = look.by_states, look.by_parameters
-            yield Way(look.value, (Point(leg, t, 0, *slopes, number, look.rate),))
+            yield Way(look.value, (AdjointPoint(leg, t, 0, *slopes, number, look.rate),))
 
     def _impacts(self, functional: Impact) -> Iterator[Way]:
         label, run = str(functional), self.run
         names = run.system.switching.names
-        found: list[tuple[int, Jump, list[int]]] = []
+        found: list[tuple[int, EventDerivatives, list[int]]] = []
         for number, crossing in enumerate(self.crossings, 1):
             for jump in (j for order in crossing.orders[:1] for j in order):
                 blow = jump.act[1]
@@ -371,13 +373,14 @@ class Course:
                 y, by_x, by_p, along = self._impact(functional.kind, jump, h)
                 t = float(self.legs[number - 1].t[-1])
                 yield Way(
-                    float(y[0]), (Point(number - 1, t, 0, by_x, by_p, number, float(along[0])),)
+                    float(y[0]),
+                    (AdjointPoint(number - 1, t, 0, by_x, by_p, number, float(along[0])),),
                 )
 
-    def _is_struck(self, jump: Jump, hold: int, functional: Impact) -> bool:
+    def _is_struck(self, jump: EventDerivatives, hold: int, functional: Impact) -> bool:
         return bool(self._impact("impulse", jump, hold)[0][0] != 0)
 
-    def _impact(self, kind: str, jump: Jump, hold: int) -> list[np.ndarray]:
+    def _impact(self, kind: str, jump: EventDerivatives, hold: int) -> list[np.ndarray]:
         jumps, blow = jump.act
         assert blow is not None
         changes = saltation_of(self.run.system).changes

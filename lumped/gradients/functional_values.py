@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import (
-    Point,
+    AdjointPoint,
     Seeds,
     Swept,
     crossings_of,
@@ -20,7 +20,7 @@ from lumped.gradients.adjoint import (
     sweep,
 )
 from lumped.gradients.forward import Followed
-from lumped.gradients.functional_terms import Course, Owed, Way, factors
+from lumped.gradients.functional_terms import Owed, SmoothParts, Way, factors
 from lumped.gradients.functionals import Functional, Integral
 from lumped.gradients.quadrature import resolve, totals
 from lumped.gradients.touches import refuse_touches
@@ -39,7 +39,7 @@ class Summed:
 
     Attributes
     ----------
-    course : Course
+    course : SmoothParts
         The run in its smooth parts, every instant that counts an end of a step.
     wanted : tuple of functionals
         What they are.
@@ -55,7 +55,7 @@ class Summed:
         Integrals of the sizes of what is integrated.
     """
 
-    course: Course
+    course: SmoothParts
     wanted: tuple[Functional, ...]
     owed: tuple[Owed, ...]
     integrals: tuple[int, ...]
@@ -77,7 +77,7 @@ class Summed:
         system, legs = run.system, legs_of(run)
         integrals = [k for k, f in enumerate(wanted) if isinstance(f, Integral)]
         steps = steps_of(system, tuple(factors(system, wanted[k]) for k in integrals))  # type: ignore[arg-type]
-        course = Course(run, legs, crossings_of(run, legs, rtol), steps, rtol)
+        course = SmoothParts(run, legs, crossings_of(run, legs, rtol), steps, rtol)
         refuse_touches(run, legs, steps, rtol, any(course.ends(f) for f in wanted))
         for functional in wanted:
             course.cut(functional)
@@ -149,7 +149,7 @@ class Summed:
         list of int or None
             Column of the instant that decides between ways.
         """
-        points: list[Point] = []
+        points: list[AdjointPoint] = []
         columns, guards, count = [], [], 0
         scaled = []
         for k, owed in enumerate(self.owed):
@@ -221,7 +221,7 @@ class Summed:
             total = total + Q[last, place] - Q[first, place]
         return total
 
-    def _point(self, found: Followed, seed: np.ndarray, point: Point) -> np.ndarray:
+    def _point(self, found: Followed, seed: np.ndarray, point: AdjointPoint) -> np.ndarray:
         """What a functional owes to one instant."""
         leg = self.course.legs[point.leg]
         S = found.states[point.leg][int(np.searchsorted(leg.t, point.time))]

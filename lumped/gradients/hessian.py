@@ -13,7 +13,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import crossings_of, legs_of, steps_of
 from lumped.gradients.functional_kinds import At, Final, Functional, Integral
-from lumped.gradients.functional_terms import Course, factors
+from lumped.gradients.functional_terms import SmoothParts, factors
 from lumped.gradients.functional_values import check
 from lumped.gradients.quadrature import resolve
 from lumped.gradients.second_order import Second
@@ -147,7 +147,7 @@ def hessian(
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
     steps = steps_of(system, products)
-    course = Course(run, legs, crossings_of(run, legs, fine), steps, fine)
+    course = SmoothParts(run, legs, crossings_of(run, legs, fine), steps, fine)
     _refuse_events(course)
     course.cut(of)
     resolve(run, legs, steps, fine)
@@ -171,7 +171,7 @@ def hessian(
     return Hessian(run, label, tuple(names), value, first, second, seconds, rtol, float(asymmetry))
 
 
-def _refuse_events(course: Course) -> None:
+def _refuse_events(course: SmoothParts) -> None:
     """Refuse changes at which rates jump; where they only have a kink, all is known."""
     run, steps = course.run, course.steps
     for crossing in course.crossings:

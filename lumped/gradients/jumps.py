@@ -9,13 +9,13 @@ import scipy
 
 from lumped.gradients.state_changes import Blow
 
-__all__ = ["Crossing", "Jump", "Part", "Passed", "Side"]
+__all__ = ["Crossing", "EventDerivatives", "Part", "Passed", "Side"]
 
 Side = tuple[np.ndarray, np.ndarray]
 """States and settings on one side of an instant."""
 
 
-class Jump(NamedTuple):
+class EventDerivatives(NamedTuple):
     """Derivatives at an instant ``t(x, p)`` at which something changes; its own are `instant`.
 
     Sensitivities S become ``states S + parameters + drift t_p``. Leine and Nijmeijer, Dynamics and
@@ -83,7 +83,7 @@ class Jump(NamedTuple):
         return before, self.parameters.T @ adjoint + np.outer(self.instant[n:], weight)
 
 
-Part = tuple[Jump, np.ndarray, np.ndarray]
+Part = tuple[EventDerivatives, np.ndarray, np.ndarray]
 """A jump, the derivatives of its instant, and those by which integrals gain."""
 
 
@@ -112,13 +112,13 @@ class Crossing(NamedTuple):
     ----------
     t : float
         Instant, s.
-    orders : tuple of tuple of Jump
+    orders : tuple of tuple of EventDerivatives
         Jumps one after the other; several orders if different causes coincide; none if all that
         happens is part of the next crossing, at the same instant.
     """
 
     t: float
-    orders: tuple[tuple[Jump, ...], ...]
+    orders: tuple[tuple[EventDerivatives, ...], ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -154,7 +154,7 @@ class Crossing(NamedTuple):
 
     @staticmethod
     def _followed(
-        order: tuple[Jump, ...], S: np.ndarray, seed: np.ndarray
+        order: tuple[EventDerivatives, ...], S: np.ndarray, seed: np.ndarray
     ) -> tuple[np.ndarray, list[Part]]:
         parts = []
         for jump in order:

@@ -26,7 +26,7 @@ def resolve(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) -> None
     if not steps.integrands.numel():
         return
     span = legs[-1].t[-1] - legs[0].t[0]
-    parts = [_Part(run, leg, steps) for leg in legs]
+    parts = [_Leg(run, leg, steps) for leg in legs]
     for _ in range(_HALVINGS):
         size = np.sum([part.size for part in parts], axis=0)
         again = False
@@ -56,7 +56,7 @@ def totals(
     return found, sizes
 
 
-class _Part:
+class _Leg:
     """One leg and what its steps are worth."""
 
     def __init__(self, run: Trajectory, leg: Leg, steps: Steps) -> None:

@@ -13,7 +13,7 @@ import scipy
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.flattening import hold_modes
-from lumped.gradients.jumps import Crossing, Jump, Side
+from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.state_changes import Blow, Changes
 from lumped.support.made_once import made_once
 from lumped.timeloop.instants import clocks
@@ -179,7 +179,7 @@ class Saltation:
         return Crossing(other.t, tuple(orders))
 
     def _plain(
-        self, run: Trajectory, t: float, jump: Jump, waits: list[int]
+        self, run: Trajectory, t: float, jump: EventDerivatives, waits: list[int]
     ) -> tuple[np.ndarray, float] | None:
         """Derivatives of the margin of a jump as it is where it matters, if it has waited."""
         if not set(jump.used) & set(waits):
@@ -232,9 +232,9 @@ class Saltation:
 
     def _ordered(
         self, run: Trajectory, t: float, old: Side, new: Side, causes: tuple[_Cause, ...]
-    ) -> tuple[Jump, ...]:
+    ) -> tuple[EventDerivatives, ...]:
         """Jumps of several causes in this order."""
-        jumps: list[Jump] = []
+        jumps: list[EventDerivatives] = []
         side = old
         for number, cause in enumerate(causes):
             if cause.plain is not None:
@@ -260,7 +260,9 @@ class Saltation:
             return np.asarray(function(side[0], run.theta, t, side[1])[0]).ravel()
         return side[0]
 
-    def _jump(self, run: Trajectory, t: float, old: Side, new: Side, cause: _Cause) -> Jump:
+    def _jump(
+        self, run: Trajectory, t: float, old: Side, new: Side, cause: _Cause
+    ) -> EventDerivatives:
         """Derivatives across what one cause changes."""
         theta, point = run.theta, (old[0], run.theta, t, old[1])
         for act in self._acts(cause.used, old[1], new[1]):
@@ -287,7 +289,7 @@ class Saltation:
             kept = scipy.sparse.csc_array(np.eye(len(drift)) - np.outer(along_gap, by_gap))
             by_x, drift = kept @ by_x, kept @ drift
             by_p = kept @ by_p - scipy.sparse.csc_array(np.outer(along_gap, gap_by_p))
-        return Jump(
+        return EventDerivatives(
             by_x,
             by_p,
             drift,

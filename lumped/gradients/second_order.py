@@ -12,11 +12,11 @@ from lumped.compiler.system import System
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import CHUNKS
 from lumped.gradients.functional_kinds import At, Final, Integral
-from lumped.gradients.functional_terms import Course, product
+from lumped.gradients.functional_terms import SmoothParts, product
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.calls import Call
+from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["Second"]
 
@@ -29,7 +29,7 @@ class Second(Shared):
 
     Parameters
     ----------
-    course : Course
+    course : SmoothParts
         The run, every instant that counts an end of a step; rates do not jump in it.
     seed, S : ndarray, shapes (p, k) and (n, k)
         Derivatives of the parameters and of the states at the start by what is varied.
@@ -38,7 +38,7 @@ class Second(Shared):
     """
 
     def __init__(
-        self, course: Course, seed: np.ndarray, S: np.ndarray, of: Final | At | Integral
+        self, course: SmoothParts, seed: np.ndarray, S: np.ndarray, of: Final | At | Integral
     ) -> None:
         super().__init__(course.run.system.building)
         self.course, self.seed, self.S = course, seed, S
@@ -164,10 +164,10 @@ class Second(Shared):
         return x.ravel(), self.run.theta, self.seed.ravel(order="F"), t, lengths, m.ravel()
 
     @made_once
-    def _call(self, what: str, method: Method, count: int) -> Call:
+    def _call(self, what: str, method: Method, count: int) -> ArrayFunction:
         """Several steps: tangents after each, or back."""
         make = self._forward if what == "forward" else self._backward
-        return Call(make(method, count))
+        return ArrayFunction(make(method, count))
 
     def _symbols(self, count: int) -> list[ca.MX]:
         p, k = self.seed.shape

@@ -34,7 +34,7 @@ from lumped.timeloop.result import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Moved", "Sensitivity", "Varied", "sensitivity"]
+__all__ = ["MovedInstant", "Sensitivity", "Varied", "sensitivity"]
 
 _GRID = 1000
 """Intervals of a run without states, which has no steps."""
@@ -42,7 +42,7 @@ _GRID = 1000
 Side = Literal["both", "right", "left"]
 
 
-class Moved(NamedTuple):
+class MovedInstant(NamedTuple):
     """An instant at which the run stopped, s, its derivatives, shape (len(to),), what changes."""
 
     time: float
@@ -62,7 +62,7 @@ class Sensitivity:
         What is differentiated, and by what.
     values : ndarray, shape (len(run.t), len(of), len(to))
         The derivatives.
-    instants : tuple of Moved
+    instants : tuple of MovedInstant
         Each instant at which the run stopped, its derivatives, and the components that change.
     shared : tuple of float
         Instants at which statically indeterminate constraints let go, s. Derivatives hold the
@@ -83,7 +83,7 @@ class Sensitivity:
     of: tuple[str, ...]
     to: tuple[str, ...]
     values: np.ndarray
-    instants: tuple[Moved, ...]
+    instants: tuple[MovedInstant, ...]
     shared: tuple[float, ...]
     evaluations: int
     rtol: float
@@ -363,9 +363,10 @@ class Varied:
             curves, functionals=labels, totals=summed.values, slopes=slopes, evaluations=cost
         )
 
-    def _instants(self, found: Followed) -> tuple[Moved, ...]:
+    def _instants(self, found: Followed) -> tuple[MovedInstant, ...]:
         return tuple(
-            Moved(i.t, self._whole(i.slopes / self.scale), i.components) for i in found.instants
+            MovedInstant(i.t, self._whole(i.slopes / self.scale), i.components)
+            for i in found.instants
         )
 
     def _whole(self, derivatives: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import may_change
-from lumped.kernel.run import Instant, Look, Run
+from lumped.kernel.run import InstantSearch, Look, Run
 
 __all__ = ["jump", "set_by_sides", "slack", "turn", "turn_wrong"]
 
@@ -75,7 +75,7 @@ def _is_wrong(plant: Plant, m: Numbers, k: int, difference: float, tolerated: fl
 
 
 @kernel
-def _is_tie(plant: Plant, instant: Instant, k: int, difference: float) -> bool:
+def _is_tie(plant: Plant, instant: InstantSearch, k: int, difference: float) -> bool:
     """Whether the sides are exactly equal and the condition is wrong for equal sides."""
     if difference != 0.0 or instant.is_exempt[k] or plant.piece_count[k] > 0:
         return False

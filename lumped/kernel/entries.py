@@ -10,7 +10,7 @@ from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
-from lumped.kernel.run import Course, Run
+from lumped.kernel.run import Run, Samples
 from lumped.kernel.sharing import watch_redundancy
 
 __all__ = ["ENTRIES"]
@@ -24,7 +24,7 @@ def value(run: Run, function: Function, out: Numbers) -> int:
 
 
 @kernel
-def values(run: Run, function: Function, course: Course) -> int:
+def values(run: Run, function: Function, course: Samples) -> int:
     """Evaluate a function of one result at points one after the other."""
     for k in range(course.points):
         x, m = course.x[course.states * k :], course.m[course.settings * k :]

@@ -6,7 +6,7 @@ from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import COMPLIANCE, DEMAND, PARTED, SHARE, SLACK, STUCK
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import FREE, Plant
-from lumped.kernel.run import Instant, Look, Run
+from lumped.kernel.run import InstantSearch, Look, Run
 
 __all__ = [
     "STANDSTILL",
@@ -74,7 +74,7 @@ def look_at(run: Run, x: Numbers, m: Numbers, look: Look) -> None:
 
 
 @kernel
-def standstills(plant: Plant, instant: Instant) -> None:
+def standstills(plant: Plant, instant: InstantSearch) -> None:
     """Largest speeds that count as zero; a speed that is a state must be exactly zero."""
     rest = instant.rest_speed
     for h in range(plant.holds):
@@ -87,7 +87,7 @@ def standstills(plant: Plant, instant: Instant) -> None:
 
 
 @kernel
-def stop(plant: Plant, instant: Instant, hold: int) -> None:
+def stop(plant: Plant, instant: InstantSearch, hold: int) -> None:
     """Make a speed exactly zero if it is a state."""
     if plant.speed_state[hold] >= 0:
         instant.x[plant.speed_state[hold]] = 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.crossing import inside
-from lumped.kernel.run import Output, Run
+from lumped.kernel.run import Run, RunOutput
 
 __all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
 
@@ -13,7 +13,7 @@ _SAME = 1e-13
 
 
 @kernel
-def has_room(output: Output) -> bool:
+def has_room(output: RunOutput) -> bool:
     """Whether there is room for all wanted times that are left and a few rows more."""
     return output.most_rows - output.rows >= output.grid_size - output.grid_next + 4
 

@@ -24,7 +24,7 @@ from lumped.kernel.impacts import HAS_COLLIDED, NO_ANSWER, collide, halt
 from lumped.kernel.linkages import close
 from lumped.kernel.plant import CONDITION, FREE, LOWER, SLIDE, UPPER, Plant
 from lumped.kernel.rounds import begin_rounds, may_change
-from lumped.kernel.run import GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, Instant, Look, Run
+from lumped.kernel.run import GOES_ON, INSIDE, NO_FIT, NOT_CLOSED, InstantSearch, Look, Run
 from lumped.kernel.sharing import share, watch_redundancy
 
 __all__ = ["begin", "calm_positions", "find_positions"]
@@ -49,7 +49,7 @@ def _acts(plant: Plant, m: Numbers, h: int) -> bool:
 
 
 @kernel
-def _first_position(plant: Plant, instant: Instant, seen: Look, h: int) -> int:
+def _first_position(plant: Plant, instant: InstantSearch, seen: Look, h: int) -> int:
     """Position of a hold that begins to act, from its speed and gap alone."""
     v, least = seen.speed[h], instant.rest_speed[h]
     is_still = abs(v) <= least
@@ -153,7 +153,7 @@ def _position_by_force(run: Run, seen: Look, h: int, calm: float) -> int:
 
 
 @kernel
-def _is_at_rest(instant: Instant, seen: Look, h: int) -> bool:
+def _is_at_rest(instant: InstantSearch, seen: Look, h: int) -> bool:
     return abs(seen.speed[h]) <= instant.rest_speed[h] or instant.is_halted[h] != 0
 
 
@@ -191,7 +191,7 @@ def _rebalance(run: Run, seen: Look) -> bool:
 
 
 @kernel
-def _note_wrong(instant: Instant, count: int, h: int, position: int) -> int:
+def _note_wrong(instant: InstantSearch, count: int, h: int, position: int) -> int:
     """Note the new position of a hold, if there is one; gives the number of notes."""
     if position == KEEPS:
         return count

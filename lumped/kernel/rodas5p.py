@@ -111,7 +111,7 @@ def dense_error(run: Run, h: float) -> float:
     """Error of the interpolation, relative to the tolerance, by its defect at one point.
 
     The matrix of the step removes the stiff part of the defect. The rest at 0.3 is nine times the
-    largest error; an error of one and a half times the tolerance is allowed.
+    largest error; an error of two thirds of the tolerance is allowed.
     """
     n, x, new, c, u = run.plant.states, run.x, run.new, run.dense, run.argument
     defect = run.stages[9 * n :]

@@ -14,7 +14,7 @@ from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import Rounds
 
-__all__ = ["Course", "Instant", "Look", "Matrix", "Output", "Pattern", "Reserve", "Run"]
+__all__ = ["InstantSearch", "Look", "Matrix", "Pattern", "Reserve", "Run", "RunOutput", "Samples"]
 
 STORM_SIZE = 200
 """Changes of position that may follow each other at practically the same instant."""
@@ -98,7 +98,7 @@ class Reserve(Record):
     limit: Annotated[Integers, "2 * holds + 1"]
 
 
-class Instant(Record):
+class InstantSearch(Record):
     """Positions and states while they are found at one instant."""
 
     x: Annotated[Numbers, "states"]
@@ -206,7 +206,7 @@ class Matrix(Record):
     right: Annotated[Numbers, "states"]
 
 
-class Output(Record):
+class RunOutput(Record):
     """Results of a run, with the room for each."""
 
     # points: time, states, implicit quantities
@@ -236,7 +236,7 @@ class Output(Record):
     has_both_sides: int
 
 
-class Course(Record):
+class Samples(Record):
     """Points one after the other, with the result of a function at each of them."""
 
     points: int
@@ -252,8 +252,8 @@ class Run(Record):
     """A run."""
 
     plant: Plant
-    instant: Instant
-    output: Output
+    instant: InstantSearch
+    output: RunOutput
     matrix: Matrix
 
     # options

@@ -11,7 +11,7 @@ from lumped.language.connection import label
 from lumped.language.expression import (
     Call,
     Compare,
-    Constant,
+    ConstantExpression,
     Datum,
     Der,
     Equation,
@@ -112,7 +112,7 @@ def _sides(item: Item) -> Iterator[tuple[Expr, Expr, str]]:
                 yield item.reaction, limit, f"{name} of {text(item.reaction)} = {text(limit)}"
         if item.gap is not None:
             yield Der(item.gap), item.speed, f"gap = {text(item.gap)}"
-        yield Constant(1.0), item.restitution, f"restitution = {text(item.restitution)}"
+        yield ConstantExpression(1.0), item.restitution, f"restitution = {text(item.restitution)}"
         if item.engaged is not None:
             yield from _condition(item.engaged)
 
@@ -136,7 +136,7 @@ def _of(node: Expr, parts: list[Dimension | None]) -> Dimension | None:
         return _joined(parts[1:])
     if isinstance(node, Smooth):
         return parts[0]
-    if isinstance(node, Constant):
+    if isinstance(node, ConstantExpression):
         return None if node.value == 0 else _NUMBER
     if isinstance(node, Time):
         return dimension("s")
@@ -169,7 +169,7 @@ def _called(node: Call, parts: list[Dimension | None]) -> Dimension | None:
     if node.op == "**":
         _joined([parts[1], _NUMBER])
         exponent = node.args[1]
-        if isinstance(exponent, Constant):
+        if isinstance(exponent, ConstantExpression):
             return _power(parts[0], exponent.value)
         return _joined([parts[0], _NUMBER])
     if node.op == "atan2":

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Call",
     "Compare",
-    "Constant",
+    "ConstantExpression",
     "Equation",
     "Expr",
     "Partial",
@@ -161,7 +161,7 @@ _UFUNCS = {
 }
 
 
-class Constant(Expr):
+class ConstantExpression(Expr):
     """A number."""
 
     __slots__ = ("value",)
@@ -170,7 +170,7 @@ class Constant(Expr):
         self.value = value
 
 
-class Datum(Constant):
+class Datum(ConstantExpression):
     """A number from a table, in the unit of its column."""
 
     __slots__ = ()
@@ -399,7 +399,7 @@ def as_expr(value: object) -> Expr:
         raise EquationError(
             "nan stands in an expression; only finite numbers have a meaning there."
         )
-    return Constant(number)
+    return ConstantExpression(number)
 
 
 def walk(root: Expr, closed: type[Expr] | None = None) -> Iterator[Expr]:
@@ -443,7 +443,7 @@ def text(root: Expr, name: Callable[[Ref], str] | None = None) -> str:
 def _text_of(
     node: Expr, parts: list[tuple[str, int]], name: Callable[[Ref], str]
 ) -> tuple[str, int]:
-    if isinstance(node, Constant):
+    if isinstance(node, ConstantExpression):
         return f"{node.value:g}", 5 if node.value >= 0 else 3
     if isinstance(node, Time):
         return "time", 5

@@ -13,7 +13,7 @@ from lumped.language.derivatives import partials
 from lumped.language.expression import (
     Call,
     Compare,
-    Constant,
+    ConstantExpression,
     Der,
     Expr,
     Partial,
@@ -133,7 +133,7 @@ def lower(
             done[id(node)] = lower(node.of, leaf, time=time, derivative=derivative)
             continue
         args = [done[id(child)] for child in node.children()]
-        if isinstance(node, Constant):
+        if isinstance(node, ConstantExpression):
             value = ca.SX(node.value)
         elif isinstance(node, Call) and node.op in _KINKED:
             found = _modes(node, args, watched)
@@ -200,7 +200,7 @@ def _bounded(nodes: list[Expr]) -> set[int]:
         if isinstance(node, Call):
             power = node.args[-1]
             root = node.op == "**" and not (
-                isinstance(power, Constant) and power.value == int(power.value)
+                isinstance(power, ConstantExpression) and power.value == int(power.value)
             )
             own = own or root or node.op in ("sqrt", "log", "asin", "acos")
         if own and not isinstance(node, Where | Smooth):
@@ -210,7 +210,7 @@ def _bounded(nodes: list[Expr]) -> set[int]:
 
 def _modes(node: Call, args: list[ca.SX], kinks: Kinks) -> list[ca.SX]:
     """Modes of functions that abbreviate conditions."""
-    zero, none, x = Constant(0.0), ca.SX(0), node.args[0]
+    zero, none, x = ConstantExpression(0.0), ca.SX(0), node.args[0]
     if node.op == "abs":
         return [kinks.mode(Compare(x, zero), args[0], none)]
     if node.op == "sign":

@@ -33,7 +33,7 @@ _MOST_GROWTH = 600.0
 """Logarithm of the largest growth that a number can hold, with some to spare."""
 
 
-class _Part(Protocol):
+class _Block(Protocol):
     """States that depend on each other."""
 
     @property
@@ -112,7 +112,7 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
-def _part(a: scipy.sparse.csr_array) -> _Part:
+def _part(a: scipy.sparse.csr_array) -> _Block:
     scale = skew_scaling(a)
     if scale is None:
         return _general(a.toarray())
@@ -125,7 +125,7 @@ def _part(a: scipy.sparse.csr_array) -> _Part:
     return _Modal(values, vectors / scale[:, None], vectors.conj().T * scale, 1.0, "modes")
 
 
-def _general(a: Real) -> _Part:
+def _general(a: Real) -> _Block:
     with np.errstate(invalid="ignore"):  # SciPy turns scales into integers beside
         balanced, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
     values, vectors = scipy.linalg.eig(balanced)

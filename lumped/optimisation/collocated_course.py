@@ -11,7 +11,7 @@ from lumped.errors import OptionError
 from lumped.gradients.functionals import Designed
 from lumped.numerics.collocation import fractions, phase
 from lumped.numerics.nlp import Programme
-from lumped.optimisation.course import Course, measured
+from lumped.optimisation.discretisation import Discretisation, measured
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
@@ -58,7 +58,7 @@ def collocated(
     varied: list[int],
     intervals: int,
     repeats: Repeating | None,
-) -> Course:
+) -> Discretisation:
     """States of a run as unknowns that follow their equations; None for a start that is held."""
     system = run.system
     pieces = [piece for piece in run.pieces if piece.t[-1] > piece.t[0]]
@@ -114,7 +114,7 @@ def collocated(
         ca.vertcat(*parts) for parts in zip(*((p.t, p.weights) for p in phases), strict=True)
     )
     fixed = not ca.symvar(t)
-    return Course(
+    return Discretisation(
         system,
         np.asarray(ca.DM(t)).ravel() if fixed else t,
         np.asarray(ca.DM(weights)).ravel() if fixed else weights,

@@ -200,7 +200,7 @@ def identify(
     """
     if not 0 < level < 1:
         raise OptionError(f"identify: level = {level:g} must lie between 0 and 1.")
-    search = _Search(system, vary, t, measured, sigma, parameters or {}, start or {})
+    search = _FitSearch(system, vary, t, measured, sigma, parameters or {}, start or {})
     return search.found(level, rtol)
 
 
@@ -210,7 +210,7 @@ def _varied(system: System, of: _Names, to: _Names, start: _Names, rtol: float) 
     return Varied(system, of, to, dict.fromkeys(start, 0.0), rtol)
 
 
-class _Search:
+class _FitSearch:
     def __init__(
         self,
         system: System,

@@ -15,8 +15,8 @@ from lumped.gradients.functionals import Designed
 from lumped.language.expression import Expr
 from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.numerics.nlp import Programme, Solution
-from lumped.optimisation.course import Course, number_of, term
 from lumped.optimisation.design import Bounds, bounds_of
+from lumped.optimisation.discretisation import Discretisation, number_of, term
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
@@ -157,10 +157,12 @@ def motion(
     parabola of speed, ``6 h t (T - t) / T^3``.
     """
     duration = in_seconds(duration, "duration")
-    return _Search(points, drive, stations, duration, minimise, limits or {}, intervals).found()
+    return _MotionSearch(
+        points, drive, stations, duration, minimise, limits or {}, intervals
+    ).found()
 
 
-class _Search:
+class _MotionSearch:
     def __init__(
         self,
         points: OperatingPoint | Sequence[OperatingPoint],
@@ -235,12 +237,12 @@ class _Search:
             weights = _extrapolation()
             theta = ca.repmat(ca.SX(ca.DM(point.theta)), 1, len(nodes))
             theta[self.place, :] = ca.horzcat(ca.dot(weights, u[:DEGREE]), u.T)
-            own = np.repeat(point.modes[None, :], len(nodes), axis=0)
+            own = np.repeat(point.settings[None, :], len(nodes), axis=0)
             span = (begin, durations[k])
             phases.append(phase(programme, system, x, theta, own, span, sizes))
             settings.append(own)
             now, begin = x[:, -1], begin + durations[k]
-        self.course = Course(
+        self.course = Discretisation(
             system,
             ca.vertcat(*(p.t for p in phases)),
             ca.vertcat(*(p.weights for p in phases)),
@@ -265,7 +267,7 @@ class _Search:
             rate = ca.jtimes(y, states, system.rates)
             parts = [ca.vertcat(y, rate), ca.jacobian(ca.vertcat(y, rate), states)]
             self.slopes = ca.Function("slopes", [states, theta, time, modes], parts)
-        now, by = (np.asarray(v) for v in self.slopes(x, point.theta, point.time, point.modes))
+        now, by = (np.asarray(v) for v in self.slopes(x, point.theta, point.time, point.settings))
         wanted = np.array([position, speed]) - now.ravel()
         found: np.ndarray = x + np.linalg.lstsq(by, wanted, rcond=None)[0]
         return found
@@ -298,7 +300,7 @@ class _Search:
         )
         way, most = abs(self.values[-1] - self.values[0]), 0.0
         for point in self.points:
-            now, by = (float(v) for v in function(point.x, point.theta, point.time, point.modes))
+            now, by = (float(v) for v in function(point.x, point.theta, point.time, point.settings))
             if by:
                 most = max(most, (abs(now) + 4 * way / self.duration**2) / abs(by))
         return most or 1.0

@@ -21,9 +21,10 @@ from lumped.optimisation.collocated_course import (
     repeating,
     simulated,
 )
-from lumped.optimisation.course import (
-    Course,
-    Term,
+from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
+from lumped.optimisation.discretisation import (
+    Discretisation,
+    FunctionalTerm,
     along,
     dt_of,
     followed_by,
@@ -33,7 +34,6 @@ from lumped.optimisation.course import (
     smooth,
     term,
 )
-from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, key_unit, unit_of, varied
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.orbits.orbit import PeriodicOrbit
@@ -42,7 +42,7 @@ from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
 
-__all__ = ["Objective", "Problem", "optimise"]
+__all__ = ["DesignProblem", "Objective", "optimise"]
 
 _LEAST = 1e-3
 """Size of a functional, over that at the start, below which its error is relative to the start."""
@@ -171,7 +171,7 @@ def optimise(
         repeats, run = of_orbit(run), run.run
     elif periodic and run.system.structure.states:
         repeats = repeating(run)
-    problem = Problem(run, vary, wanted, bounds, intervals, repeats)
+    problem = DesignProblem(run, vary, wanted, bounds, intervals, repeats)
     return problem.optimum(problem.solve(list(weights.values())), wanted)
 
 
@@ -198,7 +198,7 @@ def _weights(minimise: Objective) -> dict[Key | str, float]:
     return weights
 
 
-class Problem:
+class DesignProblem:
     """The programme of one design problem, solved for any weights.
 
     Parameters
@@ -233,7 +233,7 @@ class Problem:
         self.theta = theta
         held_instants(self.system, self.places)
         self.course = self._course()
-        self.terms: dict[Designed | str, Term] = {}
+        self.terms: dict[Designed | str, FunctionalTerm] = {}
         self.value_rows: dict[Designed | str, Rows] = {}
         self.functionals = self._functionals([*weights, *subject_to])
         self._quantities(subject_to)
@@ -241,7 +241,7 @@ class Problem:
             if isinstance(key, str):
                 place = self.system.places([key])[0]
                 size = abs(float(run.theta[place])) or 1.0
-                self.terms[key] = Term(self.theta[place], size, False)
+                self.terms[key] = FunctionalTerm(self.theta[place], size, False)
         for key, term_ in self.terms.items():
             low, high = bounds_of(str(key), subject_to.get(key, (None, None)))
             if term_.bounded and (np.isfinite(low) or weights.get(key, 0.0) < 0):
@@ -262,7 +262,7 @@ class Problem:
     def _unit(self, key: Designed | str) -> str:
         return unit_of(self.system, key) if isinstance(key, str) else key_unit(self.system, key)
 
-    def _course(self) -> Course:
+    def _course(self) -> Discretisation:
         if not self.system.structure.states:
             return along(self.run, self.theta)
         return collocated(

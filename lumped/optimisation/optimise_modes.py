@@ -31,7 +31,7 @@ def best_modes(
     subject_to: Mapping[ModalKey, Bounds],
 ) -> Optimum:
     """The modal part of `optimise`: sequential quadratic programming with exact gradients."""
-    return _Search(begin, vary, weights, subject_to).found()
+    return _ModeSearch(begin, vary, weights, subject_to).found()
 
 
 def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPoint:
@@ -48,7 +48,7 @@ def equilibrium_again(point: OperatingPoint, parameters: Changes) -> OperatingPo
     )
 
 
-class _Search:
+class _ModeSearch:
     """A programme in scaled parameters and one margin for each clearance."""
 
     def __init__(

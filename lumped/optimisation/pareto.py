@@ -12,7 +12,7 @@ from lumped.errors import OptimisationError, OptionError
 from lumped.gradients.functionals import Designed
 from lumped.optimisation.collocated_course import repeating
 from lumped.optimisation.design import Bounds, Optimum
-from lumped.optimisation.optimise import Problem
+from lumped.optimisation.optimise import DesignProblem
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.text_table import number, table
@@ -107,7 +107,7 @@ def pareto(
     if count < 2:
         raise OptionError(f"pareto: count = {count}; a front has at least two designs.")
     repeats = repeating(run) if periodic and run.system.structure.states else None
-    problem = Problem(
+    problem = DesignProblem(
         run, vary, dict.fromkeys(functionals, 1.0), subject_to or {}, intervals, repeats
     )
 

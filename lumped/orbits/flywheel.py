@@ -116,7 +116,7 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
             f"{irregularity:.4g}; no inertia needs to be added."
         )
     classical = _wittenbauer(orbit, place, speed, irregularity)
-    before, search = float(theta[place]), _Search(orbit, place, speed, irregularity)
+    before, search = float(theta[place]), _IrregularitySearch(orbit, place, speed, irregularity)
     low, high = before, before + classical
     for _ in range(_MOST):
         if search(high) >= 0:
@@ -137,7 +137,7 @@ def flywheel(orbit: PeriodicOrbit, *, inertia: Name, speed: Name, irregularity: 
     return Flywheel(key, before, value, classical, reached, found, count, evaluations)
 
 
-class _Search:
+class _IrregularitySearch:
     """Reciprocal of the irregularity over that wanted, less one, for values of the parameter.
 
     Attributes
@@ -155,7 +155,7 @@ class _Search:
             old = self._last.found.guess
             theta = old.point.theta.copy()
             theta[self.place] = value
-            point = OperatingPoint(self._last.system, 0.0, old.point.x, theta, old.point.modes)
+            point = OperatingPoint(self._last.system, 0.0, old.point.x, theta, old.point.settings)
             self._last = again(self._last, Guess(point, old.period, old.phase))
             self.orbits[value] = self._last
         return self.wanted / self.orbits[value].fluctuation(self.speed) - 1

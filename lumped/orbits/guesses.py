@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.orbits.shooting import Guess, Problem, refuse_rest, sizes
+from lumped.orbits.shooting import Guess, OrbitProblem, refuse_rest, sizes
 from lumped.simulation.simulate import simulate
 from lumped.support.units import plain
 from lumped.timeloop.instants import clocks
@@ -64,10 +64,10 @@ def advances(point: OperatingPoint, turn: Mapping[Name, float], period: float | 
 def _fault(point: OperatingPoint, advance: np.ndarray, period: float | None) -> str:
     """What is different after an advance; empty if nothing is."""
     system, theta, names = point.system, point.theta, point.system.state_names
-    before = np.asarray(system.rhs(point.x, theta, 0.0, point.modes)).ravel()
+    before = np.asarray(system.rhs(point.x, theta, 0.0, point.settings)).ravel()
     least, text = np.inf, ""
     for t in (0.0,) if period is None else (0.0, period):
-        after = np.asarray(system.rhs(point.x + advance, theta, t, point.modes)).ravel()
+        after = np.asarray(system.rhs(point.x + advance, theta, t, point.settings)).ravel()
         scale = np.maximum(np.maximum(np.abs(before), np.abs(after)), 1.0)
         missed = np.abs(after - before) / scale
         worst = int(np.argmax(missed))
@@ -125,11 +125,11 @@ def needs_time(system: System, theta: np.ndarray) -> bool:
 
 
 def after_cycles(
-    problem: Problem, point: OperatingPoint, period: float, settle: float | None
+    problem: OrbitProblem, point: OperatingPoint, period: float, warm_up: float | None
 ) -> Guess:
     """Where a driven system is after some periods, each begun anew at the time zero."""
     rtol = max(problem.rtol, _COARSE)
-    for _ in range(_CYCLES if settle is None else round(settle / period)):
+    for _ in range(_CYCLES if warm_up is None else round(warm_up / period)):
         run = simulate(point.system, until=period, start=point, grid=None, rtol=rtol)
         last = run.pieces[-1]
         _refuse_charts(run)
@@ -138,7 +138,7 @@ def after_cycles(
 
 
 def after_time(
-    problem: Problem, point: OperatingPoint, near: float | None, settle: float | None
+    problem: OrbitProblem, point: OperatingPoint, near: float | None, warm_up: float | None
 ) -> Guess:
     """Where a system of unknown period is after some time, its period, what fixes the phase.
 
@@ -146,7 +146,7 @@ def after_time(
     longest smooth part of a period.
     """
     system, advance, rtol = problem.system, problem.advance, max(problem.rtol, _COARSE)
-    time = settle if settle is not None else _CYCLES * float(near or 0)
+    time = warm_up if warm_up is not None else _CYCLES * float(near or 0)
     run = simulate(system, until=time, start=point, grid=None, rtol=rtol)
     _refuse_charts(run)
     if advance.any():
@@ -178,7 +178,7 @@ def _refuse_charts(run: Trajectory) -> None:
         )
 
 
-def _at_section(problem: Problem, point: OperatingPoint, run: Trajectory) -> Guess:
+def _at_section(problem: OrbitProblem, point: OperatingPoint, run: Trajectory) -> Guess:
     """The last time that the first turning angle passes where it started."""
     system, advance = problem.system, problem.advance
     leading = int(np.flatnonzero(advance)[0])
@@ -187,9 +187,9 @@ def _at_section(problem: Problem, point: OperatingPoint, run: Trajectory) -> Gue
     if whole < 1:
         name = system.state_names[leading]
         raise SolverError(
-            f"{system.name}: after settle = {run.t[-1]:g} s {name} has turned "
+            f"{system.name}: after warm_up = {run.t[-1]:g} s {name} has turned "
             f"{turns[-1]:.3g} of its turn of {advance[leading]:.6g}; at least one is needed. Let "
-            "it settle longer, or give the turn the sign in which it turns.",
+            "it warm up longer, or give the turn the sign in which it turns.",
             run,
         )
     first, now = (np.interp(k, turns, run.t) for k in (whole - 1, whole))
@@ -215,4 +215,4 @@ def _point(
 def _modes(old: OperatingPoint, settings: np.ndarray) -> np.ndarray:
     """Modes of now with implicit quantities of the start, where angles have not turned yet."""
     count = len(settings) - len(old.system.structure.implicit)
-    return np.concatenate([settings[:count], old.modes[count:]])
+    return np.concatenate([settings[:count], old.settings[count:]])

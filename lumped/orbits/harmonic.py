@@ -11,7 +11,7 @@ import scipy
 from lumped.errors import OptionError, SolverError
 from lumped.numerics.damping import damped
 from lumped.numerics.singular_factors import factors_of
-from lumped.orbits.shooting import Guess, Problem
+from lumped.orbits.shooting import Guess, OrbitProblem
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import OperatingPoint
@@ -24,7 +24,9 @@ _SHORTEST = 2.0**-9
 """Part of a Newton step at which the search ends."""
 
 
-def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Guess, int, int, int]:
+def collocate(
+    problem: OrbitProblem, guess: Guess, harmonics: int | None
+) -> tuple[Guess, int, int, int]:
     """Refine a guess; also harmonics used, Newton steps and evaluations.
 
     The derivative of the trigonometric polynomial through an odd number of points is exact for its
@@ -67,12 +69,12 @@ def collocate(problem: Problem, guess: Guess, harmonics: int | None) -> tuple[Gu
         X, count = _finer(X, 4 * count + 1), 2 * count
     x = guess.point.x.copy()
     x[problem.active] = X[0]
-    point = OperatingPoint(system, 0.0, x, theta, guess.point.modes)
+    point = OperatingPoint(system, 0.0, x, theta, guess.point.settings)
     return Guess(point, period, guess.phase), count, steps, evaluations
 
 
 class _Balance:
-    def __init__(self, problem: Problem, guess: Guess, settings: np.ndarray) -> None:
+    def __init__(self, problem: OrbitProblem, guess: Guess, settings: np.ndarray) -> None:
         self.problem, self.guess, self.settings = problem, guess, settings
         self.advance = problem.advance[problem.active]
 
@@ -164,7 +166,7 @@ class _Balance:
         return SolverError(
             f"{self.problem.system.name}: no periodic motion found by harmonic balance with "
             f"{len(X) // 2} harmonics after {iterations} iterations ({why}); the balance of {name} "
-            f"misses {np.abs(missed).max():.2g} of its size. Let it settle longer, or use "
+            f"misses {np.abs(missed).max():.2g} of its size. Let it warm up longer, or use "
             "search='shooting'."
         )
 

@@ -11,8 +11,8 @@ import numpy as np
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.orbits.orbit_sensitivity import OrbitSensitivity, orbit_sensitivity, with_period_held
-from lumped.orbits.shooting import Orbit, Problem
-from lumped.orbits.smooth_course import Course, Extreme, course, extreme, integral
+from lumped.orbits.shooting import Orbit, OrbitProblem
+from lumped.orbits.smooth_curves import Curve, Extreme, curves, extreme, integral
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Named, Trajectory
@@ -79,7 +79,7 @@ class PeriodicOrbit(Named):
     harmonics_used: int | None
     iterations: int
     evaluations: int
-    problem: Problem = field(repr=False)
+    problem: OrbitProblem = field(repr=False)
     found: Orbit = field(repr=False)
     free: dict[str, float] = field(default_factory=dict)
 
@@ -152,7 +152,7 @@ class PeriodicOrbit(Named):
     def work(self, force: Name, speed: Name) -> float:
         """Integral of force times speed (torque times angular speed) over a period, J."""
         both = self.system.expressions([force, speed])
-        return integral(course(self.run, both[0] * both[1])).real
+        return integral(curves(self.run, both[0] * both[1])).real
 
     @checked
     def sensitivity(self, *, of: Iterable[Name], to: Iterable[Name]) -> OrbitSensitivity:
@@ -187,15 +187,15 @@ class PeriodicOrbit(Named):
         found = orbit_sensitivity(self.problem, self.found, self.run, names, both, tops)
         return with_period_held(found) if self.free else found
 
-    def _course(self, name: Name) -> list[Course]:
+    def _course(self, name: Name) -> list[Curve]:
         key = self.system.key(name)
         known = self._courses
         if key not in known:
-            known[key] = course(self.run, self.system.expressions([key]))
+            known[key] = curves(self.run, self.system.expressions([key]))
         return known[key]
 
     @cached_property
-    def _courses(self) -> dict[str, list[Course]]:
+    def _courses(self) -> dict[str, list[Curve]]:
         return {}
 
     def __repr__(self) -> str:

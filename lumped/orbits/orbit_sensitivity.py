@@ -12,8 +12,8 @@ import scipy
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.gradients.forward import Forward
-from lumped.orbits.shooting import Orbit, Problem, bordered
-from lumped.orbits.smooth_course import Extreme
+from lumped.orbits.shooting import Orbit, OrbitProblem, bordered
+from lumped.orbits.smooth_curves import Extreme
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
@@ -79,7 +79,7 @@ class OrbitSensitivity:
 
 
 def orbit_sensitivity(
-    problem: Problem,
+    problem: OrbitProblem,
     orbit: Orbit,
     run: Trajectory,
     of: tuple[Name, ...],
@@ -112,7 +112,7 @@ def orbit_sensitivity(
     seed[places, k + np.arange(len(places))] = scale
     forward = Forward(system, seed, problem.rtol)
     begin = np.hstack([np.eye(n)[:, active], np.zeros((n, len(places)))])
-    courses, instants = forward.courses(run, begin)
+    courses, instants = forward.sensitivities(run, begin)
     last = run.pieces[-1]
     point = (last.x[-1], run.theta, T, last.settings[-1])
     rate = np.asarray(system.rhs(*point)).ravel()[active]

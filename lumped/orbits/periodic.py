@@ -14,7 +14,7 @@ from lumped.language.expression import Expr
 from lumped.orbits.guesses import advances, after_cycles, after_time, drifting, needs_time
 from lumped.orbits.harmonic import collocate
 from lumped.orbits.orbit import PeriodicOrbit
-from lumped.orbits.shooting import Guess, Orbit, Problem, closed, refuse_rest, shoot
+from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, closed, refuse_rest, shoot
 from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -31,7 +31,7 @@ def periodic(
     period: float | Name | None = None,
     near: float | None = None,
     turn: Mapping[Name, float] | None = None,
-    settle: float | None = None,
+    warm_up: float | None = None,
     free: Iterable[Name] = (),
     parameters: Changes | None = None,
     start: Changes | None = None,
@@ -64,7 +64,7 @@ def periodic(
         About the period, s, if nothing prescribes it.
     turn : mapping of name to float, optional
         States that go on turning, and by how much in a period, rad or m (with sign).
-    settle : float, optional
+    warm_up : float, optional
         Time to simulate first, s; default ten periods. Must be given with `turn` alone.
     free : iterable of one name, optional
         Parameter that the motion determines, so that `period` is its period though no function of
@@ -97,7 +97,7 @@ def periodic(
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
     near = None if near is None else in_seconds(near, "near")
-    settle = None if settle is None else in_seconds(settle, "settle")
+    warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
     point = start_point(system, parameters=parameters, start=start)
     clock = None
     if isinstance(period, str) and not period[:1].isalpha():
@@ -105,7 +105,7 @@ def periodic(
     if isinstance(period, str | Expr):
         (clock,) = system.places([system.key(period)])
         period = float(point.theta[clock])
-    _check(system, period, near, turn, settle, search, harmonics, grid, rtol)
+    _check(system, period, near, turn, warm_up, search, harmonics, grid, rtol)
     names = [system.key(name) for name in free]
     if names:
         wanted = near = _wanted(system, names, period, clock)
@@ -133,11 +133,11 @@ def periodic(
     active = np.flatnonzero(~drifting(system, advance))
     if not len(active):
         raise OptionError(f"periodic: no state of {system.name} has an effect; nothing repeats.")
-    problem = Problem(system, advance, active, period is None, rtol, iterations, clock)
+    problem = OrbitProblem(system, advance, active, period is None, rtol, iterations, clock)
     if period is not None:
-        guess = after_cycles(problem, point, period, settle)
+        guess = after_cycles(problem, point, period, warm_up)
     else:
-        guess = after_time(problem, point, near, settle)
+        guess = after_time(problem, point, near, warm_up)
     used = None
     if search == "harmonic":
         refined, used, steps, evaluations = collocate(problem, guess, harmonics)
@@ -188,7 +188,7 @@ def _with_period(orbit: PeriodicOrbit, name: str, wanted: float) -> PeriodicOrbi
         theta[place] += change / slope
         system.check_parameters(theta)
         x = old.point.x + slopes.start[:, 0] * change / slope
-        point = OperatingPoint(system, 0.0, x, theta, old.point.modes)
+        point = OperatingPoint(system, 0.0, x, theta, old.point.settings)
         orbit = again(orbit, Guess(point, old.period + change, old.phase))
         iterations += orbit.iterations
         evaluations += orbit.evaluations + slopes.evaluations
@@ -207,7 +207,7 @@ def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
 
 
 def _result(
-    problem: Problem, orbit: Orbit, search: str, used: int | None, grid: int
+    problem: OrbitProblem, orbit: Orbit, search: str, used: int | None, grid: int
 ) -> PeriodicOrbit:
     system, active, names = problem.system, problem.active, problem.system.state_names
     T, point = orbit.guess.period, orbit.guess.point
@@ -260,7 +260,7 @@ def _check(
     period: float | None,
     near: float | None,
     turn: Mapping[Name, float] | None,
-    settle: float | None,
+    warm_up: float | None,
     search: str,
     harmonics: int | None,
     grid: int,
@@ -273,10 +273,10 @@ def _check(
         )
     if period is not None and near is not None:
         raise OptionError("periodic: give period= or near=, not both.")
-    if period is None and near is None and settle is None:
-        raise OptionError("periodic: the period is unknown; give settle=, a time to simulate, s.")
-    for name, value in (("period", period), ("near", near), ("settle", settle)):
-        least = 0 if name == "settle" and period is not None else 1e-300
+    if period is None and near is None and warm_up is None:
+        raise OptionError("periodic: the period is unknown; give warm_up=, a time to simulate, s.")
+    for name, value in (("period", period), ("near", near), ("warm_up", warm_up)):
+        least = 0 if name == "warm_up" and period is not None else 1e-300
         if value is not None and not (np.isfinite(value) and value >= least):
             raise OptionError(f"periodic: {name} = {value!r} s: a positive, finite time is needed.")
     if search not in ("shooting", "harmonic"):

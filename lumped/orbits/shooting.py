@@ -21,7 +21,7 @@ from lumped.timeloop.run import nominals
 __all__ = [
     "Guess",
     "Orbit",
-    "Problem",
+    "OrbitProblem",
     "bordered",
     "closed",
     "refuse_rest",
@@ -34,7 +34,7 @@ _SHORTEST = 2.0**-7
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class OrbitProblem:
     """What must repeat.
 
     Attributes
@@ -105,7 +105,7 @@ class Orbit:
 class _Shot:
     """A run over one period and what it misses."""
 
-    def __init__(self, problem: Problem, guess: Guess) -> None:
+    def __init__(self, problem: OrbitProblem, guess: Guess) -> None:
         self.guess = guess
         system, active = problem.system, problem.active
         self.run = simulate(
@@ -127,24 +127,24 @@ class _Shot:
         ).ravel()[active]
 
 
-def sizes(problem: Problem, x: np.ndarray) -> np.ndarray:
+def sizes(problem: OrbitProblem, x: np.ndarray) -> np.ndarray:
     """How large the active states become, at least what runs resolve."""
     least = max(1e-3, 1e-12 / problem.rtol) * nominals(problem.system)
     found: np.ndarray = np.maximum(np.abs(x).max(axis=0), least)[problem.active]
     return found
 
 
-def refuse_rest(problem: Problem, run: Trajectory) -> None:
+def refuse_rest(problem: OrbitProblem, run: Trajectory) -> None:
     """An equilibrium repeats after any period."""
     if (np.ptp(run.x, axis=0)[problem.active] < 1e-6 * sizes(problem, run.x)).all():
         raise SolverError(
             f"{problem.system.name}: what was found is an equilibrium, not a periodic motion. "
-            "Give start values farther from it, and let it settle less.",
+            "Give start values farther from it, and let it warm up less.",
             run,
         )
 
 
-def shoot(problem: Problem, guess: Guess) -> Orbit:
+def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
     """Newton's method, damped, until the residual is below the tolerance.
 
     Where no part of a step makes it smaller, the motion goes on for a period by itself. Where an
@@ -185,14 +185,14 @@ def shoot(problem: Problem, guess: Guess) -> Orbit:
     raise _refusal(problem, shot)
 
 
-def closed(problem: Problem, guess: Guess) -> Orbit:
+def closed(problem: OrbitProblem, guess: Guess) -> Orbit:
     """The period that begins at a guess, as it is."""
     forward = _forward(problem)
     shot = _Shot(problem, guess)
     return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
 
 
-def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
+def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
     """Derivative of residuals and phase by states and period (without both if it is known)."""
     matrix = orbit.monodromy - np.eye(len(problem.active))
     if not problem.free:
@@ -201,7 +201,7 @@ def bordered(problem: Problem, orbit: Orbit, rate: np.ndarray) -> np.ndarray:
     return found
 
 
-def _forward(problem: Problem) -> Forward:
+def _forward(problem: OrbitProblem) -> Forward:
     """Sensitivity equations by the start states alone, with a count of evaluations of its own."""
     return copy(_made_forward(problem.system, len(problem.active), problem.rtol))
 
@@ -211,9 +211,9 @@ def _made_forward(system: System, varied: int, rtol: float) -> Forward:
     return Forward(system, np.zeros((system.inputs[1].numel(), varied)), rtol)
 
 
-def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
+def _monodromy(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:
     S = np.eye(len(problem.system.structure.states))[:, problem.active]
-    courses, _ = forward.courses(shot.run, S)
+    courses, _ = forward.sensitivities(shot.run, S)
     found: np.ndarray = courses[-1][-1][problem.active]
     return found
 
@@ -221,14 +221,14 @@ def _monodromy(problem: Problem, shot: _Shot, forward: Forward) -> np.ndarray:
 def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
     """A new guess that begins in the modes in which the last run ended."""
     old = shot.guess.point
-    count = len(old.modes) - len(old.system.structure.implicit)
-    modes = np.concatenate([shot.settings[:count], old.modes[count:]])
+    count = len(old.settings) - len(old.system.structure.implicit)
+    modes = np.concatenate([shot.settings[:count], old.settings[count:]])
     point = OperatingPoint(old.system, 0.0, x, old.theta, modes)
     return Guess(point, period, shot.guess.phase)
 
 
 def _tried(
-    problem: Problem,
+    problem: OrbitProblem,
     shot: _Shot,
     step: np.ndarray,
     change: float,
@@ -249,7 +249,9 @@ def _tried(
     return found, float(np.linalg.norm(found.residuals))
 
 
-def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
+def _newton_step(
+    problem: OrbitProblem, shot: _Shot, monodromy: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Changes of the active states and of the period."""
     k, size = len(problem.active), shot.size
     (matrix, _), right = _scaled(problem, shot, monodromy), -shot.residuals
@@ -259,7 +261,7 @@ def _newton_step(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[
     return found[:k] * size, float(found[k] * shot.guess.period)
 
 
-def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
+def _scaled(problem: OrbitProblem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
     """Jacobian in states over their size and period over its length, and its condition."""
     k, size = len(problem.active), shot.size
     matrix = (monodromy - np.eye(k)) * size / size[:, None]
@@ -273,7 +275,7 @@ def _scaled(problem: Problem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.nd
     return matrix, float(values[0] / values[-1])
 
 
-def _refuse_singular(problem: Problem, shot: _Shot, shares: np.ndarray) -> None:
+def _refuse_singular(problem: OrbitProblem, shot: _Shot, shares: np.ndarray) -> None:
     names = [problem.system.state_names[i] for i in problem.active]
     moved = [names[i] for i in np.argsort(-shares) if shares[i] > 0.1 * shares.max()]
     raise SolverError(
@@ -286,7 +288,7 @@ def _refuse_singular(problem: Problem, shot: _Shot, shares: np.ndarray) -> None:
 
 
 def _finished(
-    problem: Problem, shot: _Shot, forward: Forward, iterations: int, evaluations: int
+    problem: OrbitProblem, shot: _Shot, forward: Forward, iterations: int, evaluations: int
 ) -> Orbit:
     first = shot.run.pieces[0].x[0]
     if np.abs(first - shot.guess.point.x)[problem.active].max(initial=0.0) > 1e-9:
@@ -302,7 +304,7 @@ def _finished(
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
 
 
-def _refusal(problem: Problem, shot: _Shot) -> SolverError:
+def _refusal(problem: OrbitProblem, shot: _Shot) -> SolverError:
     worst = int(np.argmax(np.abs(shot.residuals)))
     number = int(problem.active[worst])
     name = problem.system.state_names[number]
@@ -312,6 +314,6 @@ def _refusal(problem: Problem, shot: _Shot) -> SolverError:
         f"{problem.system.name}: no periodic motion found after {problem.iterations} iterations: "
         f"after T = {shot.guess.period:.9g} s {name} misses its value by {missed:.4g}{unit}, "
         f"{abs(shot.residuals[worst]):.2g} of its size (tolerance {problem.rtol:.2g}). Let it "
-        "settle longer, give start values nearer to it, or check the period.",
+        "warm up longer, give start values nearer to it, or check the period.",
         shot.run,
     )

@@ -25,7 +25,7 @@ def at_borders(point: OperatingPoint) -> list[int]:
     """Rows of the margins (see `Switching.rows`) at whose border the point is."""
     if not point.system.switching:
         return []
-    inputs = (point.x, point.theta, point.time, point.modes)
+    inputs = (point.x, point.theta, point.time, point.settings)
     margins, tolerances = (np.asarray(v).ravel() for v in point.system.margins(*inputs))
     return np.flatnonzero(np.abs(margins) <= _NEAR * tolerances).tolist()
 
@@ -40,7 +40,7 @@ def sides(point: OperatingPoint, rows: list[int], signs: Real) -> tuple[Real, Re
     signs : ndarray, shape (len(rows),)
         Positive where the first side is that on which the margin is positive; zero for none.
     """
-    system, first, second = point.system, point.modes.copy(), point.modes.copy()
+    system, first, second = point.system, point.settings.copy(), point.settings.copy()
     for row, sign in zip(rows, signs, strict=True):
         number = system.switching.rows[row][1]
         if sign:
@@ -79,7 +79,7 @@ def border_text(point: OperatingPoint, row: int) -> str:
     switching = point.system.switching
     kind, number = switching.rows[row]
     if kind == "relation":
-        mode = point.modes[switching.relation_modes[number]]
+        mode = point.settings[switching.relation_modes[number]]
         name, text = switching.relation_text(number, mode)
         return f"{name} ({text} just begins or ends)"
     name, words = switching.names[number], hold_words(switching, number)

@@ -238,7 +238,7 @@ class _Equilibrium:
             for i, node in enumerate(system.structure.states):
                 if node in wanted:
                     x[i] = wanted[node]
-            start = replace(self._first, x=x, modes=point.modes)
+            start = replace(self._first, x=x, settings=point.settings)
             try:
                 near = self._solved(nodes, equations, start, newton=True)
                 if self._repositioned(near) is near:
@@ -303,9 +303,9 @@ class _Equilibrium:
             wishes,
         )
         x = np.where(still, 0.0, begin.x)
-        implicit = begin.modes[len(begin.modes) - len(system.structure.implicit) :]
+        implicit = begin.settings[len(begin.settings) - len(system.structure.implicit) :]
         later = just_after(self._first.time)
-        settings = settings_at(system, x, begin.theta, later, implicit, begin.modes)
+        settings = settings_at(system, x, begin.theta, later, implicit, begin.settings)
         movable = ~(fixed | still)
         if newton:
             found = search.newton(x, settings, movable)
@@ -330,7 +330,7 @@ class _Equilibrium:
 
 
 def _modes(point: OperatingPoint) -> np.ndarray:
-    found: np.ndarray = point.modes[: len(point.modes) - len(point.system.structure.implicit)]
+    found: np.ndarray = point.settings[: len(point.settings) - len(point.system.structure.implicit)]
     return found
 
 
@@ -340,8 +340,8 @@ def _between(begin: OperatingPoint, end: OperatingPoint, share: float) -> Operat
 
 def _key(point: OperatingPoint) -> np.ndarray:
     """What tells points of the search apart: modes and states, without rounding."""
-    count = len(point.modes) - len(point.system.structure.implicit)
-    positions = point.system.switching.positions(point.modes[:count])
+    count = len(point.settings) - len(point.system.structure.implicit)
+    positions = point.system.switching.positions(point.settings[:count])
     return np.append(positions, point.x).astype(np.float32)
 
 
@@ -350,7 +350,7 @@ def _evaluated(point: OperatingPoint, expression: ca.SX) -> np.ndarray:
     function = ca.Function(
         "at", system.inputs, [ca.densify(system.structure.in_states(expression))]
     )
-    return np.asarray(function(point.x, point.theta, point.time, point.modes)).ravel(order="F")
+    return np.asarray(function(point.x, point.theta, point.time, point.settings)).ravel(order="F")
 
 
 def _computable(system: System, expression: ca.SX) -> np.ndarray:
@@ -364,7 +364,7 @@ def _computable(system: System, expression: ca.SX) -> np.ndarray:
 def _closed(point: OperatingPoint) -> ca.SX:
     """Gaps that are closed, and stay so."""
     s = point.system.switching
-    numbers = np.flatnonzero(s.has_gap & (point.modes[s.first_modes] > 0.5)).tolist()
+    numbers = np.flatnonzero(s.has_gap & (point.settings[s.first_modes] > 0.5)).tolist()
     return s.gap[numbers] if numbers else ca.SX(0, 1)
 
 
@@ -380,13 +380,15 @@ def _settled(point: OperatingPoint) -> OperatingPoint:
     system, switching = point.system, point.system.switching
     if not switching:
         return point
-    modes, guesses = np.split(point.modes, [len(point.modes) - len(system.structure.implicit)])
+    modes, guesses = np.split(
+        point.settings, [len(point.settings) - len(system.structure.implicit)]
+    )
     holds, time, x = Holds(system, point.theta), just_after(point.time), point.x.copy()
     speed = holds.look(time, x, modes, guesses).v
     _, forward, backward = holds.parts(modes)
     turned = (forward & (speed < 0) | backward & (speed > 0)) & ~switching.has_gap
     holds.stop(x, turned)
-    found = settled(system, point.theta, time, x, point.modes)
+    found = settled(system, point.theta, time, x, point.settings)
     return point if found is None else OperatingPoint(system, point.time, x, point.theta, found)
 
 
@@ -395,7 +397,7 @@ def _stuck(point: OperatingPoint) -> set[int]:
     switching = point.system.switching
     if not switching:
         return set()
-    stuck = point.modes[switching.first_modes] > 0.5
+    stuck = point.settings[switching.first_modes] > 0.5
     return {node for node, on in zip(switching.speeds, stuck, strict=True) if on and node >= 0}
 
 

@@ -264,7 +264,7 @@ class EquilibriumSearch:
             system.inputs,
             [system.structure.without(system.structure.values.of(nodes), lost)],
         )
-        found = np.asarray(speeds(point.x, point.theta, point.time, point.modes)).ravel()
+        found = np.asarray(speeds(point.x, point.theta, point.time, point.settings)).ravel()
         for node, speed in zip(nodes, found, strict=True):
             if not abs(speed) <= 1e-9:
                 name = system.structure.node_name(node)

@@ -152,7 +152,7 @@ def equilibrium_sensitivity(
         return np.hstack([part.full() for part in parts])
 
     refuse_kinks(point, moved, names, values_and_slopes)
-    found = values_and_slopes(point.modes)
+    found = values_and_slopes(point.settings)
     derivatives = moved.through(found[:, 1:])
     return EquilibriumSensitivity(point, tuple(wanted), tuple(names), found[:, 0], derivatives)
 

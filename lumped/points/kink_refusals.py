@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.points.borders import at_borders, bent, border_text, differ, is_law, sides
-from lumped.points.moved_equilibrium import Moved
+from lumped.points.moved_equilibrium import MovedPoint
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["refuse_kinks"]
@@ -24,7 +24,7 @@ _ROUNDING = 1e-9
 
 def refuse_kinks(
     point: OperatingPoint,
-    moved: Moved,
+    moved: MovedPoint,
     names: list[str],
     value: Callable[[Real], Numbers],
 ) -> None:
@@ -32,7 +32,7 @@ def refuse_kinks(
 
     Parameters
     ----------
-    moved : Moved
+    moved : MovedPoint
         How the point follows the parameters.
     names : list of str
         The parameters.
@@ -52,7 +52,7 @@ def refuse_kinks(
     x, theta, _, _ = system.inputs
     expression = system.structure.in_states(switching.margins[0][rows])
     slopes = ca.Function("slopes", system.inputs, [ca.jacobian(expression, ca.vertcat(x, theta))])
-    inputs = (point.x, point.theta, point.time, point.modes)
+    inputs = (point.x, point.theta, point.time, point.settings)
     matrix = slopes(*inputs).full()
     change, size = moved.through(matrix), moved.sizes().through(np.abs(matrix))
     change[np.abs(change) <= _ROUNDING * size] = 0.0

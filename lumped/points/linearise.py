@@ -54,7 +54,7 @@ class Linearisation:
         ]
         point = self.point
         rates = np.abs(
-            point.system.rhs(point.x, point.theta, point.time, point.modes).toarray().ravel()
+            point.system.rhs(point.x, point.theta, point.time, point.settings).toarray().ravel()
         )
         text = f"{point.system.name}: exact at t = {point.time:g} s"
         if len(rates):
@@ -135,7 +135,7 @@ def linear_matrices(
         system.inputs,
         [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
     )
-    found = function(point.x, point.theta, point.time, point.modes)
+    found = function(point.x, point.theta, point.time, point.settings)
     matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]
     if not all(np.isfinite(m.data).all() for m in matrices):
         raise SolverError(
@@ -168,4 +168,4 @@ def growth(system: System, point: OperatingPoint) -> tuple[float, str]:
 
 def sparse_state_matrix(system: System, point: OperatingPoint) -> scipy.sparse.csc_array:
     """A as a sparse matrix."""
-    return system.state_matrix((point.x, point.theta, point.time, point.modes))
+    return system.state_matrix((point.x, point.theta, point.time, point.settings))

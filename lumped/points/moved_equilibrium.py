@@ -19,7 +19,7 @@ from lumped.points.vibrating_states import stuck
 from lumped.support.text_table import listed
 from lumped.timeloop.result import Kept, OperatingPoint
 
-__all__ = ["Moved", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
+__all__ = ["MovedPoint", "held_still", "moved_point", "places_to", "point_matters", "still_point"]
 
 Real = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _RANK, _ROUNDING, _MISSED = 1e-13, 1e-9, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Moved:
+class MovedPoint:
     """Derivatives of an operating point by k parameters.
 
     Attributes
@@ -43,9 +43,9 @@ class Moved:
     states: Real
     parameters: Real
 
-    def sizes(self) -> Moved:
+    def sizes(self) -> MovedPoint:
         """Their magnitudes."""
-        return Moved(np.abs(self.states), np.abs(self.parameters))
+        return MovedPoint(np.abs(self.states), np.abs(self.parameters))
 
     def through(self, slopes: Any) -> Any:
         """Derivatives of what has these slopes by states and parameters, shape (m, n + p)."""
@@ -93,14 +93,14 @@ def point_matters(point: OperatingPoint, slopes: Any, least: float = 0.0) -> boo
     return bool(felt.any())
 
 
-def still_point(point: OperatingPoint, places: list[int]) -> Moved:
+def still_point(point: OperatingPoint, places: list[int]) -> MovedPoint:
     """Derivatives of a point whose states are held."""
     parameters = np.zeros((len(point.theta), len(places)))
     parameters[places, np.arange(len(places))] = 1.0
-    return Moved(np.zeros((len(point.x), len(places))), parameters)
+    return MovedPoint(np.zeros((len(point.x), len(places))), parameters)
 
 
-def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
+def moved_point(point: OperatingPoint, places: list[int]) -> MovedPoint | None:
     """How states and free parameters follow others, so that the point stays an equilibrium.
 
     What is held stays held: what sticks or is locked stays where it is, what is closed or on its
@@ -126,7 +126,7 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
     free, count = list(kept.free), len(system.structure.reduced.states)
     end, chosen = count + len(free), [*free, *places]
     rates = _slopes(point, system.rates, chosen)
-    inputs = (point.x, point.theta, point.time, point.modes)
+    inputs = (point.x, point.theta, point.time, point.settings)
     # what cancels in it is exactly zero there, and nothing depends on states that are left out
     rates[:, :count] = 0.0
     rates[:, system.structure.in_use] = system.state_matrix(inputs).toarray()
@@ -141,7 +141,7 @@ def moved_point(point: OperatingPoint, places: list[int]) -> Moved | None:
         raise SolverError(_none_near(point, places[lost[0]]))
     parameters = still_point(point, places).parameters
     parameters[free] = step[count:]
-    return Moved(step[system.structure.in_use], parameters)
+    return MovedPoint(step[system.structure.in_use], parameters)
 
 
 def held_still(point: OperatingPoint, vectors: Real) -> Real:
@@ -191,7 +191,7 @@ def _way(point: OperatingPoint, hold: int) -> ca.SX:
     reduced, values, layouts = (
         system.structure.reduced,
         system.structure.values,
-        system.structure.tree.nodes,
+        system.structure.tree.instances,
     )
     node = next((n for n in layouts if n.path == name), layouts[0])
     units = {q.unit for q in node.layout.quantities if q.kind == "potential"}
@@ -241,7 +241,7 @@ def _inputs(system: System) -> list[ca.SX]:
 def _values(point: OperatingPoint) -> tuple[Real, Real, float, Real]:
     every = np.zeros(len(point.system.structure.reduced.states))
     every[point.system.structure.in_use] = point.x
-    return every, point.theta, point.time, point.modes
+    return every, point.theta, point.time, point.settings
 
 
 def _least(
@@ -286,7 +286,7 @@ def _solved(matrix: Real, right: Real, size: float = 0.0) -> tuple[Real, Real]:
 def _is_equilibrium(point: OperatingPoint, change: scipy.sparse.csc_array) -> bool:
     """Whether the derivatives vanish at the point, steady motion apart."""
     system = point.system
-    inputs = (point.x, point.theta, point.time, point.modes)
+    inputs = (point.x, point.theta, point.time, point.settings)
     rates = np.abs(change @ np.asarray(system.rhs(*inputs)).ravel())
     terms = abs(change @ system.state_matrix(inputs)) @ (np.abs(point.x) + 1e-3)
     return bool((rates <= _STILL * (terms + 1e-9)).all())

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.timeloop.calls import Call
+from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["agreed", "borders"]
 
@@ -92,14 +92,14 @@ def _next(
     return end
 
 
-def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:
+def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, ArrayFunction]:
     """Conditions and gaps on which an expression depends, and a function for their distances.
 
     Returns
     -------
     ndarray of bool, shape (rows, borders)
         Which rows of the expression depend on each of them.
-    Call
+    ArrayFunction
         Ways to go, in units of what decides: beyond the border of a condition, to where a gap is
         closed. Then derivatives of what decides by all states, one row after the other; from all
         states, parameters, time and settings.
@@ -122,5 +122,5 @@ def borders(system: System, expression: ca.SX) -> tuple[np.ndarray, Call]:
     if numbers:
         found = [ways[numbers], ca.jacobian(deciding[numbers], values.states).T]
     inputs = [values.states, *system.inputs[1:]]
-    call = Call(ca.Function("borders", inputs, [ca.densify(part) for part in found]))
+    call = ArrayFunction(ca.Function("borders", inputs, [ca.densify(part) for part in found]))
     return touching[:, numbers], call

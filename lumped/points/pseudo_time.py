@@ -50,7 +50,7 @@ def settled(
     what the matrix `change` makes of the derivatives counts. Where positions of conditions or holds
     change, the way ends.
     """
-    system, begin, settings = point.system, point.x, point.modes
+    system, begin, settings = point.system, point.x, point.settings
     nominal = np.array([_nominal(system, node) for node in system.structure.states])
     free = np.flatnonzero(movable)
     x = begin.copy()

@@ -60,7 +60,7 @@ def one_sided(point: OperatingPoint) -> str:
 def _holds(point: OperatingPoint) -> dict[str, str]:
     """What each component with holds does, in a word."""
     switching = point.system.switching
-    parts = point.modes[switching.first_modes + np.arange(3)[:, None]] > 0.5
+    parts = point.settings[switching.first_modes + np.arange(3)[:, None]] > 0.5
     found: dict[str, set[str]] = defaultdict(set)
     for hold, name in enumerate(switching.names):
         words = hold_words(switching, hold)
@@ -79,7 +79,7 @@ def _without_effect(point: OperatingPoint) -> list[str]:
     x, rng = np.zeros(len(system.structure.reduced.states)), np.random.default_rng(5)
     x[system.structure.in_use] = point.x
     beside = (x, *(x + rng.uniform(-1, 1, len(x)) for _ in range(2)))
-    found = [np.asarray(function(y, point.theta, point.time, point.modes)) for y in beside]
+    found = [np.asarray(function(y, point.theta, point.time, point.settings)) for y in beside]
     idle = (np.hstack(found) == 0).all(axis=1)
     groups = np.split(idle, np.cumsum(list(counts.values()))[:-1])
     return [name for name, group in zip(counts, groups, strict=True) if group.all()]
@@ -93,7 +93,7 @@ def _flows(system: System) -> tuple[ca.Function, dict[str, int]]:
     named = {switching.relation_text(k, True)[0] for k in range(count)}
     nodes: list[int] = []
     counts: dict[str, int] = {}
-    for part in system.structure.tree.nodes if named else ():
+    for part in system.structure.tree.instances if named else ():
         name = part.path or system.name
         numbers = [
             reduced.node(part.first_unknown + i)

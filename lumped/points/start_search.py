@@ -18,7 +18,7 @@ from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
-from lumped.timeloop.calls import Call
+from lumped.timeloop.calls import ArrayFunction
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions
@@ -412,9 +412,9 @@ def _start_column(system: System) -> ca.SX:
 
 
 @made_once
-def _start_values(system: System) -> Call:
+def _start_values(system: System) -> ArrayFunction:
     theta = system.structure.parameters.theta
-    return Call(ca.Function("starts", [theta], [ca.densify(_start_column(system))]))
+    return ArrayFunction(ca.Function("starts", [theta], [ca.densify(_start_column(system))]))
 
 
 @made_once
@@ -428,7 +428,7 @@ def _relative(system: System) -> list[int]:
     tree, reduced = system.structure.tree, system.structure.reduced
     absolute = {
         reduced.node(part.first_unknown + i)
-        for part in tree.nodes
+        for part in tree.instances
         for i, quantity in enumerate(part.layout.quantities)
         if quantity.kind == "potential"
     }

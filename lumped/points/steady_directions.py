@@ -31,7 +31,7 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
     csc_array, shape (states, states)
     """
     system, count = point.system, len(point.x)
-    layouts = {id(node.layout): node.layout for node in system.structure.tree.nodes}
+    layouts = {id(node.layout): node.layout for node in system.structure.tree.instances}
     units = {q.unit for t in layouts.values() for q in t.quantities if q.kind == "potential"}
     places = np.flatnonzero([_unit(system, node) in units for node in system.structure.states])
     directions = np.eye(len(places))
@@ -41,8 +41,8 @@ def unsteady_part(point: OperatingPoint) -> scipy.sparse.csc_array:
         if not directions.shape[1]:
             return scipy.sparse.csc_array(scipy.sparse.eye_array(count))
         x = centre + rng.uniform(-radius, radius, count)
-        matrix = system.jacobian(x, point.theta, point.time, point.modes)[0].full()
-        slopes = deciding(x, point.theta, point.time, point.modes).full()
+        matrix = system.jacobian(x, point.theta, point.time, point.settings)[0].full()
+        slopes = deciding(x, point.theta, point.time, point.settings).full()
         matrix = np.vstack([matrix, slopes])
         matrix = matrix[np.isfinite(matrix).all(axis=1)]
         scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-9)

@@ -12,7 +12,7 @@ import scipy
 from lumped.compiler.system import System
 from lumped.points.initial_equations import initial_residuals
 from lumped.support.made_once import made_once
-from lumped.timeloop.calls import Call
+from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["Matrix", "TargetValues", "target_values"]
 
@@ -47,7 +47,7 @@ class TargetValues:
         parameters = inputs[0][list(free)] if free else ca.SX(0, 1)
         jacobian = ca.jacobian(expression, ca.vertcat(values.states, parameters))
         results = [expression, jacobian]
-        self._call = Call(ca.Function("targets", self._inputs, results))
+        self._call = ArrayFunction(ca.Function("targets", self._inputs, results))
         rows, columns = jacobian.sparsity().get_triplet()
         self.entries = np.array(rows, dtype=int), np.array(columns, dtype=int)
         self._shape = jacobian.shape

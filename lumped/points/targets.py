@@ -353,7 +353,7 @@ def _slips(system: System) -> set[int]:
     reduced, tree = system.structure.reduced, system.structure.tree
     held = {node for node in system.switching.speeds if node >= 0}
     classes = {reduced.class_and_order(node)[0]: node for node in held}
-    for part in tree.nodes if held else ():
+    for part in tree.instances if held else ():
         for i, quantity in enumerate(part.layout.quantities):
             if quantity.kind == "potential":
                 number = int(reduced.aliases.classes[part.first_unknown + i])

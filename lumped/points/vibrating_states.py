@@ -15,14 +15,14 @@ __all__ = ["finite", "moving", "stuck"]
 def moving(system: System, point: OperatingPoint) -> NDArray[np.bool_]:
     """States that can vibrate: neither cyclic nor held at the operating point, shape (n,)."""
     found: NDArray[np.bool_] = ~np.isin(
-        system.structure.states, [*system.structure.cyclic, *system.switching.held(point.modes)]
+        system.structure.states, [*system.structure.cyclic, *system.switching.held(point.settings)]
     )
     return found
 
 
 def stuck(point: OperatingPoint) -> NDArray[np.bool_]:
     """Which holds hold at the operating point, shape (h,)."""
-    found: NDArray[np.bool_] = point.modes[point.system.switching.first_modes] > 0.5
+    found: NDArray[np.bool_] = point.settings[point.system.switching.first_modes] > 0.5
     return found
 
 

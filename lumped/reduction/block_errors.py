@@ -72,7 +72,7 @@ def _signals(reduced: Reduced, nodes: list[int]) -> list[str]:
             return []
         block, place = incidence.place(row)
         group, _, instances, _ = incidence.blocks[block]
-        node = incidence.flat.tree.nodes[group.nodes[int(instances[place])]]
+        node = incidence.flat.tree.instances[group.nodes[int(instances[place])]]
         if node.layout.ports:
             return []
         found[_owner(incidence, row)] = None

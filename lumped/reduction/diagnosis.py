@@ -116,7 +116,7 @@ class _Fault:
         """Paths of the parts that have the unknowns."""
         tree = self.incidence.flat.tree
         return some(
-            tree.node_of_unknown(u).path or tree.nodes[0].label for u in sorted(self.unknowns)
+            tree.node_of_unknown(u).path or tree.instances[0].label for u in sorted(self.unknowns)
         )
 
     @property

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from lumped.flattening.tape import Tape, Term
+from lumped.flattening.tape import Tape, TapeTerm
 from lumped.flattening.template import VARYING
 
 __all__ = ["Entry", "SingularBlockError", "solve"]
@@ -34,7 +34,7 @@ _MOST_DENSE = 5
 class Entry:
     """A coefficient: its term, its kind, its value at a generic point."""
 
-    term: Term
+    term: TapeTerm
     kind: int
     value: float
 
@@ -45,10 +45,10 @@ class SingularBlockError(Exception):
 
 def solve(
     rows: list[dict[int, Entry]],
-    right: list[tuple[Term, float]],
+    right: list[tuple[TapeTerm, float]],
     tape: Tape,
     last: Mapping[int, int] | None = None,
-) -> list[tuple[Term, float]]:
+) -> list[tuple[TapeTerm, float]]:
     """Solve ``sum_j rows[i][j] z_j == right[i]`` for z.
 
     Parameters
@@ -117,7 +117,7 @@ def solve(
 
 def _diagonal(
     rows: list[dict[int, Entry]],
-    right: list[tuple[Term, float]],
+    right: list[tuple[TapeTerm, float]],
     holders: dict[int, set[int]],
     pivots: dict[int, int],
 ) -> list[tuple[list[int], list[int]]]:
@@ -162,11 +162,11 @@ def _coupled(
 
 def _substituted(
     rows: list[dict[int, Entry]],
-    right: list[tuple[Term, float]],
+    right: list[tuple[TapeTerm, float]],
     order: list[tuple[list[int], list[int]]],
     tape: Tape,
-) -> list[tuple[Term, float]]:
-    result: list[tuple[Term, float]] = [(tape.zero, 0.0)] * len(rows)
+) -> list[tuple[TapeTerm, float]]:
+    result: list[tuple[TapeTerm, float]] = [(tape.zero, 0.0)] * len(rows)
     for group, columns in reversed(order):
         if len(group) > 1:
             for j, solved in zip(columns, _dense(rows, right, group, columns, tape), strict=True):
@@ -185,11 +185,11 @@ def _substituted(
 
 def _dense(
     rows: list[dict[int, Entry]],
-    right: list[tuple[Term, float]],
+    right: list[tuple[TapeTerm, float]],
     group: list[int],
     columns: list[int],
     tape: Tape,
-) -> list[tuple[Term, float]]:
+) -> list[tuple[TapeTerm, float]]:
     """Solve a few equations together without pivots."""
     n = len(group)
     terms = [right[i][0] for i in group]
@@ -228,7 +228,7 @@ def _cheapest(
 
 def _subtract(
     rows: list[dict[int, Entry]],
-    right: list[tuple[Term, float]],
+    right: list[tuple[TapeTerm, float]],
     holders: dict[int, set[int]],
     k: int,
     i: int,

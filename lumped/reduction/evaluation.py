@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 import casadi as ca
 import numpy as np
 
-from lumped.flattening.tape import Tape, Term
+from lumped.flattening.tape import Tape, TapeTerm
 from lumped.flattening.template import CONSTANT
 from lumped.reduction.block_errors import singular_block, unheld
 from lumped.reduction.elimination import Entry, SingularBlockError, solve
@@ -330,12 +330,12 @@ class Values:
         column = {node: j for block in blocks for j, node in enumerate(block.nodes)}
         numbers, orders = _columns(blocks)
         rows: list[dict[int, Entry]] = [{} for _ in numbers]
-        right: list[tuple[Term, float]] = [(tape.zero, 0.0) for _ in numbers]
+        right: list[tuple[TapeTerm, float]] = [(tape.zero, 0.0) for _ in numbers]
         for places, seen in incidence.alike(numbers, orders):
             self._template_equations(seen, places, column, tape, rows, right)
         sums = np.flatnonzero(numbers >= incidence.first_sum)
         self._sum_equations(sums, numbers[sums], orders[sums], column, tape, rows, right)
-        found: list[tuple[Term, float]] = []
+        found: list[tuple[TapeTerm, float]] = []
         for block in blocks:
             own = slice(len(found), len(found) + len(block.nodes))
             try:
@@ -371,7 +371,7 @@ class Values:
         column: dict[int, int],
         tape: Tape,
         rows: list[dict[int, Entry]],
-        right: list[tuple[Term, float]],
+        right: list[tuple[TapeTerm, float]],
     ) -> None:
         """Enter coefficients of the unknowns in flow sums, and minus their residuals."""
         places, nodes, signs = self._sum_nodes(numbers, orders)
@@ -391,7 +391,7 @@ class Values:
         column: dict[int, int],
         tape: Tape,
         rows: list[dict[int, Entry]],
-        right: list[tuple[Term, float]],
+        right: list[tuple[TapeTerm, float]],
     ) -> None:
         """The same for several instances of one template equation, in one call."""
         nodes, residual = self._nodes(seen), seen.residual

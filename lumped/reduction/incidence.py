@@ -163,7 +163,7 @@ class Incidence:
         return places, a.classes[flows], a.shifts[flows], signs * a.signs[flows]
 
     def entries(
-        self, orders: np.ndarray, at: Point | None = None, picked: np.ndarray | None = None
+        self, orders: np.ndarray, at: GenericPoint | None = None, picked: np.ndarray | None = None
     ) -> Entries:
         """Entries of all equations, each differentiated `orders[row]` times.
 
@@ -171,7 +171,7 @@ class Incidence:
         ----------
         orders : ndarray of int, shape (count,)
             Times to differentiate each equation.
-        at : Point, optional
+        at : GenericPoint, optional
             Where to evaluate coefficients that are not numbers.
         picked : ndarray of bool, shape (count,), optional
             Restrict to these equations.
@@ -196,7 +196,7 @@ class Incidence:
         return _merged(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
     def _component_part(
-        self, block: int, order: int, places: np.ndarray, first: int, at: Point | None
+        self, block: int, order: int, places: np.ndarray, first: int, at: GenericPoint | None
     ) -> tuple[np.ndarray, ...]:
         seen = self.occurrence(block, order, places)
         m, n = seen.classes.shape
@@ -214,7 +214,7 @@ class Incidence:
         return tuple(c[alive] for c in columns)
 
 
-class Point:
+class GenericPoint:
     """A generic point near the start: a value for every class at every order.
 
     Where an expression is not finite there (a root or logarithm outside its range), another

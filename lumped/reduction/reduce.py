@@ -14,7 +14,7 @@ from lumped.errors import SingularModelError
 from lumped.flattening.flatten import FlatModel
 from lumped.reduction.aliases import Aliases, eliminate_aliases
 from lumped.reduction.diagnosis import class_names, combined, equation_text, listed
-from lumped.reduction.incidence import Incidence, Point
+from lumped.reduction.incidence import GenericPoint, Incidence
 from lumped.reduction.index_reduction import check_matching, differentiate
 from lumped.reduction.state_selection import RANK, constraint_rows, select_dependent
 from lumped.support.sparse_graph import links
@@ -143,7 +143,7 @@ def reduce(flat: FlatModel, ranks: Mapping[int, int] | None = None) -> Reduced:
 def _wishes(flat: FlatModel, aliases: Aliases) -> dict[tuple[int, int], int]:
     """Strongest wish among the variables of each class and order; candidates only."""
     wish: dict[tuple[int, int], int] = {}
-    for node in flat.tree.nodes:
+    for node in flat.tree.instances:
         for i, quantity in enumerate(node.layout.quantities):
             if quantity.kind != "variable":
                 continue
@@ -168,7 +168,7 @@ def _dependent(
 ) -> tuple[list[int], frozenset[int]]:
     if not times.any():
         return [], frozenset()
-    point = Point(incidence.flat, incidence.aliases, highest)
+    point = GenericPoint(incidence.flat, incidence.aliases, highest)
     constraints = [
         incidence.entries(np.full(incidence.count, order), point, times > order)
         for order in range(int(times.max()))

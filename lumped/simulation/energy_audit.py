@@ -18,7 +18,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import EquationError, told_by
-from lumped.flattening.tree import Node
+from lumped.flattening.tree import Instance
 from lumped.language.expression import Expr, Ref
 from lumped.language.lowering import lower
 from lumped.support.made_once import made_once
@@ -132,16 +132,16 @@ def audited(
     return EnergyAudit(paths, supplied, before - first, dissipated, impacts, largest, error, works)
 
 
-def _others(system: System) -> list[Node]:
+def _others(system: System) -> list[Instance]:
     """Components without parts that do not say what they store and have mechanical ports."""
     return [
         node
-        for node in system.structure.tree.nodes
+        for node in system.structure.tree.instances
         if not node.children and not hasattr(node.component, "stored") and _ports(node)
     ]
 
 
-def _ports(node: Node) -> list[int]:
+def _ports(node: Instance) -> list[int]:
     """Places of the potentials of mechanical ports."""
     quantities = node.layout.quantities
     pairs = ((i, quantities[i], quantities[i + 1]) for i in range(0, 2 * len(node.layout.ports), 2))
@@ -160,8 +160,8 @@ def _values(piece: Piece, theta: np.ndarray) -> np.ndarray:
     return np.asarray(found).T
 
 
-def _storing(system: System) -> list[Node]:
-    return [node for node in system.structure.tree.nodes if hasattr(node.component, "stored")]
+def _storing(system: System) -> list[Instance]:
+    return [node for node in system.structure.tree.instances if hasattr(node.component, "stored")]
 
 
 @made_once
@@ -178,7 +178,7 @@ def _audit(system: System) -> ca.Function:
     return ca.Function("audit", system.inputs, [found])
 
 
-def _power(system: System, node: Node) -> ca.SX:
+def _power(system: System, node: Instance) -> ca.SX:
     """Power that flows into a component through its mechanical ports."""
     power = ca.SX(0)
     for i in _ports(node):
@@ -203,7 +203,7 @@ def _speed(system: System, unknown: int) -> ca.SX:
     return float(reduced.aliases.signs[unknown]) * rate
 
 
-def _lowered(system: System, node: Node, method: str) -> ca.SX:
+def _lowered(system: System, node: Instance, method: str) -> ca.SX:
     """What a method of a component tells of its own quantities, in those of the system."""
     layout = node.layout
     with told_by(node.label, f"{method}()"):

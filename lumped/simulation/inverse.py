@@ -122,7 +122,7 @@ def _drive(tree: Tree, name: Name) -> str:
     quantity, node = tree.quantity(number), tree.node_of_unknown(number)
     given = [
         one.name(local)
-        for one in tree.nodes
+        for one in tree.instances
         for local, q in quantities_of(one.component).items()
         if isinstance(q, Input) and local in values_of(one.component)
     ]

@@ -21,7 +21,7 @@ from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 from lumped.timeloop.recorder import Recorder, output_times
 from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
-from lumped.timeloop.run import Run
+from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
 
@@ -203,7 +203,7 @@ def simulate(
         raise Interrupted(text, found) from None
 
 
-def _interrupted(run: Run) -> Interrupted:
+def _interrupted(run: Simulation) -> Interrupted:
     partial = run.trajectory()
     return Interrupted(
         f"{run.system.name}: interrupted at t = {partial.t[-1]:.6g} s; `partial` is the run.",

@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from lumped.compiler.system import System
 
-__all__ = ["Call", "expanded"]
+__all__ = ["ArrayFunction", "expanded"]
 
 _EXPAND_BELOW = 200
 """States up to which what is called often is expanded to scalar operations."""
 
 
-class Call:
+class ArrayFunction:
     """A CasADi function that takes and gives arrays.
 
     Calling the function itself turns every argument and result into CasADi's matrices, which

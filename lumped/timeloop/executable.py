@@ -18,7 +18,7 @@ from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import Instant, Matrix, Pattern, Run
+from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
 
@@ -34,7 +34,7 @@ __all__ = [
 
 _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
-_PARTS = {name: f.kind for name, f in Instant.fields.items() if isinstance(f.kind, type)}
+_PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
@@ -213,8 +213,8 @@ def span(run: Run, size: float) -> None:
     run.longest = np.inf
 
 
-def _instant(sizes: dict[str, int]) -> Instant:
-    return Instant(sizes, **{name: kind(sizes) for name, kind in _PARTS.items()})
+def _instant(sizes: dict[str, int]) -> InstantSearch:
+    return InstantSearch(sizes, **{name: kind(sizes) for name, kind in _PARTS.items()})
 
 
 def _records(run: Run) -> list[Record]:

@@ -217,9 +217,9 @@ def _of_system(system: System) -> Iterator[bytes]:
     _, outputs, kept = system.origin
     yield _named("lumped")
     yield repr((outputs, kept, sorted(system.structure.ranks.items()), sorted(tree.freed))).encode()
-    for node in tree.nodes:
+    for node in tree.instances:
         yield node.path.encode()
-    for layout in dict.fromkeys(node.layout for node in tree.nodes):
+    for layout in dict.fromkeys(node.layout for node in tree.instances):
         rows = [(n, q.kind, q.nominal, q.wish) for n, q in _rows(layout)]
         yield repr((rows, list(layout.parameters))).encode()
     for group in (*flat.groups, *flat.initial):
@@ -244,7 +244,7 @@ def _rows(layout: Any) -> Iterator[tuple[str, Any]]:
 def _energies(system: System) -> Iterator[bytes]:
     """What components say that they store and lose."""
     tree = system.structure.tree
-    for node in {template_key(node.component): node for node in tree.nodes}.values():
+    for node in {template_key(node.component): node for node in tree.instances}.values():
         for name in ("stored", "loss"):
             tell = getattr(type(node.component), name, None)
             if inspect.isfunction(tell):

@@ -12,10 +12,10 @@ from lumped.kernel.holds import STANDSTILL
 from lumped.support.made_once import made_once
 from lumped.timeloop.executable import evaluated
 
-__all__ = ["Holds", "Look", "hold_words", "turned"]
+__all__ = ["HoldValues", "Holds", "hold_words", "turned"]
 
 
-class Look(NamedTuple):
+class HoldValues(NamedTuple):
     """What decides modes at one point.
 
     Attributes
@@ -63,7 +63,7 @@ class Holds:
         self._parts = s.first_modes + np.arange(3)[:, None]
         self._speed_uses = system.speed_uses
 
-    def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> Look:
+    def look(self, t: float, x: np.ndarray, modes: np.ndarray, guess: np.ndarray) -> HoldValues:
         """Evaluate everything that decides modes."""
         settings = np.concatenate([modes, guess])
         row = evaluated(self.system, "look", x, self._theta, t, settings)
@@ -72,7 +72,7 @@ class Holds:
         upper[~self.switching.has_upper] = np.inf
         lower[~self.switching.has_lower] = -np.inf
         held = (v, a, reaction, upper, lower, gap, restitution)
-        return Look(row[:i], row[i:j], *held, row[k:m], row[m:])
+        return HoldValues(row[:i], row[i:j], *held, row[k:m], row[m:])
 
     def parts(self, modes: np.ndarray) -> np.ndarray:
         """Which are stuck, forward, backward; shape (3, h)."""

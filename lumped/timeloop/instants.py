@@ -198,7 +198,9 @@ def instants(system: System, theta: np.ndarray, begin: float, end: float) -> Ins
         If they follow each other without end.
     """
     key = theta.tobytes(), begin, end
-    return _latest_instants(system).of(key, lambda: _Search(system, theta, begin, end).found())
+    return _latest_instants(system).of(
+        key, lambda: _InstantSearch(system, theta, begin, end).found()
+    )
 
 
 @made_once
@@ -218,7 +220,7 @@ class _Course:
         return found
 
 
-class _Search:
+class _InstantSearch:
     def __init__(self, system: System, theta: np.ndarray, begin: float, end: float) -> None:
         self.system, self.theta, self.begin, self.end = system, theta, begin, end
         self.clocks = clocks(system)

@@ -8,7 +8,7 @@ from lumped.code.operations import Operations, operations_of
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
-from lumped.kernel.run import Course, Run
+from lumped.kernel.run import Run, Samples
 from lumped.support.made_once import Recent, made_once
 
 __all__ = ["quantity_along"]
@@ -46,7 +46,7 @@ def quantity_along(
         operations=operations.table.ravel(),
         constants=operations.constants,
     )
-    course = Course(
+    course = Samples(
         points=len(t),
         states=x.shape[1],
         settings=settings.shape[1],

@@ -157,7 +157,7 @@ class OperatingPoint(Named):
         Instant, s.
     x : ndarray, shape (n,)
         States in the order of ``system.state_names``.
-    theta, modes : ndarray
+    theta, settings : ndarray
         Parameters; modes and values of implicit quantities.
     collisions : tuple of Change
         Impacts at this very instant; the states are those after them.
@@ -176,7 +176,7 @@ class OperatingPoint(Named):
     time: float
     x: np.ndarray
     theta: np.ndarray
-    modes: np.ndarray
+    settings: np.ndarray
     collisions: tuple[Change, ...] = ()
     search: Convergence | None = None
     kept: Kept | None = None
@@ -191,7 +191,7 @@ class OperatingPoint(Named):
 
     def __getitem__(self, name: Name) -> float:
         function = self.system.function([name])
-        return float(function(self.x, self.theta, self.time, self.modes))
+        return float(function(self.x, self.theta, self.time, self.settings))
 
     def __repr__(self) -> str:
         rows = [

@@ -15,10 +15,10 @@ from lumped.timeloop.instants import instants
 from lumped.timeloop.recorder import Recorder, scale
 from lumped.timeloop.result import OperatingPoint, Piece, Statistics, Trajectory
 
-__all__ = ["Run", "nominals"]
+__all__ = ["Simulation", "nominals"]
 
 
-class Run:
+class Simulation:
     """One simulation.
 
     Parameters
@@ -70,7 +70,7 @@ class Run:
         """What was computed so far; at least the start."""
         pieces = self.output.pieces()
         if not any(len(piece.t) for piece in pieces):
-            start = (np.array([self.begin]), self.point.x[None, :], self.point.modes[None, :])
+            start = (np.array([self.begin]), self.point.x[None, :], self.point.settings[None, :])
             pieces = (Piece(self.point.system, *start),)
         return Trajectory(
             self.point.system,

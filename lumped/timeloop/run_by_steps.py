@@ -27,7 +27,7 @@ from lumped.kernel.run import (
     STORM_WITHIN,
     TOO_MANY,
     UNFIT,
-    Output,
+    RunOutput,
 )
 from lumped.timeloop.event import Event
 from lumped.timeloop.executable import executable, span
@@ -36,7 +36,7 @@ from lumped.timeloop.holds import hold_words
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint
-from lumped.timeloop.run import Run, nominals
+from lumped.timeloop.run import Simulation, nominals
 from lumped.timeloop.settings import closing_fault
 
 __all__ = ["RunBySteps"]
@@ -54,13 +54,13 @@ _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
 
-class RunBySteps(Run):
+class RunBySteps(Simulation):
     """One simulation by explicit or implicit steps.
 
     Parameters
     ----------
     point, until, rtol, output
-        As for `Run`.
+        As for `Simulation`.
     atol : float
         Absolute tolerance relative to nominal values.
     method : {"steps", "explicit", "implicit"}
@@ -100,7 +100,7 @@ class RunBySteps(Run):
             With what was computed so far.
         """
         self._edges = self.find_instants()
-        self._enter(0, BEGIN_SEGMENT, self.begin, self.point.x, self.point.modes)
+        self._enter(0, BEGIN_SEGMENT, self.begin, self.point.x, self.point.settings)
         while True:
             run = self._run
             run.pause = run.steps + run.rejected + self._executable.attempts
@@ -177,7 +177,7 @@ class RunBySteps(Run):
         self._t, self._x, self._implicit = np.empty(rows), np.empty((rows, n)), np.empty((rows, ng))
         self._piece_settings = np.empty((pieces, nm))
         self._changes, self._when = np.empty((changes, 4), dtype=np.int64), np.empty((changes, 2))
-        self._run.output = Output(
+        self._run.output = RunOutput(
             t=self._t,
             x=self._x.ravel(),
             implicit=self._implicit.ravel(),

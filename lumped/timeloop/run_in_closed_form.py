@@ -15,14 +15,14 @@ from lumped.timeloop.guards import finite_fault
 from lumped.timeloop.linear_form import linear_form
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint
-from lumped.timeloop.run import Run
+from lumped.timeloop.run import Simulation
 
 __all__ = ["RunInClosedForm", "closed"]
 
 _KEPT = 16
 
 
-class RunInClosedForm(Run):
+class RunInClosedForm(Simulation):
     """One simulation in closed form; `rtol` limits its rounding, relative to the largest state."""
 
     def __init__(self, point: OperatingPoint, until: float, rtol: float, output: Recorder) -> None:
@@ -38,7 +38,7 @@ class RunInClosedForm(Run):
         SolverError
             With what was computed so far.
         """
-        edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.modes
+        edges, x, modes = self.find_instants().tolist(), self.point.x, self.point.settings
         for k, (begin, end) in enumerate(itertools.pairwise(edges)):
             before, modes = modes, modes.copy()
             modes[self.instants.places] = self.instants.modes[k]

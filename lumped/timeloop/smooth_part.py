@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.kernel import engine
-from lumped.kernel.run import DONE, FULL, RESTART, Output
+from lumped.kernel.run import DONE, FULL, RESTART, RunOutput
 from lumped.numerics.inside_step import Method
 from lumped.timeloop.executable import Executable, span
 
-__all__ = ["Solution", "smooth_part"]
+__all__ = ["SmoothSolution", "smooth_part"]
 
 
-class Solution(NamedTuple):
+class SmoothSolution(NamedTuple):
     """States at the times that were asked for.
 
     Attributes
@@ -42,7 +42,7 @@ def smooth_part(
     method: Method,
     rtol: float,
     atol: np.ndarray,
-) -> Solution:
+) -> SmoothSolution:
     """States at times, from those at the first.
 
     Parameters
@@ -67,7 +67,7 @@ def smooth_part(
     grid = np.ascontiguousarray(t[1:], dtype=float)
     rows = len(grid) + 8
     found, implicit = np.empty((rows, len(x))), np.empty(rows * len(settings))
-    run.output = Output(
+    run.output = RunOutput(
         t=np.empty(rows),
         x=found.ravel(),
         implicit=implicit,
@@ -87,4 +87,4 @@ def smooth_part(
     inner = found[: run.output.rows]
     last = np.repeat(run.x[None, :], rest, axis=0)
     fault_at = None if why == DONE else float(run.t)
-    return Solution(np.vstack([x[None, :], inner, last]), run.evaluations, fault_at)
+    return SmoothSolution(np.vstack([x[None, :], inner, last]), run.evaluations, fault_at)

@@ -15,7 +15,7 @@ from lumped.vibration.order_analysis import turns as turns
 from lumped.vibration.participation import Participation as Participation
 from lumped.vibration.participation import participation as participation
 from lumped.vibration.response import FrequencyResponse as FrequencyResponse
-from lumped.vibration.response import Peak as Peak
+from lumped.vibration.response import Resonance as Resonance
 from lumped.vibration.response import frequency_response as frequency_response
 from lumped.vibration.response_sensitivity import ResponseSensitivity as ResponseSensitivity
 from lumped.vibration.response_sensitivity import response_sensitivity as response_sensitivity

@@ -231,7 +231,7 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
         imaginary = imaginary - contracted(left.imag, right.real, settings)
         return real + 1j * imaginary
 
-    both = slopes(point.modes)
+    both = slopes(point.settings)
     matters = point_matters(point, both / np.abs(values)[:, None], _ROUNDING)
     moved = moved_point(point, places) if matters else None
     moving = moved is not None

@@ -135,7 +135,7 @@ class ModalEnergies:
 def _ends(modes: Modes, path: str) -> list[str]:
     """Names of the angles or positions at the ports of a component."""
     tree = modes.system.structure.tree
-    node = next(node for node in tree.nodes if node.path == path)
+    node = next(node for node in tree.instances if node.path == path)
     quantities = node.layout.quantities
     return [
         tree.unknown_name(node.first_unknown + i)
@@ -179,7 +179,7 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     tree = system.structure.tree
     owners: list[int] = []
     unknowns: list[int] = []
-    for number_, node in enumerate(tree.nodes):
+    for number_, node in enumerate(tree.instances):
         quantities = node.layout.quantities
         for i in range(0, 2 * len(node.layout.ports), 2):
             if (quantities[i].unit, quantities[i + 1].unit) in _WORK:
@@ -189,10 +189,10 @@ def modal_energies(modes: Modes) -> ModalEnergies:
         modes._of_unknowns([u + k for u in unknowns], modes.vectors, modes.eigenvalues)
         for k in (0, 1)
     )
-    whole = np.zeros((len(tree.nodes), len(modes.eigenvalues)), dtype=complex)
+    whole = np.zeros((len(tree.instances), len(modes.eigenvalues)), dtype=complex)
     np.add.at(whole, owners, flows * potentials.conj())
     sums = whole.copy()
-    for number_, node in enumerate(tree.nodes):
+    for number_, node in enumerate(tree.instances):
         if node.parent >= 0:  # what parts store is theirs
             sums[node.parent] -= whole[number_]
     size = np.abs(sums).max(axis=0)
@@ -211,7 +211,7 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     all_elastic, all_kinetic = (np.where(moves, e.sum(axis=0), np.inf) for e in (elastic, kinetic))
     return ModalEnergies(
         modes,
-        tuple(tree.nodes[i].path for i in used.tolist()),
+        tuple(tree.instances[i].path for i in used.tolist()),
         (elastic[used] / all_elastic).T,
         (kinetic[used] / all_kinetic).T,
         (loss[used] * angular / (2 * all_kinetic)).T,

@@ -152,7 +152,7 @@ class Modes(Eigenpairs):
         x = system.inputs[0]
         matrix = ca.Function(
             "C", system.inputs, [ca.jacobian(system.structure.values.of(rows), x)]
-        )(self.point.x, self.point.theta, self.point.time, self.point.modes)
+        )(self.point.x, self.point.theta, self.point.time, self.point.settings)
         amplitudes = np.asarray(scipy.sparse.csr_array(matrix.sparse()) @ vectors, dtype=complex)
         for i, depth in enumerate(power):
             if depth:
@@ -212,7 +212,7 @@ class Modes(Eigenpairs):
         system, reduced = self.system, self.system.structure.reduced
         found: set[int] = set()
         others: set[int] = set()
-        for node in system.structure.tree.nodes:
+        for node in system.structure.tree.instances:
             for i, quantity in enumerate(node.layout.quantities):
                 n = reduced.node(node.first_unknown + i)
                 if quantity.kind == "potential" and n is not None:

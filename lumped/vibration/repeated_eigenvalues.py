@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.points.linearise import sparse_state_matrix
-from lumped.points.moved_equilibrium import Moved, moved_point, still_point
+from lumped.points.moved_equilibrium import MovedPoint, moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.vibration.left_vectors import beside, parts
 from lumped.vibration.modes import Modes
@@ -78,11 +78,11 @@ class Along:
     ----------
     outputs : SX
         Expressions of the system.
-    moved : Moved
+    moved : MovedPoint
         How the operating point follows the parameters.
     """
 
-    def __init__(self, modes: Modes, outputs: ca.SX, moved: Moved) -> None:
+    def __init__(self, modes: Modes, outputs: ca.SX, moved: MovedPoint) -> None:
         x, theta, _, _ = modes.system.inputs
         v = ca.SX.sym("v", x.numel())
         slope = ca.jacobian(ca.jtimes(outputs, x, v), ca.vertcat(x, theta))
@@ -94,7 +94,7 @@ class Along:
         point = self._point
         real, imaginary = (
             scipy.sparse.csc_array(
-                self._function(point.x, point.theta, point.time, point.modes, part).sparse()
+                self._function(point.x, point.theta, point.time, point.settings, part).sparse()
             )
             for part in (vector.real, vector.imag)
         )

@@ -27,7 +27,7 @@ from lumped.timeloop.result import OperatingPoint
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FrequencyResponse", "Peak", "frequency_response", "needing_rates"]
+__all__ = ["FrequencyResponse", "Resonance", "frequency_response", "needing_rates"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -37,7 +37,7 @@ _STATIC = 1e-4
 
 
 @dataclass(frozen=True)
-class Peak:
+class Resonance:
     """A resonance.
 
     Attributes
@@ -143,7 +143,7 @@ class FrequencyResponse:
         return found
 
     @checked
-    def peaks(self, output: Name, input: Name) -> tuple[Peak, ...]:
+    def peaks(self, output: Name, input: Name) -> tuple[Resonance, ...]:
         """Resonances, ascending; each is located between the frequencies beside it.
 
         A resonance narrower than the distance of the frequencies may be missed: analyse closer
@@ -161,7 +161,7 @@ class FrequencyResponse:
             top = scipy.optimize.minimize_scalar(
                 height, bounds=bounds, method="bounded", options={"xatol": 1e-9 * bounds[1]}
             )
-            found.append(Peak(float(top.x), -float(top.fun)))
+            found.append(Resonance(float(top.x), -float(top.fun)))
         return tuple(found)
 
     @checked
@@ -287,7 +287,7 @@ def frequency_response(
             f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
             "stable operating point, or add damping or control."
         )
-    matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.modes))
+    matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.settings))
     matrices[:2] = _stuck(system, point, *matrices[:2])
     values = _solved(matrices, at_hertz, system)
     return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
@@ -297,7 +297,7 @@ def _stuck(
     system: System, point: OperatingPoint, A: scipy.sparse.csc_array, B: scipy.sparse.csc_array
 ) -> list[scipy.sparse.csc_array]:
     """A and B in which speeds that stick, and what they hold, stay zero, also at 0 Hz."""
-    still = np.isin(system.structure.states, system.switching.held(point.modes))
+    still = np.isin(system.structure.states, system.switching.held(point.settings))
     pattern = scipy.sparse.csr_array(abs(A))
     driven = np.asarray(abs(B).sum(axis=1)).ravel() > 0
     while (more := ~(still | driven | (pattern @ ~still > 0))).any():

@@ -150,7 +150,7 @@ def response_sensitivity(
         imaginary = imaginary + contracted(left.imag, right.real, settings)
         return real + 1j * imaginary
 
-    both = slopes(point.modes)
+    both = slopes(point.settings)
     moved = moved_point(point, places) if point_matters(point, both) else None
     moving = moved is not None
     moved = moved or still_point(point, places)

@@ -142,7 +142,7 @@ def shape_sensitivity(
         raise UnknownNameError(f"'{name}' was left out of the system.")
     depth = np.array(rows) - np.array(both)
     outputs = ca.vertcat(system.rates, system.structure.values.of(rows))
-    inputs = (point.x, point.theta, point.time, point.modes)
+    inputs = (point.x, point.theta, point.time, point.settings)
     C = ca.Function("C", system.inputs, [ca.jacobian(outputs, system.inputs[0])])(*inputs)
     C = scipy.sparse.csr_array(C.sparse())[len(point.x) :]
     along = Along(modes, outputs, moved)

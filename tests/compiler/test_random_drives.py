@@ -378,7 +378,7 @@ def check(seed):
     point = lp.start_point(kept, start=start)
     bodies = list(graph.body)
     names = [graph.coordinate(i, 2) for i in bodies] + graph.torques()
-    values = np.asarray(kept.function(names)(point.x, point.theta, 0.0, point.modes)).ravel()
+    values = np.asarray(kept.function(names)(point.x, point.theta, 0.0, point.settings)).ravel()
     torque = [c * (row @ q - rest) + d * row @ speed for _, row, c, d, rest in graph.links]
 
     modes = lp.modes(free)

@@ -85,10 +85,10 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
         if number % 3 == 0:
             start |= {speed: 0.0 for _, speed in held if speed in start}
         point = lp.start_point(system, parameters=changed, start=start)
-        found = np.asarray(read(point.x, point.theta, point.time, point.modes)).ravel()
+        found = np.asarray(read(point.x, point.theta, point.time, point.settings)).ravel()
         q, v, flow, reaction, sliding = np.split(found, sizes)
         a = (load - flow) / mass
-        rates = np.asarray(system.rhs(point.x, point.theta, point.time, point.modes)).ravel()
+        rates = np.asarray(system.rhs(point.x, point.theta, point.time, point.settings)).ravel()
         inside = {
             name.removeprefix("part."): i
             for i, name in enumerate(system.state_names)

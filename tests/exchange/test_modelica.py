@@ -187,7 +187,7 @@ def test_equations_say_what_the_right_hand_side_computes(tmp_path, system):
             x = rng.uniform(-1.5, 1.5, len(system.state_names))
             found = evaluated(text, dict(zip(system.state_names, x, strict=True)), time)
             point = lp.start_point(system, start=dict(zip(system.state_names, x, strict=True)))
-            modes = point.modes.copy()
+            modes = point.settings.copy()
             timed = [mode for clock in clocks(system) for mode in clock.condition.modes]
             modes[timed] = modes_at(system, theta, time)[timed]
             expected = np.asarray(system.rhs(x, theta, time, modes)).ravel()

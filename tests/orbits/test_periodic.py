@@ -88,7 +88,7 @@ def test_a_driven_linear_oscillator_answers_as_its_frequency_response(method):
 @pytest.mark.parametrize("Omega", [0.9, 1.6])
 def test_shooting_and_harmonic_balance_agree_on_a_duffing_oscillator(Omega):
     system = driven(d=0.2, c=1.0, cubic=1.0, F=0.8, Omega=Omega)
-    a, b = (lp.periodic(system, period=2 * np.pi / Omega, search=m, settle=80) for m in METHODS)
+    a, b = (lp.periodic(system, period=2 * np.pi / Omega, search=m, warm_up=80) for m in METHODS)
     close(a["x"], b["x"], 1e-8)
     close(a["v"], b["v"], 1e-8)
     assert abs(a.harmonics("x", 3)[3]) > 1e-3  # it is not linear
@@ -124,7 +124,7 @@ def test_an_unstable_orbit_is_found_and_called_so(mu):
     back = one(equations, mu=lp.param("1", "mu", mu), x=lp.var("m", "position"), v=X["v"])
     on = dict(zip(("x", "v"), forth.run.x[0], strict=True))
     for method in METHODS:
-        orbit = lp.periodic(back, near=forth.period, settle=1e-3, start=on, search=method)
+        orbit = lp.periodic(back, near=forth.period, warm_up=1e-3, start=on, search=method)
         assert orbit.period == pytest.approx(forth.period, rel=1e-9)
         assert not orbit.stable
         assert "unstable orbit: largest multiplier" in repr(orbit)
@@ -142,7 +142,7 @@ def test_multipliers_of_a_mathieu_equation(c, pumped):
 
     end = solve_ivp(rate, (0, T), np.eye(2).ravel(), method="DOP853", rtol=1e-12, atol=1e-13)
     exact = np.linalg.eigvals(end.y[:, -1].reshape(2, 2))
-    orbit = lp.periodic(system, period=T, settle=0)
+    orbit = lp.periodic(system, period=T, warm_up=0)
     close(np.sort_complex(orbit.multipliers), np.sort_complex(exact), 1e-8)
     assert orbit.stable == (np.abs(exact).max() < 1)
 
@@ -269,7 +269,7 @@ def rotor_over_angle(J):
 @pytest.mark.parametrize("turn", [{"phi": 2 * np.pi}, {"back": -4 * np.pi}])
 def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     exact = rotor_over_angle(0.3)
-    orbit = lp.periodic(ROTOR, turn=turn, settle=5.0, search=method)
+    orbit = lp.periodic(ROTOR, turn=turn, warm_up=5.0, search=method)
     assert orbit.period == pytest.approx(exact.y[1, -1], rel=1e-10)
     assert orbit.advance["phi"] == pytest.approx(2 * np.pi)
     assert orbit.mean("w") == pytest.approx(2 * np.pi / orbit.period, rel=1e-9)
@@ -280,7 +280,8 @@ def test_a_turning_rotor_finds_its_own_mean_speed(method, turn):
     assert orbit.multipliers == pytest.approx([np.exp(-0.5 / 0.3 * orbit.period)], rel=1e-7)
     by = orbit.sensitivity(of=["w"], to=["tau", "J"])
     beside = [
-        lp.periodic(ROTOR, turn=turn, settle=5.0, parameters={"tau": tau}) for tau in (1.001, 0.999)
+        lp.periodic(ROTOR, turn=turn, warm_up=5.0, parameters={"tau": tau})
+        for tau in (1.001, 0.999)
     ]
     slope = (beside[0].period - beside[1].period) / 0.002
     assert by.period["tau"] == pytest.approx(slope, rel=1e-5)
@@ -305,7 +306,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
     if isinstance(drive, ElasticallyDriven):
         start["shaft.w"] = SPEED["P"]
     turn = {"mill.crank.phi": 2 * np.pi}
-    orbit = lp.periodic(system, turn=turn, settle=5.0, start=start, search=method)
+    orbit = lp.periodic(system, turn=turn, warm_up=5.0, start=start, search=method)
     assert orbit.advance == pytest.approx({"motor.phi": 2 * np.pi * GEAR})
     assert orbit.period == pytest.approx(2 * np.pi / SPEED["P"], rel=1e-12)
     assert orbit.mean("motor.w") == pytest.approx(w, rel=1e-10)
@@ -321,7 +322,7 @@ def test_the_pilger_mill_turns_at_the_mean_speed_that_its_controller_integrates(
 
 @pytest.mark.parametrize("wanted", [0.1, 0.02])
 def test_a_flywheel_gives_the_irregularity_asked_for(wanted):
-    orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, settle=5.0)
+    orbit = lp.periodic(ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0)
     found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=wanted)
     exact = rotor_over_angle(found.after)
     w = exact.sol(np.linspace(0, 2 * np.pi, 20_001))[0]
@@ -340,7 +341,7 @@ def test_the_classical_flywheel_is_exact_where_torques_depend_on_the_angle_alone
     """With a weak motor the torque is constant over a turn, and the excess work 2 G."""
     weak = {"k": 1e-3, "tau": 0.0, "w_0": 8.0, "J": 3.0}
     orbit = lp.periodic(
-        ROTOR, turn={"phi": 2 * np.pi}, settle=5.0, parameters=weak, start={"w": 8.0}
+        ROTOR, turn={"phi": 2 * np.pi}, warm_up=5.0, parameters=weak, start={"w": 8.0}
     )
     found = lp.orbits.flywheel(orbit, inertia="J", speed="w", irregularity=0.005)
     assert found.classical == pytest.approx(found.added, rel=2e-3)
@@ -355,7 +356,7 @@ def test_a_system_that_must_repeat_is_named_if_it_does_not():
 
     free = one(equations, c=lp.param("1", "hold", 0.0), **X)
     with pytest.raises(SolverError, match=r"other x are periodic too.*give its turn") as caught:
-        lp.periodic(free, period=2 * np.pi, start={"x": 0.3, "v": 1.0}, settle=0)
+        lp.periodic(free, period=2 * np.pi, start={"x": 0.3, "v": 1.0}, warm_up=0)
     assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)
 
 
@@ -365,13 +366,13 @@ def test_what_does_not_converge_tells_the_worst_state_and_keeps_the_last_run():
 
     growing = one(equations, x=X["x"])
     with pytest.raises(SolverError, match=r"iterations.*x misses its value by .* m,") as caught:
-        lp.periodic(growing, period=2 * np.pi, settle=0)
+        lp.periodic(growing, period=2 * np.pi, warm_up=0)
     assert caught.value.partial.t[-1] == pytest.approx(2 * np.pi)
 
 
 def test_an_equilibrium_is_no_oscillation():
     with pytest.raises(SolverError, match=r"equilibrium, not a periodic|periodic too"):
-        lp.periodic(van_der_pol(-1.0), near=6.5, settle=100)
+        lp.periodic(van_der_pol(-1.0), near=6.5, warm_up=100)
 
 
 @pytest.mark.parametrize(
@@ -381,10 +382,10 @@ def test_an_equilibrium_is_no_oscillation():
         ({"period": -1.0}, "period = -1.0 s"),
         ({"period": np.nan}, "period = nan"),
         ({"period": 1.0, "near": 1.0}, "not both"),
-        ({"turn": {"phi": 6.0}}, "give settle="),
-        ({"turn": {"phi": 0.0}, "settle": 5}, "other than zero"),
-        ({"turn": {"phi": 6.0}, "settle": 5}, "another after its turn.*rate of w"),
-        ({"turn": {"w": 6.0}, "settle": 5}, "another after its turn"),
+        ({"turn": {"phi": 6.0}}, "give warm_up="),
+        ({"turn": {"phi": 0.0}, "warm_up": 5}, "other than zero"),
+        ({"turn": {"phi": 6.0}, "warm_up": 5}, "another after its turn.*rate of w"),
+        ({"turn": {"w": 6.0}, "warm_up": 5}, "another after its turn"),
         ({"near": 1.0, "search": "newton"}, "one of 'shooting', 'harmonic'"),
         ({"near": 1.0, "harmonics": 3}, "with search='harmonic'"),
         ({"near": 1.0, "grid": 3}, "at least 10"),
@@ -398,9 +399,9 @@ def test_options_that_make_no_sense_are_refused(options, text):
 
 def test_wrong_names_directions_and_kinds_of_system_are_refused():
     with pytest.raises(UnknownNameError, match="psi"):
-        lp.periodic(ROTOR, turn={"psi": 6.0}, settle=5.0)
-    with pytest.raises(SolverError, match="after settle = 5 s phi has turned"):
-        lp.periodic(ROTOR, turn={"phi": -2 * np.pi}, settle=5.0)
+        lp.periodic(ROTOR, turn={"psi": 6.0}, warm_up=5.0)
+    with pytest.raises(SolverError, match="after warm_up = 5 s phi has turned"):
+        lp.periodic(ROTOR, turn={"phi": -2 * np.pi}, warm_up=5.0)
     with pytest.raises(OptionError, match="functions of time act"):
         lp.periodic(driven(), near=6.0)
     with pytest.raises(OptionError, match=r"no function of time acts on One.*near="):
@@ -425,7 +426,7 @@ def test_a_torque_that_is_switched_on_and_off_in_each_period(on):
             yield lp.der(self.w) == self.tau - self.w
 
     system = lp.assemble(Switched(on=on), keep=["phi"])
-    orbit = lp.periodic(system, period=1.0, settle=0)
+    orbit = lp.periodic(system, period=1.0, warm_up=0)
     begin = (np.exp(on) - 1) / (np.e - 1)  # exp(-1) w_begin + the answer to the pulse
     top = 1 - (1 - begin) * np.exp(-on)
     assert orbit["w"][[0, -1]] == pytest.approx(begin, rel=1e-9)
@@ -470,7 +471,7 @@ def test_a_ball_that_bounces_once_in_each_period_of_a_shaken_plate(cosine):
     flown = 1.0 - hit
     begin = {"h": A * np.cos(phase) + up * flown - g / 2 * flown**2 - A, "v": up - g * flown}
     beside = {"h": begin["h"] + 1e-3, "v": begin["v"] - 1e-3}
-    orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=beside, settle=0)
+    orbit = lp.periodic(lp.assemble(Ball()), period=1.0, start=beside, warm_up=0)
     assert orbit.run.x[0] == pytest.approx(list(begin.values()), rel=1e-9)
     assert orbit.run.events[0].time == pytest.approx(hit, rel=1e-9)
     # map of instant and speed from one impact to the next, linearised

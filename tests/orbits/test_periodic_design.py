@@ -142,7 +142,7 @@ def test_derivatives_by_the_period():
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"free": ["tau"], "settle": 5.0}, "one parameter is determined by one period"),
+        ({"free": ["tau"], "warm_up": 5.0}, "one parameter is determined by one period"),
         ({"free": ["tau", "d"], "period": 0.5}, "one parameter is determined by one period"),
         ({"free": ["tau"], "period": "J"}, "one parameter is determined by one period"),
         ({"period": 0.5}, "or a parameter in free= for which this is the period"),
@@ -167,7 +167,7 @@ def test_a_period_out_of_reach_is_told():
 
 def test_a_motion_of_unknown_period_stays_periodic_while_its_design_changes():
     """The least torque for a swing of at most 0.2 rad/s: the inertia is at its bound then."""
-    orbit = lp.periodic(ROTOR, turn=TURN, settle=20.0)
+    orbit = lp.periodic(ROTOR, turn=TURN, warm_up=20.0)
     found = lp.optimise(
         orbit,
         vary={"J": (0.5, 4.0)},
@@ -245,7 +245,7 @@ def test_an_angle_that_turns_repeats_after_its_turn(given):
 
 
 def test_a_run_whose_period_nothing_prescribes_is_refused():
-    orbit = lp.periodic(ROTOR, turn=TURN, settle=20.0)
+    orbit = lp.periodic(ROTOR, turn=TURN, warm_up=20.0)
     with pytest.raises(OptionError, match=r"Give the motion that lumped\.periodic returns"):
         lp.optimise(orbit.run, periodic=True, vary={"J": (0.5, 3.0)}, minimise=fun.swing("w"))
 

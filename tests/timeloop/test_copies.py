@@ -93,7 +93,7 @@ def made():
     response = lp.frequency_response(
         system, inputs=["motor.tau"], outputs=["b.w"], hertz=np.linspace(1.0, 5.0, 7)
     )
-    orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, settle=5.0)
+    orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, warm_up=5.0)
     shaken = lp.simulate(lp.assemble(composed()), until=2 * np.pi / 5, grid=40)
     pull, vary = fun.rms("drive.flange.tau"), {"spring.c": (1.0, 1000.0)}
     at_rest = lp.start_point(

@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Course", "Extreme", "course", "extreme", "integral"]
+__all__ = ["Curve", "Extreme", "curves", "extreme", "integral"]
 
 _QUINTIC = np.linalg.inv(
     [
@@ -25,7 +25,7 @@ _QUINTIC = np.linalg.inv(
 """Coefficients of a polynomial on 0 to 1 from its values and two derivatives at both ends."""
 
 
-class Course(NamedTuple):
+class Curve(NamedTuple):
     """A quantity and its time derivatives over the points of one smooth piece, each shape (k,)."""
 
     t: np.ndarray
@@ -41,7 +41,7 @@ class Extreme(NamedTuple):
     time: float
 
 
-def course(run: Trajectory, expression: ca.SX) -> list[Course]:
+def curves(run: Trajectory, expression: ca.SX) -> list[Curve]:
     """A scalar expression of the states of a run, piece by piece."""
     system = run.system
     x, _, t, _ = system.inputs
@@ -52,16 +52,16 @@ def course(run: Trajectory, expression: ca.SX) -> list[Course]:
 
     first = rate(expression)
     every = ca.densify(ca.vertcat(expression, first, rate(first)))
-    function = ca.Function("course", system.inputs, [every])
+    function = ca.Function("curves", system.inputs, [every])
     found = []
     for piece in run.pieces:
         if len(piece.t) > 1:
             rows = function(piece.x.T, run.theta, piece.t[None, :], piece.settings.T)
-            found.append(Course(piece.t, *np.asarray(rows)))
+            found.append(Curve(piece.t, *np.asarray(rows)))
     return found
 
 
-def extreme(pieces: list[Course], sign: int) -> Extreme:
+def extreme(pieces: list[Curve], sign: int) -> Extreme:
     """The greatest value (sign 1) or the least (-1)."""
     inside = np.linspace(0, 1, 9)
     powers = inside ** np.arange(6)[:, None]
@@ -90,7 +90,7 @@ def _top(law: Polynomial, near: float) -> float:
     return max(near, place, key=law)
 
 
-def integral(pieces: list[Course], frequency: float = 0.0) -> complex:
+def integral(pieces: list[Curve], frequency: float = 0.0) -> complex:
     """Integral over the time of a quantity times ``exp(-j frequency t)``, frequency in rad/s.
 
     Euler and Maclaurin's rule on each interval, exact for polynomials of degree five.
@@ -105,7 +105,7 @@ def integral(pieces: list[Course], frequency: float = 0.0) -> complex:
     return complex(total)
 
 
-def _shapes(piece: Course) -> np.ndarray:
+def _shapes(piece: Curve) -> np.ndarray:
     """Coefficients of the polynomial of each interval, shape (k - 1, 6)."""
     t, y, rate, bend = piece
     h = np.diff(t)

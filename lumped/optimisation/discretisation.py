@@ -12,13 +12,13 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.functionals import Designed, Final, Integral, Peak, Swing
 from lumped.numerics.nlp import Programme
-from lumped.orbits.smooth_course import course, extreme, integral
+from lumped.orbits.smooth_curves import curves, extreme, integral
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import Trajectory
 
 __all__ = [
-    "Course",
-    "Term",
+    "Discretisation",
+    "FunctionalTerm",
     "along",
     "dt_of",
     "followed_by",
@@ -33,7 +33,7 @@ _CLOSED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class Discretisation:
     """States and parameters at instants, numbers or expressions of unknowns.
 
     Attributes
@@ -98,12 +98,12 @@ def held_instants(system: System, varied: list[int]) -> None:
         )
 
 
-def along(run: Trajectory, theta: ca.SX) -> Course:
+def along(run: Trajectory, theta: ca.SX) -> Discretisation:
     """The instants of a run of a system without states, at other parameters."""
     system = run.system
     settings = np.concatenate([piece.settings for piece in run.pieces])
     none = ca.SX(0, len(run.t))
-    return Course(system, run.t, dt_of(run), none, theta, settings)
+    return Discretisation(system, run.t, dt_of(run), none, theta, settings)
 
 
 def dt_of(run: Trajectory) -> np.ndarray:
@@ -135,7 +135,7 @@ def followed_by(run: Trajectory, theta: np.ndarray) -> Trajectory:
 
 
 @dataclass(frozen=True, eq=False)
-class Term:
+class FunctionalTerm:
     """A functional as an expression of the unknowns.
 
     Attributes
@@ -154,8 +154,8 @@ class Term:
 
 
 def term(
-    programme: Programme, course: Course, functional: Designed, y: ca.SX, start: np.ndarray
-) -> Term:
+    programme: Programme, course: Discretisation, functional: Designed, y: ca.SX, start: np.ndarray
+) -> FunctionalTerm:
     """A functional of a quantity.
 
     Parameters
@@ -193,23 +193,23 @@ def term(
             programme.constrain(
                 label, e - sign * y.T, 0.0, np.inf, scale=size, unit=unit, times=times
             )
-        return Term(e, size, True)
+        return FunctionalTerm(e, size, True)
     if isinstance(functional, Peak) and functional.kind == "highest":
-        return Term(limit(1.0, float(start.max())), size, True)
+        return FunctionalTerm(limit(1.0, float(start.max())), size, True)
     if isinstance(functional, Swing):
         top, bottom = limit(1.0, float(start.max())), limit(-1.0, float(start.min()))
-        return Term(top - bottom, float(np.ptp(start)) or size, True)
+        return FunctionalTerm(top - bottom, float(np.ptp(start)) or size, True)
     if isinstance(functional, Integral) and functional.kind == "rms":
         # an unknown of its own: the root of a sum would couple all instants with each other
         e = programme.unknown(size, size, low=0.0)
         square = ca.mtimes(y**2, weights)
         label = f"{functional}: square less mean square"
         programme.constrain(label, e**2 - square, 0.0, 0.0, scale=size**2, unit=f"({unit})2")
-        return Term(e, size, False)
+        return FunctionalTerm(e, size, False)
     if isinstance(functional, Integral) and functional.kind == "mean":
-        return Term(ca.mtimes(y, weights), size, False)
+        return FunctionalTerm(ca.mtimes(y, weights), size, False)
     if isinstance(functional, Final):
-        return Term(y[-1], size, False)
+        return FunctionalTerm(y[-1], size, False)
     raise OptionError(
         f"optimise: {functional}; choose peak, highest, swing, rms, mean or final of a quantity, "
         "from lumped.functionals."
@@ -221,12 +221,12 @@ def measured(functional: Designed, run: Trajectory) -> float:
     y = run.system.expressions([functional.name])
     if isinstance(functional, Integral):
         square = functional.kind == "rms"
-        pieces = course(run, y**2 if square else y)
+        pieces = curves(run, y**2 if square else y)
         mean = integral(pieces).real / sum(float(piece.t[-1] - piece.t[0]) for piece in pieces)
         return float(np.sqrt(max(mean, 0.0))) if square else mean
     if isinstance(functional, Final):
         return float(run[functional.name][-1])
-    pieces = course(run, y)
+    pieces = curves(run, y)
     top, bottom = (extreme(pieces, sign).value for sign in (1, -1))
     if isinstance(functional, Swing):
         return top - bottom
