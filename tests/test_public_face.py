@@ -16,7 +16,10 @@ import lumped as lp
 from lumped.support.lazy_names import sources
 
 ROOT = Path(__file__).resolve().parents[1]
-INTERNAL = {"cli", "code", "compiler", "kernel", "language", "numerics", "support", "timeloop"}
+INTERNAL = {
+    *("cli", "code", "compiler", "flattening", "kernel", "language", "numerics", "reduction"),
+    *("support", "timeloop"),
+}
 HEAVY = {"casadi", "matplotlib", "networkx", "numpy", "pandas", "scipy"}
 
 
@@ -127,7 +130,7 @@ def test_listing_a_theme_loads_none_of_its_analyses():
 
 def test_components_load_no_analysis():
     found = loaded("from lumped.components import Inertia")
-    late = {*THEMES, "code", "compiler", "kernel", "models", "numerics", "timeloop"}
+    late = {*THEMES, "code", "compiler", "kernel", "models", "numerics", "reduction", "timeloop"}
     assert "lumped.components.gears" in found
     assert not [name for name in found if name.startswith("lumped.") and name.split(".")[1] in late]
     assert not {"matplotlib", "networkx", "scipy.optimize", "scipy.linalg"} & found

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, Self, overload
 
+import numpy as np
+
 from lumped.errors import DeclarationError
 from lumped.language.expression import Expr, Number, Ref
 from lumped.support.arguments import checked
 
-__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var"]
+__all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
@@ -29,6 +31,12 @@ def beyond(value: float) -> str | None:
     if 0 < abs(value) < 1 / _LARGEST:
         return f"must be zero or larger than {1 / _LARGEST:g}, so that one over it is finite"
     return None
+
+
+def within(values: np.ndarray) -> bool:
+    """Whether all numbers can be values of quantities (see `beyond`)."""
+    size = np.abs(values)
+    return bool(((size <= _LARGEST) & ((size >= 1 / _LARGEST) | (size == 0))).all())
 
 
 class Quantity:

@@ -10,11 +10,14 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError, shown
-from lumped.points.start_search import StartSearch
+from lumped.points.direct_start import direct_start
+from lumped.points.start_search import StartSearch, given_values
 from lumped.support.arguments import checked
 from lumped.timeloop.event import Change
+from lumped.timeloop.instants import modes_at
 from lumped.timeloop.positions import begin
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.settings import just_after
 
 __all__ = [
     "StartForm",
@@ -81,15 +84,38 @@ def start_point(
     OptionError
         If `start` is no mapping.
     """
-    search = StartSearch(
-        system, system.theta(parameters), by_name(start), free_places(system, free), time, together
-    )
+    theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
+    if not (places or together):
+        point = _direct(system, theta, values, time)
+        if point is not None:
+            return point
+    search = StartSearch(system, theta, values, places, time, together)
     x, settings = search.solve()[system.structure.in_use], search.settings
     collisions: tuple[Change, ...] = ()
     if system.switching:
-        x, settings, collisions = _settled(search, x)
+        begun = np.concatenate(search.parted())
+        x, settings, collisions = _begun(system, search.theta, time, x, begun)
+        if not collisions:
+            search.check(settings)
     point = OperatingPoint(system, time, x, search.theta, settings, collisions)
     return replace(point, residual=search.residual)
+
+
+def _direct(
+    system: System, theta: np.ndarray, start: Changes, time: float
+) -> OperatingPoint | None:
+    """The start where nothing must be searched for; None otherwise."""
+    changed = given_values(system, start)
+    form = direct_start(system, tuple(changed))
+    found = None if form is None else form.states(theta, time, list(changed.values()))
+    if form is None or found is None:
+        return None
+    x, missed = found
+    settings, collisions = modes_at(system, theta, just_after(time)), tuple[Change, ...]()
+    if system.switching:
+        x, settings, collisions = _begun(system, theta, time, x, settings)
+    residual = missed if form.searches else None
+    return OperatingPoint(system, time, x, theta, settings, collisions, residual=residual)
 
 
 def free_places(system: System, free: Iterable[Name]) -> list[int]:
@@ -152,18 +178,14 @@ def by_name(start: object) -> Changes:
     )
 
 
-def _settled(
-    search: StartSearch, x: np.ndarray
+def _begun(
+    system: System, theta: np.ndarray, time: float, x: np.ndarray, settings: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, tuple[Change, ...]]:
     """States and settings after what collides at once, and what does."""
-    settings = np.concatenate(search.parted())
     try:
-        x, settings, collisions = begin(search.system, search.theta, search.time, x, settings)
+        return begin(system, theta, time, x, settings)
     except SolverError as error:
         raise StartError(str(error)) from None
-    if not collisions:
-        search.check(settings)
-    return x, settings, collisions
 
 
 def start_slopes(

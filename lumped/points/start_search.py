@@ -24,9 +24,9 @@ from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import closed_with, just_after
 
-__all__ = ["StartSearch"]
+__all__ = ["ROUNDING", "StartSearch", "given_values"]
 
-_ROUNDING = 1e-3
+ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
 _MOST = 60
 """Times that positions are found anew."""
@@ -89,12 +89,9 @@ class StartSearch:
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = self._evaluated()
-        for name, value in start.items():
-            unknown = system.structure.tree.unknown(name)
-            unit = system.structure.tree.quantity(unknown).unit
-            given[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
-        self.given, self.changed = given, {system.structure.tree.unknown(name) for name in start}
-        for unknown, number in given.items():
+        changed = given_values(system, start)
+        self.given, self.changed = given | changed, set(changed)
+        for unknown, number in self.given.items():
             why = beyond(number)
             if why is not None:
                 raise StartError(f"{self._text(unknown)}: a start value {why}.")
@@ -307,7 +304,7 @@ class StartSearch:
         holds = Holds(self.system, trial.theta)
         modes, guesses = np.split(self._closed(trial), [len(trial.modes)])
         speed = holds.look(self.time, used, modes, guesses).v
-        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
+        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
         x[self.system.structure.in_use] = used
         return trial._replace(x=x)
 
@@ -324,7 +321,7 @@ class StartSearch:
         parts = holds.parts(modes)
         turned = (parts[FORWARD] & (speed < 0)) | (parts[BACKWARD] & (speed > 0))
         self._stop(holds, used, turned & ~self.system.switching.has_gap)
-        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * _ROUNDING)
+        self._stop(holds, used, np.abs(speed) <= holds.rounding(used) * ROUNDING)
         x[self.system.structure.in_use] = used
         begin = np.concatenate([self._timed(trial.theta), guesses])
         try:
@@ -403,6 +400,22 @@ class StartSearch:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
         return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+
+
+def given_values(system: System, start: Changes) -> dict[int, float]:
+    """Start values that are set, by unknowns.
+
+    Raises
+    ------
+    StartError
+        If one is no number in the unit of its quantity.
+    """
+    tree, found = system.structure.tree, dict[int, float]()
+    for name, value in start.items():
+        unknown = tree.unknown(name)
+        unit = tree.quantity(unknown).unit
+        found[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
+    return found
 
 
 def _start_column(system: System) -> ca.SX:

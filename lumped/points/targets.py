@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 import casadi as ca
 import numpy as np
@@ -19,7 +19,7 @@ from lumped.timeloop.settings import closed_with
 
 __all__ = ["Targets"]
 
-_TOLERANCE = 1e-9
+TOLERANCE = 1e-9
 _ROUNDING = 1e-12
 """Largest miss that counts as rounding, relative to the terms that cancel."""
 _SHORTEST = 1e-4
@@ -179,7 +179,7 @@ class Targets:
 
     @staticmethod
     def _missed(miss: np.ndarray, goal: np.ndarray, matrix: Matrix, z: np.ndarray) -> np.ndarray:
-        allowed = _TOLERANCE * np.maximum(1.0, np.abs(goal))
+        allowed = TOLERANCE * np.maximum(1.0, np.abs(goal))
         missed: np.ndarray = ~(
             np.abs(miss) <= np.maximum(allowed, _ROUNDING * abs(matrix) @ abs(z))
         )
@@ -260,32 +260,18 @@ class Targets:
         known = self._evaluate.known
         if known is not None and known[0] == key and not self.free:
             return known[1]
-        rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
-        places = (k.tolist() for k in self._evaluate.entries)
-        for i, j, v in zip(*places, matrix[self._evaluate.entries].tolist(), strict=True):
-            if j not in self.fixed and v:
-                rows[i][j] = (v, CONSTANT)
-        rank = [self._rank(n) for n in self.system.structure.reduced.states] + [-1] * len(self.free)
-        chosen = select_dependent(rows, np.array(rank), np.arange(len(rank)))
-        usable = np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+        dependent, usable = determined(self.system, matrix, self.fixed, self._evaluate.entries)
         parameters = self.system.structure.parameters
         for k, place in enumerate(self.free):
-            if complain and self.count + k not in chosen.dependent:
+            if complain and self.count + k not in dependent:
                 name = parameters.names[parameters.free[place]]
                 raise StartError(
                     f"The free parameter {name} is not determined by the start values. Give one "
                     "more start value or initial equation that depends on it, for example an "
                     "acceleration."
                 )
-        self._evaluate.known = key, (chosen.dependent, usable)
-        return chosen.dependent, usable
-
-    def _rank(self, node: int) -> int:
-        """Wish to stay at its default; slip speeds yield to the speeds of bodies."""
-        unknown = self.system.structure.members.get(node)
-        if unknown is None or node in _slips(self.system):
-            return RANK["avoid"]
-        return RANK[self.system.structure.tree.quantity(unknown).wish]
+        self._evaluate.known = key, (dependent, usable)
+        return dependent, usable
 
     def _text(self, row: int) -> str:
         if row < len(self.unknowns):
@@ -345,6 +331,45 @@ class Targets:
         )
         found: list[int] = rows[share > 1e-6 * share.max(initial=0.0)].tolist()
         return found
+
+
+def determined(
+    system: System,
+    matrix: Matrix,
+    fixed: Container[int],
+    entries: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[list[int], np.ndarray]:
+    """Unknowns that targets determine, the least wanted first, and targets that do so.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    matrix : array, shape (targets, states + free parameters)
+        Derivatives of the targets.
+    fixed : container of int
+        States that are given.
+    entries : tuple of ndarray, optional
+        Rows and columns of the derivatives that are not always zero.
+    """
+    where = np.nonzero(matrix) if entries is None else entries
+    rows: list[dict[int, tuple[float, int]]] = [{} for _ in range(matrix.shape[0])]
+    places = (k.tolist() for k in where)
+    for i, j, v in zip(*places, matrix[where].tolist(), strict=True):
+        if j not in fixed and v:
+            rows[i][j] = (v, CONSTANT)
+    states = system.structure.reduced.states
+    rank = [_rank(system, n) for n in states] + [-1] * (matrix.shape[1] - len(states))
+    chosen = select_dependent(rows, np.array(rank), np.arange(len(rank)))
+    return chosen.dependent, np.setdiff1d(np.arange(matrix.shape[0]), chosen.unused)
+
+
+def _rank(system: System, node: int) -> int:
+    """Wish to stay at its default; slip speeds yield to the speeds of bodies."""
+    unknown = system.structure.members.get(node)
+    if unknown is None or node in _slips(system):
+        return RANK["avoid"]
+    return RANK[system.structure.tree.quantity(unknown).wish]
 
 
 @made_once

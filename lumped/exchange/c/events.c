@@ -57,7 +57,7 @@ double unit_early(double t)
 bool unit_change(Unit *unit, const bool *fired, double early)
 {
     Run *run = &unit->memory.run;
-    Instant *instant = run->instant;
+    InstantSearch *instant = run->instant;
     bool timed = false;
     unit_enter(unit);
     memcpy(instant->before, run->m, N_SETTINGS * sizeof(double));

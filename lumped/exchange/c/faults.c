@@ -59,7 +59,7 @@ static bool no_fit(Unit *unit)
 {
     const Run *run = &unit->memory.run;
     const Plant *plant = run->plant;
-    Instant *at = run->instant;
+    InstantSearch *at = run->instant;
     int listed = 0;
     int64_t most = 40 + 20 * (plant->holds + plant->conditions + plant->jumps);
     unit_fail(unit, "no set of modes fits at t = %.9g s after %d attempts; changes follow each other "

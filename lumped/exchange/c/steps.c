@@ -8,7 +8,7 @@ enum { STEPS_IN_RUN = 1000, FOLLOWED = 16, LOOKS = 4000 };
 int64_t unit_loop(Unit *unit)
 {
     Run *run = &unit->memory.run;
-    Output *output = run->output;
+    RunOutput *output = run->output;
     int64_t why = kernel_loop(run);
     for (int64_t i = 0; i < output->changes; i++) {
         const int64_t *change = output->change + 4 * i;
@@ -75,7 +75,7 @@ static void take(Unit *unit)
 static bool reach(Unit *unit, double end)
 {
     Run *run = &unit->memory.run;
-    Output *output = run->output;
+    RunOutput *output = run->output;
     /* where it sets out is wanted too, as it is in a run that begins there */
     output->grid[0] = unit->t;
     output->grid_next = output->rows = 0;

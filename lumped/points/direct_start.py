@@ -1,0 +1,117 @@
+"""States at the start where start values determine them linearly: one function of parameters.
+
+Most drives start so. Everything else, and every fault, is left to the search (`start_search`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.kernel.holds import STANDSTILL
+from lumped.language.quantity import within
+from lumped.points.start_search import ROUNDING
+from lumped.points.target_values import target_values
+from lumped.points.targets import TOLERANCE, determined
+from lumped.support.made_once import made_once
+from lumped.timeloop.calls import ArrayFunction
+
+__all__ = ["DirectStart", "direct_start"]
+
+_MOST = 60
+"""Start values of what is no state, up to which their equations are solved in one function."""
+
+
+class DirectStart:
+    """States at the start as a function of parameters, time and start values that are set.
+
+    Attributes
+    ----------
+    function : Function
+        (p, t, start values) -> states in use, all start values, how far the worst that is no
+        state is missed, relative to its value if that is above one.
+    searches : bool
+        Whether there are start values or equations of what is no state.
+    """
+
+    def __init__(self, function: ca.Function, *, searches: bool) -> None:
+        self.function, self.searches = function, searches
+        self._call = ArrayFunction(function)
+
+    def states(
+        self, theta: np.ndarray, time: float, values: list[float]
+    ) -> tuple[np.ndarray, float] | None:
+        """States in use, and how far the worst is missed; None if a search must tell more."""
+        x, given, missed = self._call(theta, time, values)
+        is_met = np.isfinite(x).all() and missed[0] <= TOLERANCE and within(given)
+        return (x, float(missed[0])) if is_met else None
+
+
+@made_once
+def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None:
+    """How states follow from start values and from those unknowns that are set; None if not so."""
+    structure = system.structure
+    flat, reduced = structure.flat, structure.reduced
+    if structure.implicit:
+        return None
+    values = ca.SX.sym("start", len(changed))
+    given: dict[int, ca.SX] = {u: ca.SX(e) for u, e in flat.given.items()}
+    given |= {u: values[i] for i, u in enumerate(changed)}
+    wanted: dict[int, ca.SX] = {}
+    signs = reduced.aliases.signs
+    for unknown, value in given.items():
+        node = reduced.node(unknown)
+        if node is None or node in wanted:
+            return None
+        wanted[node] = float(signs[unknown]) * value
+    place = {node: i for i, node in enumerate(reduced.states)}
+    x = ca.SX.zeros(len(place))
+    for unknown, value in flat.starts.items():
+        start = reduced.node(unknown)
+        if start is not None and start in place:
+            x[place[start]] = float(signs[unknown]) * value
+    targets = {node: value for node, value in wanted.items() if node not in place}
+    for node in wanted.keys() & place.keys():
+        x[place[node]] = wanted[node]
+    fixed = {place[node] for node in wanted.keys() & place.keys()}
+    missed = ca.SX(0)
+    if targets or flat.initial:
+        found = _solved(system, x, targets, fixed)
+        if found is None:
+            return None
+        x, missed = found
+    for node in structure.switching.speeds:
+        if node in place and place[node] not in fixed:
+            i = place[node]
+            least = ROUNDING * STANDSTILL * (1 + ca.fabs(x[i]))
+            x[i] = ca.if_else(ca.fabs(x[i]) <= least, 0, x[i])
+    used = x[structure.in_use] if structure.in_use else ca.SX(0, 1)
+    inputs = [structure.parameters.theta, structure.values.time, values]
+    results = [used, ca.vertcat(ca.SX(0, 1), *given.values()), missed]
+    function = ca.Function("start", inputs, [ca.densify(result) for result in results])
+    return DirectStart(function, searches=bool(targets or flat.initial))
+
+
+def _solved(
+    system: System, x: ca.SX, targets: Mapping[int, ca.SX], fixed: set[int]
+) -> tuple[ca.SX, ca.SX] | None:
+    """States that meet targets, and how far the worst is missed; None if that takes a search."""
+    known = target_values(system, tuple(targets), ())
+    states = system.structure.values.states
+    slopes = ca.jacobian(known.expression, states)
+    if known.has_positions or not slopes.is_constant():
+        return None
+    matrix = ca.DM(slopes).full()
+    columns, rows = determined(system, matrix, fixed)
+    if not 0 < len(rows) <= _MOST:
+        return None
+    wanted = ca.vertcat(ca.SX(0, 1), *targets.values(), ca.SX.zeros(len(known.places)))
+    miss = ca.substitute(known.expression, states, x) - wanted
+    inverse = np.linalg.inv(matrix[rows][:, columns])
+    x = ca.SX(x)
+    x[columns] -= ca.mtimes(ca.DM(inverse), miss[rows.tolist()])
+    left = ca.substitute(known.expression, states, x) - wanted
+    return x, ca.mmax(ca.fabs(left) / ca.fmax(1, ca.fabs(wanted)))
