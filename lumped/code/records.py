@@ -54,31 +54,41 @@ class Field(NamedTuple):
     reach: str
 
 
-class _Word:
-    """A field as an attribute in Python."""
+class _Integer:
+    """An integer field as an attribute in Python."""
 
     def __init__(self, field: Field) -> None:
-        self._field = field
+        self._place = field.place
 
     def __get__(self, record: Record | None, _: type | None = None) -> Any:
-        if record is None:
-            return self
-        name, place, kind = self._field[:3]
-        if kind == "int":
-            return int(record._words[place])
-        if kind == "float":
-            return record._numbers[place]
-        return record._held[name]
+        return self if record is None else int(record._words[self._place])
+
+    def __set__(self, record: Record, value: int) -> None:
+        record._words[self._place] = value
+
+
+class _Number(_Integer):
+    """A field that holds a number."""
+
+    def __get__(self, record: Record | None, _: type | None = None) -> Any:
+        return self if record is None else record._numbers[self._place]
+
+    def __set__(self, record: Record, value: float) -> None:
+        record._numbers[self._place] = value
+
+
+class _Held(_Integer):
+    """A field that holds an array or a record."""
+
+    def __init__(self, field: Field) -> None:
+        self._name, self._place = field.name, field.place
+
+    def __get__(self, record: Record | None, _: type | None = None) -> Any:
+        return self if record is None else record._held[self._name]
 
     def __set__(self, record: Record, value: Any) -> None:
-        name, place, kind = self._field[:3]
-        if kind == "int":
-            record._words[place] = value
-        elif kind == "float":
-            record._numbers[place] = value
-        else:
-            record._held[name] = value
-            record._words[place] = address(value)
+        record._held[self._name] = value
+        record._words[self._place] = address(value)
 
 
 def address(held: Any) -> int:
@@ -87,6 +97,9 @@ def address(held: Any) -> int:
         return held._address
     found: int = held.__array_interface__["data"][0]
     return found
+
+
+_ATTRIBUTES: dict[Any, type[_Integer]] = {"int": _Integer, "float": _Number}
 
 
 class _Layout(NamedTuple):
@@ -128,7 +141,7 @@ class Record(metaclass=_Kind):
                 hint, *lengths = get_args(hint)
             field = Field(name, place, _KINDS.get(hint, hint), lengths[0], lengths[-1])
             cls.fields[name] = field
-            setattr(cls, name, _Word(field))
+            setattr(cls, name, _ATTRIBUTES.get(field.kind, _Held)(field))
 
     def __init__(self, sizes: Mapping[str, int] | None = None, **given: Any) -> None:
         own: Any = type(self)

@@ -22,6 +22,7 @@ from lumped.timeloop.settings import just_after
 __all__ = [
     "StartForm",
     "by_name",
+    "found_start",
     "free_places",
     "point_at",
     "start_form",
@@ -84,6 +85,18 @@ def start_point(
     OptionError
         If `start` is no mapping.
     """
+    return found_start(system, parameters, start, free, time, together)
+
+
+def found_start(
+    system: System,
+    parameters: Changes | None,
+    start: Changes | None,
+    free: Iterable[Name],
+    time: float,
+    together: bool = False,
+) -> OperatingPoint:
+    """States at the start (see `start_point`), of arguments that were checked."""
     theta, values, places = system.theta(parameters), by_name(start), free_places(system, free)
     if not (places or together):
         point = _direct(system, theta, values, time)

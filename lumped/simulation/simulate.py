@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import Interrupted, OptionError, SolverError, doubt
-from lumped.points.start import start_point
+from lumped.points.start import found_start
 from lumped.simulation.certify import certified
 from lumped.simulation.compare import between
 from lumped.simulation.energy_audit import audited
@@ -151,7 +151,7 @@ def simulate(
             )
         point = start if start.time == begin else replace(start, time=begin)
     else:
-        point = start_point(system, parameters=parameters, start=start, free=free, time=begin)
+        point = found_start(system, parameters, start, free, begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
     used = "steps" if method == "auto" else method
     if method == "auto" and times is not None and closed_form_pays(point, until, rtol):

@@ -69,14 +69,36 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     name = function.__qualname__.removesuffix(".__init__").replace(".__getitem__", "[]")
     several = [k for k, p in signature.parameters.items() if p.kind is p.VAR_POSITIONAL]
     known = [p for p in signature.parameters if p != "self"]
+    plain = [k for k, p in signature.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
+    required = {k for k, p in signature.parameters.items() if p.default is p.empty}
+    kinds = {p.kind for p in signature.parameters.values()}
+    is_simple = kinds <= {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
+    places = set(signature.parameters)
     hints: dict[str, Any] = {}
     sure: dict[str, set[type]] = {}
+
+    def check(given: dict[str, Any]) -> None:
+        for key, value in given.items():
+            if key in several:
+                members = enumerate(value)
+                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
+            elif key in hints and not (
+                type(value) in sure[key] and (type(value) is not float or math.isfinite(value))
+            ):
+                given[key] = _fitting(name, key, value, hints[key])
+        _same_system(name, given)
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints and known:
             hints.update(_hints(function, signature))
             sure.update({key: _sure(hint) for key, hint in hints.items()})
+        if is_simple and len(args) <= len(plain) and kwargs.keys() <= places:
+            # the same as below where nothing is wrong, in a tenth of the time
+            simple: dict[str, Any] = dict(zip(plain, args, strict=False))
+            if simple.keys().isdisjoint(kwargs) and required <= (simple := simple | kwargs).keys():
+                check(simple)
+                return function(**simple)  # type: ignore[call-arg]
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError as fault:
@@ -87,16 +109,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                 else f"{fault}."
             )
             raise OptionError(f"{name}: {text}") from None
-        given = bound.arguments
-        for key, value in given.items():
-            if key in several:
-                members = enumerate(value)
-                given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
-            elif key in hints and not (
-                type(value) in sure[key] and (type(value) is not float or math.isfinite(value))
-            ):
-                given[key] = _fitting(name, key, value, hints[key])
-        _same_system(name, given)
+        check(bound.arguments)
         return function(*bound.args, **bound.kwargs)
 
     return call

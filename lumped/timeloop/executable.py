@@ -164,13 +164,19 @@ class Executable:
         return run
 
     def take_back(self, run: Run) -> None:
-        """Let another run of this thread have the room of one that is over."""
+        """Let another run of this thread have the room of one that is over, and its matrix."""
+        held = (run.matrix, run.work) if run.has_matrix else None
         for record in _records(run):
             record.begin_again()
+        if held is not None:
+            run.matrix, run.work = held
+            run.has_matrix = 1
         self._own.over.append(run)
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps."""
+        if run.has_matrix:
+            return
         if self._pattern is None:
             function = self._jacobian()
             self._add({"jacobian": function})

@@ -32,11 +32,15 @@ def begin(
     """
     run = executable(system).at(theta, time, x, settings)
     _check(system, run, engine.call("begin", run))
-    at, s, holds = run.instant, system.switching, Holds(system, theta)
-    fast = np.abs(at.speed_at_begin) > holds.rounding(x)
-    hits = np.flatnonzero((np.asarray(at.is_struck) != 0) & fast).tolist()
-    collisions = [Change(s.names[h], "", holds.word(at.m, h), float(at.loss[h])) for h in hits]
-    return at.x.copy(), at.m.copy(), tuple(collisions)
+    at, collisions = run.instant, tuple[Change, ...]()
+    if at.is_struck.any():
+        s, holds = system.switching, Holds(system, theta)
+        fast = np.abs(at.speed_at_begin) > holds.rounding(x)
+        hits = np.flatnonzero((at.is_struck != 0) & fast).tolist()
+        collisions = tuple(
+            Change(s.names[h], "", holds.word(at.m, h), float(at.loss[h])) for h in hits
+        )
+    return at.x.copy(), at.m.copy(), collisions
 
 
 def calm_positions(
