@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lumped.code.operations import Operations, operations_of
+from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
@@ -14,7 +14,7 @@ from lumped.support.made_once import Recent, made_once
 __all__ = ["quantity_along"]
 
 _KEPT = 64
-"""Quantities whose operations a system keeps."""
+"""Quantities whose functions a system keeps."""
 _NOTHING = dict.fromkeys(Run.lengths(), 0)
 
 
@@ -37,15 +37,10 @@ def quantity_along(
     t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
         Times, states, and modes with implicit quantities.
     """
-    operations = _known(system).of(key, lambda: operations_of(system.function([key])))
+    work, function = _known(system).of(key, lambda: _made(system, key))
     found = np.empty(len(t))
-    run = Run({**_NOTHING, "work": operations.work, "parameters": len(theta)})
+    run = Run({**_NOTHING, "work": work, "parameters": len(theta)})
     run.p[:] = theta
-    function = Function(
-        count=len(operations.table),
-        operations=operations.table.ravel(),
-        constants=operations.constants,
-    )
     course = Samples(
         points=len(t),
         states=x.shape[1],
@@ -59,6 +54,17 @@ def quantity_along(
     return found
 
 
+def _made(system: System, key: str) -> tuple[int, Function]:
+    """Room that the function of a quantity needs, and the function."""
+    operations = operations_of(system.function([key]))
+    function = Function(
+        count=len(operations.table),
+        operations=operations.table.ravel(),
+        constants=operations.constants,
+    )
+    return operations.work, function
+
+
 @made_once
-def _known(_: System) -> Recent[Operations]:
+def _known(_: System) -> Recent[tuple[int, Function]]:
     return Recent(_KEPT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -285,18 +286,15 @@ class Trajectory(Named):
         if key == "time":
             return self.t
         if key not in self._known:
-            systems = {id(p.system): p.system for p in self.pieces}
-            states = {
-                i: s.state_names.index(key) for i, s in systems.items() if key in s.state_names
-            }
-            parts = [
-                p.x[:, states[id(p.system)]]
-                if id(p.system) in states
-                else quantity_along(p.system, key, self.theta, p.t, p.x, p.settings)
-                for p in self.pieces
-                if len(p.t)
-            ]
-            found = np.concatenate([np.zeros(0), *parts])
+            parts = [np.zeros(0)]
+            for system, pieces in itertools.groupby(self.pieces, lambda piece: piece.system):
+                rows = zip(*((p.t, p.x, p.settings) for p in pieces), strict=True)
+                t, x, settings = map(np.concatenate, rows)
+                if key in system.state_names:
+                    parts.append(x[:, system.state_names.index(key)])
+                elif len(t):
+                    parts.append(quantity_along(system, key, self.theta, t, x, settings))
+            found = np.concatenate(parts)
             bad = np.flatnonzero(np.isnan(found))
             if len(bad):
                 raise SolverError(
