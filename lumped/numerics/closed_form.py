@@ -40,8 +40,8 @@ class _Block(Protocol):
     def words(self) -> str:
         """How they are solved."""
 
-    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
-        """States at the times s and their integrals from zero to s, shapes (k, n)."""
+    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
+        """States at the times s, and their integrals from zero to s if asked for, shapes (k, n)."""
 
     def rounding(self, span: float) -> float:
         """Estimate of the error by rounding over a span, relative to the largest state."""
@@ -102,7 +102,11 @@ class ClosedForm:
         integrals = np.empty((len(s), len(core)))
         for own, part in self._parts:
             at = core[own]
-            found[:, at], integrals[:, own] = part.solve(x[at], terms[:, at], s)
+            found[:, at], integral = part.solve(x[at], terms[:, at], s, integrate=len(idle) > 0)
+            if integral is not None:
+                integrals[:, own] = integral
+        if not len(idle):
+            return found
         powers = np.stack([s ** (k + 1) / (k + 1) for k in range(len(terms))], axis=1)
         found[:, idle] = x[idle] + (self._integrated @ integrals.T).T + powers @ terms[:, idle]
         return found
@@ -152,9 +156,12 @@ class _Modal:
     condition: float
     words: str
 
-    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
-        q, integral = _modes(self.values, self.inverse @ x, terms @ self.inverse.T, s)
-        return (q @ self.vectors.T).real, (integral @ self.vectors.T).real
+    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
+        q, integral = _modes(
+            self.values, self.inverse @ x, terms @ self.inverse.T, s, integrate=integrate
+        )
+        back = self.vectors.T
+        return (q @ back).real, None if integral is None else (integral @ back).real
 
     def rounding(self, span: float) -> float:
         return _phase(self.values, span) * self.condition
@@ -191,9 +198,9 @@ class _Coupled:
         found[:, self._two] = -c.imag @ self._w.T
         return found / self._scale
 
-    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
-        c, integral = _modes(self._values, self._c(x), self._c(terms), s)
-        return self._z(c), self._z(integral)
+    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
+        c, integral = _modes(self._values, self._c(x), self._c(terms), s, integrate=integrate)
+        return self._z(c), None if integral is None else self._z(integral)
 
     def rounding(self, span: float) -> float:
         return _phase(self._values, span)
@@ -208,7 +215,7 @@ class _Stepped:
         self._a, self._scale = balanced, scale
         self._fastest = float(scipy.linalg.eigvals(balanced).real.max())
 
-    def solve(self, x: Real, terms: Real, s: Real) -> tuple[Real, Real]:
+    def solve(self, x: Real, terms: Real, s: Real, *, integrate: bool) -> tuple[Real, Real | None]:
         n, m = len(x), len(terms)
         whole = np.zeros((2 * n + m, 2 * n + m))  # states, powers of s over k!, integrals
         whole[:n, :n] = self._a
@@ -244,15 +251,19 @@ def _phase(values: Complex, span: float) -> float:
     return 2 * _EPS * (5 + float(np.abs(values).max()) * lasting)
 
 
-def _modes(values: Complex, q: Complex, terms: Complex, s: Real) -> tuple[Complex, Complex]:
-    """Modes with their integrals, shapes (k, modes)."""
-    phi = _phis(np.multiply.outer(s, values), len(terms) + 1)
-    found, integral = phi[0] * q, s[:, None] * phi[1] * q
+def _modes(
+    values: Complex, q: Complex, terms: Complex, s: Real, *, integrate: bool
+) -> tuple[Complex, Complex | None]:
+    """Modes, and their integrals if they are asked for, shapes (k, modes)."""
+    phi = _phis(np.multiply.outer(s, values), len(terms) + int(integrate))
+    found = phi[0] * q
+    integral = s[:, None] * phi[1] * q if integrate else None
     for k, c in enumerate(terms):
         if c.any():
             power = math.factorial(k) * s[:, None] ** (k + 1)
             found += power * phi[k + 1] * c
-            integral += power * s[:, None] * phi[k + 2] * c
+            if integral is not None:
+                integral += power * s[:, None] * phi[k + 2] * c
     return found, integral
 
 
