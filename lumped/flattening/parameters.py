@@ -15,7 +15,7 @@ from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
 from lumped.language.quantity import Input, Param, Var, param
-from lumped.support.units import plain
+from lumped.support.units import amount, plain
 
 __all__ = ["Parameters", "collect", "start_values"]
 
@@ -38,7 +38,7 @@ class Parameters:
         Their declarations.
     names : list of str
         Their dotted names.
-    ordered : list of (int, SX, str, str)
+    ordered : list of (int, SX, str, (str, str))
         A parameter, its lower limit as an expression of `theta`, what that is called, and what
         stands behind its value in a text.
     """
@@ -49,7 +49,7 @@ class Parameters:
     values: ca.SX
     declared: list[Param]
     names: list[str]
-    ordered: list[tuple[int, ca.SX, str, str]]
+    ordered: list[tuple[int, ca.SX, str, tuple[str, str]]]
 
     @cached_property
     def numbers(self) -> np.ndarray:
@@ -127,13 +127,13 @@ class Parameters:
         values = self.all(theta)
         faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
         limits = np.asarray(self._limits(theta)).ravel()
-        for (high, _, name, rest), least in zip(self.ordered, limits, strict=True):
+        for (high, _, name, (unit, text)), least in zip(self.ordered, limits, strict=True):
             quantity = self.declared[high]
             if values[high] < least or (quantity.strict and values[high] == least):
                 relation = "greater than" if quantity.strict else "at least"
                 faults.append(
-                    f"{self.names[high]} = {values[high]:g} {quantity.unit} ({quantity.text}) "
-                    f"must be {relation} {name} = {least:g} {rest}"
+                    f"{self.names[high]} = {amount(values[high], quantity.unit)} "
+                    f"({quantity.text}) must be {relation} {name} = {amount(least, unit)}{text}"
                 )
         _refuse(model, faults)
 
@@ -143,7 +143,7 @@ class Parameters:
         why = quantity.fault(value)
         if why is None:
             return None
-        return f"{self.names[number]} = {value:g} {quantity.unit} ({quantity.text}) {why}"
+        return f"{self.names[number]} = {amount(value, quantity.unit)} ({quantity.text}) {why}"
 
 
 def _refuse(model: str, faults: list[str]) -> None:
@@ -263,11 +263,11 @@ def _bind(
                 stack.append(n)
 
 
-def _in_words(least: Expr, quantity: Param, node: Instance) -> tuple[str, str]:
-    """What a lower limit is called, and what stands behind its value."""
+def _in_words(least: Expr, quantity: Param, node: Instance) -> tuple[str, tuple[str, str]]:
+    """What a lower limit is called, its unit, and what stands behind that."""
     if isinstance(least, Param):
-        return node.name(least.name), f"{least.unit} ({least.text})"
-    return repr(least), quantity.unit
+        return node.name(least.name), (least.unit, f" ({least.text})")
+    return repr(least), (quantity.unit, "")
 
 
 def _leaves(expression: Expr) -> list[Expr]:

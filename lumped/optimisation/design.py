@@ -12,6 +12,7 @@ from lumped.errors import OptionError
 from lumped.gradients.functionals import Designed, Frequency, Functional, Modal
 from lumped.numerics.nlp import Solution
 from lumped.support.text_table import number, table
+from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
 
@@ -119,7 +120,7 @@ def varied(
                 raise OptionError(f"optimise: a bound of vary cannot be: {fault}.")
         if not low <= start <= high:
             raise OptionError(
-                f"optimise: the search would begin with {key} = {start:g} {unit}, outside its "
+                f"optimise: the search would begin with {key} = {amount(start, unit)}, outside its "
                 f"bounds ({low:g}, {high:g}). Begin with a value between them."
             )
         finite = [abs(v) for v in (start, low, high) if np.isfinite(v) and v]

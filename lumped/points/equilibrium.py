@@ -19,6 +19,7 @@ from lumped.points.start import free_places, start_point
 from lumped.points.steady_directions import unsteady_part
 from lumped.reduction.pruning import uses
 from lumped.support.arguments import checked
+from lumped.support.units import amount
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
 from lumped.timeloop.result import Kept, OperatingPoint
@@ -406,6 +407,6 @@ def _refuse_speeds(system: System, start: Changes | None) -> None:
         node = system.structure.reduced.node(system.structure.tree.unknown(name))
         if node is not None and _order(system, node) > 0 and value:
             raise StartError(
-                f"{system.key(name)} = {value:g} {system.quantity(name).unit}: nothing moves at "
-                "rest. Leave out this start value, or rest=True."
+                f"{system.key(name)} = {amount(value, system.quantity(name).unit)}: nothing "
+                "moves at rest. Leave out this start value, or rest=True."
             )

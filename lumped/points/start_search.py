@@ -17,7 +17,7 @@ from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
 from lumped.support.made_once import made_once
-from lumped.support.units import plain
+from lumped.support.units import amount, plain
 from lumped.timeloop.calls import ArrayFunction
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.instants import clocks, modes_at
@@ -399,7 +399,7 @@ class StartSearch:
         if unknown < 0:
             return f"{tree.unknown_name(~unknown)} at rest (together=True)"
         unit = tree.quantity(unknown).unit
-        return f"{tree.unknown_name(unknown)} = {self.given[unknown]:g} {unit}"
+        return f"{tree.unknown_name(unknown)} = {amount(self.given[unknown], unit)}"
 
 
 def given_values(system: System, start: Changes) -> dict[int, float]:

@@ -13,6 +13,7 @@ import scipy
 
 from lumped.language.port import Pin
 from lumped.reduction.incidence import Entries, Incidence
+from lumped.support.units import amount
 
 __all__ = [
     "class_names",
@@ -329,7 +330,7 @@ def lock(incidence: Incidence, rows: Iterable[int]) -> str:
     numbers = dict.fromkeys(n for r in rows for n in factors(incidence, r))
     parameters = flat.parameters
     values = [
-        f"{parameters.names[n]} = {parameters.numbers[n]:g} {parameters.declared[n].unit}"
+        f"{parameters.names[n]} = {amount(parameters.numbers[n], parameters.declared[n].unit)}"
         for n in numbers
     ]
     ratios = f": {some(v.removesuffix(' 1') for v in values)}" if values else ""

@@ -12,7 +12,16 @@ import numpy as np
 
 from lumped.errors import LumpedError, OptionError, UnitError, shown
 
-__all__ = ["Dimension", "converted", "dimension", "has_unit", "in_seconds", "plain", "written"]
+__all__ = [
+    "Dimension",
+    "amount",
+    "converted",
+    "dimension",
+    "has_unit",
+    "in_seconds",
+    "plain",
+    "written",
+]
 
 Dimension = dict[str, float]
 """Powers of mass, length, time, current and temperature."""
@@ -190,3 +199,8 @@ def _spelt(unit: str) -> str:
     powers = re.sub(r"([A-Za-z])(-?\d+)", r"\1**\2", unit)
     products = re.sub(r"\.(?!\d)", "*", powers)  # a dot before a digit is a decimal point
     return products.replace("Ohm", "ohm") or "dimensionless"
+
+
+def amount(value: float, unit: str) -> str:
+    """A value with its unit in words; ``"1"`` is not said."""
+    return f"{value:g}" if unit == "1" else f"{value:g} {unit}"

@@ -69,7 +69,7 @@ def stribeck_curve_upside_down():
     rubbing(Stribeck(coulomb=3.0, static=2.0, decay=1.0))
 
 
-@wrong(ParameterError, "journal.mu = -0.15 1", "journal.d = 0 m")
+@wrong(ParameterError, "journal.mu = -0.15", "journal.d = 0 m")
 def journal_that_drives():
     """A journal has a negative friction coefficient and no diameter."""
     build(

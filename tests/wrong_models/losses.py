@@ -69,7 +69,7 @@ def loss_table_from_a_file():
     hoist(losses="losses.csv")
 
 
-@wrong(ParameterError, "gear.eta = 1.1 1", "efficiency", "at most 1")
+@wrong(ParameterError, "gear.eta = 1.1", "efficiency", "at most 1")
 def efficient_gear_above_one():
     """The efficiency of a gear is greater than one."""
     build(

@@ -216,7 +216,7 @@ class Contrary(lp.Component):
         yield self.y == self.x - lp.ops.where(self.x < 0.0, 1.0, -1.0)
 
 
-@wrong(StartError, "part.y = 0 1", "positions of conditions", "demand less")
+@wrong(StartError, "part.y = 0", "positions of conditions", "demand less")
 def start_in_no_position():
     """A start value holds on neither side of a condition."""
     lp.start_point(build(lambda m: [], part=Contrary()), start={"part.y": 0.0})

@@ -49,7 +49,7 @@ def full_coil_smaller_than_its_mandrel():
     coiler(R_max=0.2)
 
 
-@wrong(ParameterError, "coil.fill = 95 1", "at most 1")
+@wrong(ParameterError, "coil.fill = 95", "at most 1")
 def fill_in_percent():
     """The fill of a coil is given in percent."""
     coiler(fill=95.0)
