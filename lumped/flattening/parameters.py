@@ -14,7 +14,8 @@ from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
-from lumped.language.quantity import Input, Param, Var, param
+from lumped.language.quantity import Input, Param, Var, param, within
+from lumped.support.array_function import ArrayFunction
 from lumped.support.units import amount, plain
 
 __all__ = ["Parameters", "collect", "start_values"]
@@ -57,17 +58,35 @@ class Parameters:
         return self.all(self.defaults)
 
     @cached_property
-    def _function(self) -> ca.Function:
-        return ca.Function("p", [self.theta], [self.values])
+    def _function(self) -> ArrayFunction:
+        return ArrayFunction(ca.Function("p", [self.theta], [ca.densify(self.values)]))
 
     @cached_property
-    def _limits(self) -> ca.Function:
+    def _limits(self) -> ArrayFunction:
         limits = ca.vertcat(ca.SX(0, 1), *(least for _, least, *_ in self.ordered))
-        return ca.Function("limits", [self.theta], [limits])
+        return ArrayFunction(ca.Function("limits", [self.theta], [ca.densify(limits)]))
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {number: i for i, number in enumerate(self.free)}
+
+    @cached_property
+    def _ranges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Least and greatest value of each parameter, and which must not be zero."""
+        least, most = (np.full(len(self.declared), v) for v in (-np.inf, np.inf))
+        for i, quantity in enumerate(self.declared):
+            least[i] = -np.inf if quantity.min is None else quantity.min
+            most[i] = np.inf if quantity.max is None else quantity.max
+            if quantity.above is not None:
+                least[i] = max(least[i], np.nextafter(quantity.above, np.inf))
+            if quantity.below is not None:
+                most[i] = min(most[i], np.nextafter(quantity.below, -np.inf))
+        nonzero = np.array([quantity.nonzero for quantity in self.declared], dtype=bool)
+        return least, most, nonzero
 
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""
-        return np.asarray(self._function(theta)).ravel()
+        return self._function(theta)[0]
 
     def places(self, numbers: Iterable[int]) -> list[int]:
         """Places in `theta` of parameters that have a value of their own.
@@ -77,16 +96,15 @@ class Parameters:
         UnknownNameError
             If one is bound.
         """
-        place = {number: i for i, number in enumerate(self.free)}
         found = []
         for number in numbers:
-            if number not in place:
+            if number not in self._places:
                 free = [self.names[i] for i in self.free]
                 raise UnknownNameError(
                     f"'{self.names[number]}' is bound to an expression of other parameters and "
                     f"cannot be set. {nearest(self.names[number], free)}"
                 )
-            found.append(place[number])
+            found.append(self._places[number])
         return found
 
     def changed(self, changes: Mapping[int, float], model: str) -> np.ndarray:
@@ -124,16 +142,20 @@ class Parameters:
         ParameterError
             With path, value and unit of each.
         """
-        values = self.all(theta)
-        faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
-        limits = np.asarray(self._limits(theta)).ravel()
-        for (high, _, name, (unit, text)), least in zip(self.ordered, limits, strict=True):
+        values, (least, most, nonzero) = self.all(theta), self._ranges
+        faults: list[str] = []
+        if not (within(values) and (values >= least).all() and (values <= most).all()) or not (
+            values[nonzero].all()
+        ):
+            faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
+        limits = self._limits(theta)[0]
+        for (high, _, name, (unit, text)), limit in zip(self.ordered, limits, strict=True):
             quantity = self.declared[high]
-            if values[high] < least or (quantity.strict and values[high] == least):
+            if values[high] < limit or (quantity.strict and values[high] == limit):
                 relation = "greater than" if quantity.strict else "at least"
                 faults.append(
                     f"{self.names[high]} = {amount(values[high], quantity.unit)} "
-                    f"({quantity.text}) must be {relation} {name} = {amount(least, unit)}{text}"
+                    f"({quantity.text}) must be {relation} {name} = {amount(limit, unit)}{text}"
                 )
         _refuse(model, faults)
 

@@ -22,8 +22,8 @@ from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.state_changes import exchange_fault
 from lumped.numerics.inside_step import Method
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.calls import ArrayFunction
 from lumped.timeloop.result import Trajectory
 
 __all__ = [

@@ -9,10 +9,13 @@ import casadi as ca
 from lumped.compiler.system import System
 from lumped.numerics.inside_step import Method, interpolated
 from lumped.numerics.one_step import explicit_dense, explicit_step, implicit_dense, implicit_step
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.timeloop.calls import ArrayFunction, expanded
 
 __all__ = ["CHUNKS", "FRACTIONS", "backwards", "chained", "looked", "step_function"]
+
+_EXPAND_BELOW = 200
+"""States up to which what is called often is expanded to scalar operations."""
 
 CHUNKS = (64, 8, 1)
 """Steps in one call, largest first."""
@@ -41,7 +44,7 @@ def step_function(system: System, method: Method, integrands: ca.SX) -> ca.Funct
         new = implicit_step(rate, (jacobian, drift), z, rate(z, t), t, h)[-1]
     results = ca.vertsplit(new, [0, n, n + q])
     function = ca.Function("step", [x, p, t, h, m], results)
-    return expanded(function, system) if method == "explicit" else function
+    return _expanded(function, system) if method == "explicit" else function
 
 
 def backwards(step: ca.Function, results: int) -> ca.Function:
@@ -113,7 +116,7 @@ def looked(system: System, method: Method, quantities: ca.Function) -> ca.Functi
         inside = interpolated(method, part, x, new, columns) if part < 1 else new
         found.append(quantities(inside, p, t + part * h, m))
     function = ca.Function("looked", [x, p, t, h, m], [ca.densify(ca.horzcat(*found))])
-    return expanded(function, system) if method == "explicit" else function
+    return _expanded(function, system) if method == "explicit" else function
 
 
 def _symbols(system: System) -> list[ca.MX]:
@@ -121,3 +124,8 @@ def _symbols(system: System) -> list[ca.MX]:
     x, p, _, m = system.inputs
     sizes = {"x": x.numel(), "p": p.numel(), "t": 1, "h": 1, "m": m.numel()}
     return [ca.MX.sym(name, size) for name, size in sizes.items()]
+
+
+def _expanded(function: ca.Function, system: System) -> ca.Function:
+    """The function as scalar operations, unless the system is so large that they are too many."""
+    return function.expand() if len(system.state_names) <= _EXPAND_BELOW else function

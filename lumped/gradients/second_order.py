@@ -15,8 +15,8 @@ from lumped.gradients.functional_kinds import At, Final, Integral
 from lumped.gradients.functional_terms import SmoothParts, product
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
-from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["Second"]
 

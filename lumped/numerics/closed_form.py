@@ -29,6 +29,8 @@ _EPS = float(np.finfo(float).eps)
 _WORST = 1e3
 """Condition of eigenvectors up to which they are used."""
 _TERMS = 22
+_DENSE = 500
+"""States up to which the matrix is kept as an array."""
 _MOST_GROWTH = 600.0
 """Logarithm of the largest growth that a number can hold, with some to spare."""
 
@@ -62,23 +64,24 @@ class ClosedForm:
     """
 
     def __init__(self, a: scipy.sparse.csc_array) -> None:
-        a = scipy.sparse.csr_array(a)
-        a.eliminate_zeros()
-        idle = np.bincount(a.indices, minlength=a.shape[0]) == 0
+        if a.shape[0] <= _DENSE:
+            a = a.toarray()
+        else:
+            a = scipy.sparse.csr_array(a)
+            a.eliminate_zeros()
+        idle = abs(a).sum(axis=0) == 0
         self._core, self._idle = np.flatnonzero(~idle), np.flatnonzero(idle)
-        core = scipy.sparse.csr_array(a[self._core][:, self._core])
-        self._integrated = scipy.sparse.csr_array(a[self._idle][:, self._core])
+        core = a[self._core][:, self._core]
+        self._integrated = a[self._idle][:, self._core]
         count, label = (
-            scipy.sparse.csgraph.connected_components(core, directed=False)
+            scipy.sparse.csgraph.connected_components(scipy.sparse.csr_array(core), directed=False)
             if core.shape[0]
             else (0, idle)
         )
         order = np.split(
             np.argsort(label, kind="stable"), np.cumsum(np.bincount(label, minlength=count))[:-1]
         )
-        self._parts = [
-            (own, _part(scipy.sparse.csr_array(core[own][:, own]))) for own in order[:count]
-        ]
+        self._parts = [(own, _part(core[own][:, own])) for own in order[:count]]
         self.words = tuple(sorted({part.words for _, part in self._parts}))
 
     def solve(self, x: Real, terms: Real, s: Real) -> Real:
@@ -116,11 +119,16 @@ class ClosedForm:
         return max((part.rounding(span) for _, part in self._parts), default=_EPS)
 
 
-def _part(a: scipy.sparse.csr_array) -> _Block:
+def _part(a: Real | scipy.sparse.csr_array) -> _Block:
+    full = a if isinstance(a, np.ndarray) else a.toarray()
+    if full.diagonal().any():
+        return _general(full)
+    a = scipy.sparse.csr_array(a)
+    a.eliminate_zeros()
     scale = skew_scaling(a)
     if scale is None:
-        return _general(a.toarray())
-    skew = scale[:, None] * a.toarray() / scale[None, :]
+        return _general(full)
+    skew = scale[:, None] * full / scale[None, :]
     colour = two_colours(a)
     if colour is not None:
         return _Coupled(skew, scale, colour)

@@ -16,8 +16,8 @@ from lumped.language.quantity import within
 from lumped.points.start_search import ROUNDING
 from lumped.points.target_values import target_values
 from lumped.points.targets import TOLERANCE, determined
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["DirectStart", "direct_start"]
 

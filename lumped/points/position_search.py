@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.timeloop.calls import ArrayFunction
+from lumped.support.array_function import ArrayFunction
 
 __all__ = ["agreed", "borders"]
 

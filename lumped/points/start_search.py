@@ -16,9 +16,9 @@ from lumped.language.port import Flange, LinearFlange
 from lumped.language.quantity import beyond
 from lumped.points.position_search import agreed, borders
 from lumped.points.targets import Targets
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.support.units import amount, plain
-from lumped.timeloop.calls import ArrayFunction
 from lumped.timeloop.holds import Holds
 from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions

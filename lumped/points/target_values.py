@@ -11,8 +11,8 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.points.initial_equations import initial_residuals
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
-from lumped.timeloop.calls import ArrayFunction
 
 __all__ = ["Matrix", "TargetValues", "target_values"]
 

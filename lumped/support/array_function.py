@@ -9,12 +9,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from lumped.compiler.system import System
-
-__all__ = ["ArrayFunction", "expanded"]
-
-_EXPAND_BELOW = 200
-"""States up to which what is called often is expanded to scalar operations."""
+__all__ = ["ArrayFunction"]
 
 
 class ArrayFunction:
@@ -65,8 +60,3 @@ class _Room:
             buffer.set_arg(i, argument.data)
         for i, result in enumerate(self.results):
             buffer.set_res(i, result.data)
-
-
-def expanded(function: ca.Function, system: System) -> ca.Function:
-    """The function as scalar operations, unless the system is so large that they are too many."""
-    return function.expand() if len(system.state_names) <= _EXPAND_BELOW else function
