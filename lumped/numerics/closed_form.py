@@ -145,7 +145,9 @@ def _general(a: Real) -> _Block:
     if not condition <= _WORST:
         return _Stepped(balanced, scale)
     back = scipy.linalg.inv(vectors) / scale
-    return _Modal(values, scale[:, None] * vectors, back, condition, "eigenvectors")
+    one = values.imag >= 0  # the real part of a pair is twice that of one of them
+    forth = scale[:, None] * vectors[:, one] * np.where(values[one].imag > 0, 2.0, 1.0)
+    return _Modal(values[one], forth, back[one], condition, "eigenvectors")
 
 
 def _zeroed(angular: Real) -> Real:
@@ -156,7 +158,7 @@ def _zeroed(angular: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class _Modal:
-    """Eigenvalues, eigenvectors as columns, and their inverse."""
+    """Eigenvalues, one of each pair; eigenvectors as columns; their inverse."""
 
     values: Complex
     vectors: Complex
@@ -277,6 +279,10 @@ def _modes(
 
 def _phis(z: Complex, highest: int) -> list[Complex]:
     """phi_0 to phi_highest."""
+    if highest == 1:
+        away = np.where(z == 0.0, 1.0, z)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return [np.exp(z), np.where(z == 0.0, 1.0, np.expm1(z) / away)]
     small = np.abs(z) < 1
     with np.errstate(over="ignore", invalid="ignore"):
         found = [np.exp(z)]
