@@ -23,6 +23,8 @@ __all__ = ["DirectStart", "direct_start"]
 
 _MOST = 60
 """Start values of what is no state, up to which their equations are solved in one function."""
+_FEW = 3
+"""The same where these equations depend on parameters."""
 
 
 class DirectStart:
@@ -101,17 +103,21 @@ def _solved(
     """States that meet targets, and how far the worst is missed; None if that takes a search."""
     known = target_values(system, tuple(targets), ())
     states = system.structure.values.states
-    slopes = ca.jacobian(known.expression, states)
-    if known.has_positions or not slopes.is_constant():
+    theta, slopes = system.structure.parameters.theta, ca.jacobian(known.expression, states)
+    moving = ca.vertcat(states, system.structure.values.time)
+    if known.has_positions or ca.depends_on(slopes, moving):
         return None
-    matrix = ca.DM(slopes).full()
+    at = ca.Function("slopes", [theta], [slopes])
+    matrix = at(system.structure.parameters.defaults).full()
     columns, rows = determined(system, matrix, fixed)
-    if not 0 < len(rows) <= _MOST:
+    if not 0 < len(rows) <= (_MOST if slopes.is_constant() else _FEW):
         return None
     wanted = ca.vertcat(ca.SX(0, 1), *targets.values(), ca.SX.zeros(len(known.places)))
     miss = ca.substitute(known.expression, states, x) - wanted
-    inverse = np.linalg.inv(matrix[rows][:, columns])
-    x = ca.SX(x)
-    x[columns] -= ca.mtimes(ca.DM(inverse), miss[rows.tolist()])
+    x, own = ca.SX(x), miss[rows.tolist()]
+    if slopes.is_constant():
+        x[columns] -= ca.mtimes(ca.DM(np.linalg.inv(matrix[rows][:, columns])), own)
+    else:
+        x[columns] -= ca.solve(ca.densify(slopes[rows.tolist(), columns]), own)
     left = ca.substitute(known.expression, states, x) - wanted
     return x, ca.mmax(ca.fabs(left) / ca.fmax(1, ca.fabs(wanted)))

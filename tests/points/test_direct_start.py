@@ -1,0 +1,106 @@
+"""Starts that need no search: closed forms by hand, and the search itself as a second way."""
+
+import numpy as np
+import pytest
+from hybrid_drives import RandomDrive
+
+import lumped as lp
+from lumped.components import Clutch, CrankSlider, IdealGear, Inertia, Spring
+from lumped.errors import StartError
+from lumped.models import MACHINES, machine
+from lumped.points.direct_start import direct_start
+from lumped.points.start_search import StartSearch
+
+
+class Geared(lp.Component):
+    """Two shafts behind a gear; the speed of the load follows a parameter."""
+
+    speed = lp.param("rad/s", "speed of the load", 3.0)
+    motor: Inertia = Inertia(J=0.2)
+    gear: IdealGear = IdealGear(ratio=4.0)
+    table: Inertia = Inertia(J=5.0)
+    shaft: Spring = Spring(c=1e3)
+    load: Inertia = Inertia(J=2.0, w=speed, phi=0.1)
+
+    def connections(self):
+        yield from lp.chain(self.motor, self.gear, self.table, self.shaft, self.load)
+
+
+def direct(system, theta, time=0.0, start=()):
+    """States by the direct form; None if there is none."""
+    unknowns = tuple(system.structure.tree.unknown(name) for name, _ in start)
+    form = direct_start(system, unknowns)
+    return None if form is None else form.states(theta, time, [value for _, value in start])
+
+
+def test_given_speeds_and_twists_determine_what_is_no_state():
+    system = lp.assemble(Geared(), keep=["load.phi"])
+    point = lp.start_point(
+        system, parameters={"speed": 2.0}, start={"table.w": 10.0, "shaft.tau": 50.0}
+    )
+    # tau on flange b is c times the twist
+    expected = {"motor.w": 40.0, "load.w": 2.0, "shaft.phi_rel": 50.0 / 1e3, "load.phi": 0.1}
+    for name, value in expected.items():
+        assert point[name] == pytest.approx(value, abs=1e-13), name
+    assert direct(system, point.theta, 0.0, (("table.w", 10.0), ("shaft.tau", 50.0)))
+
+
+def test_a_slip_that_is_rounding_is_exactly_zero():
+    class Pair(lp.Component):
+        a: Inertia = Inertia(J=1.0, w=0.1 + 0.2)
+        clutch: Clutch = Clutch(f_max=10.0, u=1.0)
+        b: Inertia = Inertia(J=1.0, w=0.3)
+
+        def connections(self):
+            yield from lp.chain(self.a, self.clutch, self.b)
+
+    system = lp.assemble(Pair())
+    point = lp.start_point(system)
+    assert 0.1 + 0.2 != 0.3
+    assert point["clutch.w_rel"] == 0.0
+    assert point["clutch.mode"] == 0.0
+
+
+def test_a_mechanism_whose_ratio_changes_is_left_to_the_search():
+    class Press(lp.Component):
+        wheel: Inertia = Inertia(J=1.0)
+        crank: CrankSlider = CrankSlider(r=0.1, L=0.4)
+
+        def connections(self):
+            yield lp.connect(self.wheel.flange_b, self.crank.flange)
+
+    system = lp.assemble(Press(), keep=["crank.slider.s"])
+    unknown = system.structure.tree.unknown("crank.slider.s")
+    assert direct_start(system, (unknown,)) is None
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_machines_start_as_the_search_says(name):
+    system = machine(name).scene(grid=1).system
+    theta = system.theta(None)
+    found = direct(system, theta)
+    if found is None:
+        pytest.skip("this machine is left to the search")
+    searched = StartSearch(system, theta, {}, [], 0.0).solve()[system.structure.in_use]
+    np.testing.assert_allclose(found[0], searched, rtol=1e-12, atol=1e-12)
+
+
+def test_random_drives_start_as_the_search_says():
+    worst, count = 0.0, 0
+    for seed in range(60):
+        drive = RandomDrive(seed)
+        system = lp.assemble(drive.model(), keep=drive.names()[: drive.n])
+        theta = system.theta(None)
+        found = direct(system, theta)
+        if found is None:
+            continue
+        try:
+            searched = StartSearch(system, theta, {}, [], 0.0).solve()[system.structure.in_use]
+        except StartError:
+            continue
+        count += 1
+        error = np.abs(found[0] - searched) / (1.0 + np.abs(searched))
+        worst = max(worst, float(error.max(initial=0.0)))
+    print(f"{count} drives, largest difference {worst:.1e}")
+    assert count > 40
+    assert worst < 1e-12
