@@ -278,7 +278,7 @@ def test_what_holds_in_no_positions_is_refused_by_name():
             yield lp.der(self.x) == -self.x
             yield self.y == self.x - where(self.x < 0.0, 1.0, -1.0)
 
-    with pytest.raises(StartError, match=r"law\.y = 0 1 cannot hold at the start: the positions"):
+    with pytest.raises(StartError, match=r"law\.y = 0 cannot hold at the start: the positions"):
         lp.start_point(lp.assemble(lp.compose(law=Never())), start={"law.y": 0.0})
 
 
