@@ -250,5 +250,5 @@ def test_a_drive_that_rests_exactly_at_its_limit_does_not_chatter():
 
 
 def test_crossed_limits_are_refused_with_their_paths():
-    with pytest.raises(ParameterError, match=r"block\.y_max = -1 1 .*block\.y_min = 2"):
+    with pytest.raises(ParameterError, match=r"block\.y_max = -1 .*block\.y_min = 2"):
         lp.assemble(Driven(block=Limiter(u=1.0, y_min=2.0, y_max=-1.0)))
