@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -174,7 +175,11 @@ class _Modal:
         return (q @ back).real, None if integral is None else (integral @ back).real
 
     def rounding(self, span: float) -> float:
-        return _phase(self.values, span) * self.condition
+        return _phase(self._pace, span) * self.condition
+
+    @cached_property
+    def _pace(self) -> tuple[float, float]:
+        return _paced(self.values)
 
 
 class _Coupled:
@@ -195,7 +200,7 @@ class _Coupled:
         self._u[:, : len(u)], self._w[:, : len(w)] = u, w.T
         angular = np.concatenate([angular, np.zeros(k - len(angular))])
         self._values: Complex = (1j * _zeroed(angular)).astype(complex)
-        self._scale = scale
+        self._scale, self._pace = scale, _paced(self._values)
 
     def _c(self, rows: Real) -> Complex:
         scaled = rows * self._scale
@@ -213,7 +218,7 @@ class _Coupled:
         return self._z(c), None if integral is None else self._z(integral)
 
     def rounding(self, span: float) -> float:
-        return _phase(self._values, span)
+        return _phase(self._pace, span)
 
 
 class _Stepped:
@@ -252,13 +257,18 @@ class _Stepped:
         return 2 * _EPS * (5 + size * span)
 
 
-def _phase(values: Complex, span: float) -> float:
-    """Error of phase that rounding of the largest eigenvalue causes in the slowest mode."""
-    decay = float(-values.real.max())
+def _paced(values: Complex) -> tuple[float, float]:
+    """Decay of the slowest mode, and the largest eigenvalue, 1/s."""
+    return float(-values.real.max()), float(np.abs(values).max())
+
+
+def _phase(pace: tuple[float, float], span: float) -> float:
+    """What rounding in the largest eigenvalue does to the slowest mode while it lasts."""
+    decay, largest = pace
     if -decay * span > _MOST_GROWTH:
         return np.inf
     lasting = min(span, 1 / decay) if decay > 0 else span
-    return 2 * _EPS * (5 + float(np.abs(values).max()) * lasting)
+    return 2 * _EPS * (5 + largest * lasting)
 
 
 def _modes(

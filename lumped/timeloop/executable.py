@@ -21,6 +21,7 @@ from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
+from lumped.timeloop.output_room import OutputRoom
 
 __all__ = [
     "Executable",
@@ -163,8 +164,14 @@ class Executable:
         run.p[:], run.x[:], run.m[:] = theta, x, settings
         return run
 
-    def take_back(self, run: Run) -> None:
-        """Let another run of this thread have the room of one that is over, and its matrix."""
+    def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
+        """Room for output, that of a run that is over if it has the sizes."""
+        room: OutputRoom | None = self._own.__dict__.pop("room", None)
+        return room if room is not None and room.sizes == sizes else OutputRoom(sizes)
+
+    def take_back(self, run: Run, room: OutputRoom) -> None:
+        """Let another run of this thread have the records of one that is over, and its matrix."""
+        self._own.room = room
         held = (run.matrix, run.work) if run.has_matrix else None
         for record in _records(run):
             record.begin_again()

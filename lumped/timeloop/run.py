@@ -91,6 +91,8 @@ class Simulation:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
+        if not self.atol.any():
+            return ()
         none = np.zeros((0, len(self.system.structure.states)))
         own = [none, *(p.x for p in pieces if p.system is self.system)]
         largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)

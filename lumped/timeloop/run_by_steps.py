@@ -27,7 +27,6 @@ from lumped.kernel.run import (
     STORM_WITHIN,
     TOO_MANY,
     UNFIT,
-    RunOutput,
 )
 from lumped.timeloop.event import Event
 from lumped.timeloop.executable import executable, span
@@ -121,7 +120,7 @@ class RunBySteps(Simulation):
             elif why != FULL:
                 self._fail(why)
         self.output.finish(run.x.copy(), run.m.copy())
-        self._executable.take_back(run)
+        self._executable.take_back(run, self._room)
 
     # -- into the loop -----------------------------------------------------------------------
 
@@ -174,26 +173,11 @@ class RunBySteps(Simulation):
         rows = len(grid) + min(max(_ROOM // max(n, 1), 5), _ROWS)
         pieces = min(max(_ROOM // max(nm, 1), 1), _PIECES)
         changes = _CHANGES + some
-        self._t, self._x, self._implicit = np.empty(rows), np.empty((rows, n)), np.empty((rows, ng))
-        self._piece_settings = np.empty((pieces, nm))
-        self._changes, self._when = np.empty((changes, 4), dtype=np.int64), np.empty((changes, 2))
-        self._run.output = RunOutput(
-            t=self._t,
-            x=self._x.ravel(),
-            implicit=self._implicit.ravel(),
-            most_rows=rows,
-            piece_row=np.empty(pieces, dtype=np.int64),
-            piece_settings=self._piece_settings.ravel(),
-            most_pieces=pieces,
-            change=self._changes.ravel(),
-            change_time=self._when.ravel(),
-            most_changes=changes,
-            grid=grid,
-            grid_size=len(grid),
-            grid_next=self.output.taken,
-            is_on_grid=self.output.on_grid,
-            has_both_sides=self.output.both_sides,
-        )
+        sizes = (rows, pieces, changes, n, ng, nm)
+        self._room = self._executable.room(sizes)
+        on_grid, both_sides = self.output.on_grid, self.output.both_sides
+        self._room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
+        self._run.output = self._room.output
 
     def _take_method(self) -> None:
         if self._is_implicit and self._executable.plant.states:
@@ -204,12 +188,12 @@ class RunBySteps(Simulation):
 
     def _drain(self) -> None:
         """Take over what was recorded."""
-        run, out = self._run, self._run.output
+        run, room, out = self._run, self._room, self._room.output
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
         rows, count = out.rows, out.pieces
-        t, x, implicit = self._t[:rows].copy(), self._x[:rows].copy(), self._implicit[:rows]
+        t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
         bounds = [0, *out.piece_row[:count].tolist(), rows]
-        modes = np.vstack([self._modes, self._piece_settings[:count]])
+        modes = np.vstack([self._modes, room.piece_settings[:count]])
         self._modes = modes[-1]
         settings = np.hstack([np.repeat(modes, np.diff(bounds), axis=0), implicit])
         for k, (begin, end) in enumerate(itertools.pairwise(bounds)):
@@ -221,8 +205,8 @@ class RunBySteps(Simulation):
         out.rows = out.pieces = 0
         if out.changes:
             told = zip(
-                self._changes[: out.changes].tolist(),
-                self._when[: out.changes].tolist(),
+                room.changes[: out.changes].tolist(),
+                room.when[: out.changes].tolist(),
                 strict=True,
             )
             self.events += [self._event(*change) for change in told]

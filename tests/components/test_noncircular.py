@@ -164,7 +164,7 @@ class TestEllipticalGear:
     @pytest.mark.parametrize("e", [1.0, -0.1])
     def test_eccentricity_out_of_range_is_refused(self, e):
         with pytest.raises(
-            ParameterError, match=rf"gear\.e = {e:g} 1 .eccentricity of the ellipses. must be"
+            ParameterError, match=rf"gear\.e = {e:g} .eccentricity of the ellipses. must be"
         ):
             lp.assemble(pair(EllipticalGear(e=e), Speed(w=1.0)))
 
