@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager
 from typing import Any
 
 __all__ = ["outcomes"]
@@ -27,7 +28,11 @@ _job: Callable[[dict[str, float]], Outcome]
 
 
 def outcomes(
-    job: Callable[[dict[str, float]], Outcome], tasks: Sequence[Task], workers: int, client: Any
+    job: Callable[[dict[str, float]], Outcome],
+    tasks: Sequence[Task],
+    workers: int,
+    client: Any,
+    lock: AbstractContextManager[Any],
 ) -> Iterator[Done]:
     """Yield the outcome of each task and the seconds that it took, in the order of completion.
 
@@ -43,6 +48,9 @@ def outcomes(
         Processes.
     client : dask.distributed.Client or None
         Cluster that works instead of own processes.
+    lock : context manager
+        Closed while processes are forked: in them, a lock that another thread has closed would
+        stay so.
     """
     size = max(1, len(tasks) // (_CHUNKS * workers))
     chunks = [list(tasks[i : i + size]) for i in range(0, len(tasks), size)]
@@ -56,10 +64,10 @@ def outcomes(
         else:
             suspects: list[Task] = []
             while chunks:
-                chunks = yield from _in_pool(job, chunks, workers, suspects)
+                chunks = yield from _in_pool(job, chunks, workers, suspects, lock)
             for task in suspects:  # one by one, so that the fatal one is known
                 alone: list[Task] = []
-                yield from _in_pool(job, [[task]], 1, alone)
+                yield from _in_pool(job, [[task]], 1, alone, lock)
                 for number, _ in alone:
                     yield number, _DIED, 0.0
     except KeyboardInterrupt:
@@ -71,6 +79,7 @@ def _in_pool(
     chunks: list[list[Task]],
     workers: int,
     suspects: list[Task],
+    lock: AbstractContextManager[Any],
 ) -> Any:
     """Work until all is done or a process dies; give back the tasks not begun."""
     waiting = list(reversed(chunks))
@@ -80,7 +89,7 @@ def _in_pool(
         while waiting or running:
             while waiting and len(running) < _AHEAD * workers:
                 chunk = waiting.pop()
-                with warnings.catch_warnings():
+                with lock, warnings.catch_warnings():
                     # threads that libraries keep hold no lock here
                     warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
                     running[pool.submit(_work, chunk)] = chunk

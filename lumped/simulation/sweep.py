@@ -184,7 +184,7 @@ def sweep(
     waiting = [(i, points[i]) for i, outcome in known.items() if outcome is None]
     try:
         with Progress(f"{system.name}: runs", len(points)) as progress:
-            for i, outcome, spent in outcomes(job, waiting, count, client):
+            for i, outcome, spent in outcomes(job, waiting, count, client, system.building):
                 found[i] = outcome
                 busy += spent
                 done.add(points[i], outcome)

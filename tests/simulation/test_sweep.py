@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import threading
 
 import numpy as np
 import pytest
@@ -49,6 +50,26 @@ def test_a_grid_agrees_with_the_closed_form_whoever_works(system, workers):
     assert found["x"][5] == last(alone)
     frame = found.to_pandas()
     assert (frame["body.J"].to_numpy() == found["body.J"]).all()
+
+
+def test_processes_are_forked_while_no_thread_builds(system):
+    """In a process that is forked, the lock of a thread that builds would stay closed."""
+    fresh, over, ended = lp.assemble(system.model), threading.Event(), threading.Event()
+
+    def build():
+        while not over.is_set():
+            with fresh.building:
+                ended.wait(0.02)
+
+    builder = threading.Thread(target=build, daemon=True)
+    builder.start()
+    try:
+        found = lp.sweep(fresh, over={"shaft.c": C}, until=0.7, of={"x": last}, workers=2)
+    finally:
+        over.set()
+        builder.join()
+    assert not found.failures
+    assert found["x"] == pytest.approx(closed_form(C, 1.0), abs=1e-4)
 
 
 @pytest.mark.parametrize("count", [6, 30])
