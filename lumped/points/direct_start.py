@@ -5,7 +5,7 @@ Most drives start so. Everything else, and every fault, is left to the search (`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 
 import casadi as ca
 import numpy as np
@@ -59,26 +59,28 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
     flat, reduced = structure.flat, structure.reduced
     if structure.implicit:
         return None
-    values = ca.SX.sym("start", len(changed))
-    given: dict[int, ca.SX] = {u: ca.SX(e) for u, e in flat.given.items()}
-    given |= {u: values[i] for i, u in enumerate(changed)}
-    wanted: dict[int, ca.SX] = {}
-    signs = reduced.aliases.signs
-    for unknown, value in given.items():
-        node = reduced.node(unknown)
-        if node is None or node in wanted:
-            return None
-        wanted[node] = float(signs[unknown]) * value
     place = {node: i for i, node in enumerate(reduced.states)}
-    x = ca.SX.zeros(len(place))
-    for unknown, value in flat.starts.items():
+    signs, values = reduced.aliases.signs, ca.SX.sym("start", len(changed))
+    declared = {u: value for u, value in flat.given.items() if u not in changed}
+    given = ca.vertcat(ca.SX(0, 1), *declared.values(), values)
+    unknowns = [*declared, *changed]
+    nodes = [reduced.node(u) for u in unknowns]
+    if None in nodes or len(set(nodes)) < len(nodes):
+        return None
+    source, sign = np.zeros(len(place), dtype=int), np.ones(len(place))
+    for k, unknown in enumerate(flat.starts, start=1):
         start = reduced.node(unknown)
         if start is not None and start in place:
-            x[place[start]] = float(signs[unknown]) * value
-    targets = {node: value for node, value in wanted.items() if node not in place}
-    for node in wanted.keys() & place.keys():
-        x[place[node]] = wanted[node]
-    fixed = {place[node] for node in wanted.keys() & place.keys()}
+            source[place[start]], sign[place[start]] = k, signs[unknown]
+    x = ca.vertcat(ca.SX(0), *flat.starts.values())[source.tolist(), 0] * ca.DM(sign)
+    wanted = given * ca.DM(signs[np.array(unknowns, dtype=int)].astype(float))
+    own = {place[node]: k for k, node in enumerate(nodes) if node in place}
+    if own:
+        x[list(own)] = wanted[list(own.values())]
+    targets = {
+        node: wanted[k] for k, node in enumerate(nodes) if node is not None and node not in place
+    }
+    fixed = own.keys()
     missed = ca.SX(0)
     if targets or flat.initial:
         found = _solved(system, x, targets, fixed)
@@ -92,13 +94,13 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
             x[i] = ca.if_else(ca.fabs(x[i]) <= least, 0, x[i])
     used = x[structure.in_use] if structure.in_use else ca.SX(0, 1)
     inputs = [structure.parameters.theta, structure.values.time, values]
-    results = [used, ca.vertcat(ca.SX(0, 1), *given.values()), missed]
+    results = [used, given, missed]
     function = ca.Function("start", inputs, [ca.densify(result) for result in results])
     return DirectStart(function, searches=bool(targets or flat.initial))
 
 
 def _solved(
-    system: System, x: ca.SX, targets: Mapping[int, ca.SX], fixed: set[int]
+    system: System, x: ca.SX, targets: Mapping[int, ca.SX], fixed: Container[int]
 ) -> tuple[ca.SX, ca.SX] | None:
     """States that meet targets, and how far the worst is missed; None if that takes a search."""
     known = target_values(system, tuple(targets), ())
