@@ -73,16 +73,9 @@ class Parameters:
     @cached_property
     def _ranges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Least and greatest value of each parameter, and which must not be zero."""
-        least, most = (np.full(len(self.declared), v) for v in (-np.inf, np.inf))
-        for i, quantity in enumerate(self.declared):
-            least[i] = -np.inf if quantity.min is None else quantity.min
-            most[i] = np.inf if quantity.max is None else quantity.max
-            if quantity.above is not None:
-                least[i] = max(least[i], np.nextafter(quantity.above, np.inf))
-            if quantity.below is not None:
-                most[i] = min(most[i], np.nextafter(quantity.below, -np.inf))
-        nonzero = np.array([quantity.nonzero for quantity in self.declared], dtype=bool)
-        return least, most, nonzero
+        least = np.array([quantity.least for quantity in self.declared])
+        most = np.array([quantity.most for quantity in self.declared])
+        return least, most, np.array([quantity.nonzero for quantity in self.declared], dtype=bool)
 
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""
@@ -144,9 +137,8 @@ class Parameters:
         """
         values, (least, most, nonzero) = self.all(theta), self._ranges
         faults: list[str] = []
-        if not (within(values) and (values >= least).all() and (values <= most).all()) or not (
-            values[nonzero].all()
-        ):
+        fits = (values >= least).all() and (values <= most).all() and values[nonzero].all()
+        if not (fits and within(values)):
             faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
         limits = self._limits(theta)[0]
         for (high, _, name, (unit, text)), limit in zip(self.ordered, limits, strict=True):

@@ -67,6 +67,17 @@ class Quantity:
         self.name = name
 
 
+def _ends(
+    low: float | None, above: float | None, high: float | None, below: float | None
+) -> tuple[float, float]:
+    """The least and the greatest number in a range of closed and open ends."""
+    least = [-np.inf if low is None else low]
+    least += [] if above is None else [np.nextafter(above, np.inf)]
+    most = [np.inf if high is None else high]
+    most += [] if below is None else [np.nextafter(below, -np.inf)]
+    return float(max(least)), float(min(most))
+
+
 class Param(Quantity, Expr):
     """A parameter; in a class body it stands for itself in expressions that bind parts.
 
@@ -74,6 +85,8 @@ class Param(Quantity, Expr):
     ----------
     unit, text, default, min, max, above, below, nonzero
         As given to `param`.
+    least, most : float
+        Ends of the range, which belong to it.
     """
 
     kind = "parameter"
@@ -98,6 +111,7 @@ class Param(Quantity, Expr):
         self.exceeds = above if self.strict else min if self.min is None else None
         self.max, self.below = max, below
         self.nonzero = nonzero
+        self.least, self.most = _ends(self.min, self.above, max, below)
 
     @overload
     def __get__(self, obj: None, owner: type) -> Self: ...
@@ -115,11 +129,11 @@ class Param(Quantity, Expr):
             return "must not be zero"
         if self.min is not None and value < self.min:
             return f"must be at least {self.min:g}"
-        if self.above is not None and value <= self.above:
+        if value < self.least:
             return f"must be greater than {self.above:g}"
         if self.max is not None and value > self.max:
             return f"must be at most {self.max:g}"
-        if self.below is not None and value >= self.below:
+        if value > self.most:
             return f"must be less than {self.below:g}"
         return None
 

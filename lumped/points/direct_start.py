@@ -61,9 +61,8 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
         return None
     place = {node: i for i, node in enumerate(reduced.states)}
     signs, values = reduced.aliases.signs, ca.SX.sym("start", len(changed))
-    declared = {u: value for u, value in flat.given.items() if u not in changed}
-    given = ca.vertcat(ca.SX(0, 1), *declared.values(), values)
-    unknowns = [*declared, *changed]
+    every = {**flat.given, **{u: values[i] for i, u in enumerate(changed)}}
+    given, unknowns = ca.vertcat(ca.SX(0, 1), *every.values()), list(every)
     nodes = [reduced.node(u) for u in unknowns]
     if None in nodes or len(set(nodes)) < len(nodes):
         return None

@@ -37,6 +37,8 @@ _WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
 _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
+_KEPT_ROOM = 1_000_000
+"""Numbers of output whose room is kept for the next run."""
 _HALF_SECOND = 100_000_000
 """Operations in about half a second, interpreted."""
 
@@ -171,7 +173,8 @@ class Executable:
 
     def take_back(self, run: Run, room: OutputRoom) -> None:
         """Let another run of this thread have the records of one that is over, and its matrix."""
-        self._own.room = room
+        if room.x.size <= _KEPT_ROOM:
+            self._own.room = room
         held = (run.matrix, run.work) if run.has_matrix else None
         for record in _records(run):
             record.begin_again()
