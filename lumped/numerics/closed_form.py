@@ -159,7 +159,7 @@ def _zeroed(angular: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class _Modal:
-    """Eigenvalues, one of each pair; eigenvectors as columns; their inverse."""
+    """Eigenvalues (of a real matrix one of each pair), eigenvectors as columns, their inverse."""
 
     values: Complex
     vectors: Complex
