@@ -1,4 +1,5 @@
 from lumped import drawing as drawing
+from lumped import ensembles as ensembles
 from lumped import errors as errors
 from lumped import exchange as exchange
 from lumped import gradients as gradients
@@ -13,9 +14,13 @@ from lumped import vibration as vibration
 from lumped.compiler.assemble import assemble as assemble
 from lumped.compiler.system import System as System
 from lumped.drawing.schematic import schematic as schematic
+from lumped.ensembles import distributions as distributions
+from lumped.ensembles.distributions import normal as normal
+from lumped.ensembles.distributions import uniform as uniform
+from lumped.ensembles.ensemble import ensemble as ensemble
+from lumped.ensembles.sweep import sweep as sweep
 from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.exchange.modelica import export_modelica as export_modelica
-from lumped.gradients import functionals as functionals
 from lumped.gradients.gradient import gradient as gradient
 from lumped.gradients.sensitivity import sensitivity as sensitivity
 from lumped.language.check_units import check_units as check_units
@@ -48,9 +53,9 @@ from lumped.orbits.periodic import periodic as periodic
 from lumped.points.equilibrium import equilibrium as equilibrium
 from lumped.points.linearise import linearise as linearise
 from lumped.points.start import start_point as start_point
+from lumped.simulation import functionals as functionals
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
-from lumped.simulation.sweep import sweep as sweep
 from lumped.timeloop.result import OperatingPoint as OperatingPoint
 from lumped.timeloop.result import Trajectory as Trajectory
 from lumped.timeloop.result_files import load as load

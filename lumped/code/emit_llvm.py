@@ -1,12 +1,11 @@
 """Functions of a plant as LLVM assembly.
 
 A function becomes ``void name(const double* x, const double* p, double t, const double* m,
-double* out)``. Operations keep their order and rounding.
+double* out)``. Operations keep their order and rounding. For several lanes each number is a vector
+of as many, and the time is handed over by its address.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import casadi as ca
 
@@ -16,6 +15,7 @@ from lumped.code.operations import (
     SETTING,
     STATE,
     TIME,
+    TWO,
     Operations,
     UnsupportedError,
 )
@@ -31,7 +31,7 @@ _MOST_ON_STACK = 4096
 
 _INPUTS = {STATE: "x", PARAMETER: "p", SETTING: "m"}
 
-_ARGUMENTS = "ptr noalias %x, ptr noalias %p, double %t, ptr noalias %m, ptr noalias %out"
+_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 
 _FLOAT = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 _COMPARED = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
@@ -50,15 +50,9 @@ _LIBRARY = {
         *("floor", "ceil", "atan2", "hypot", "pow", "fmod", "remainder"),
     )
 } | {ca.OP_CONSTPOW: "pow"}
-_TWO = {
-    *_FLOAT,
-    *_COMPARED,
-    *(ca.OP_AND, ca.OP_OR, ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN),
-    *(ca.OP_ATAN2, ca.OP_HYPOT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMOD, ca.OP_REMAINDER),
-}
 
 
-def assembly(function: Operations, name: str) -> str:
+def assembly(function: Operations, name: str, lanes: int = 1) -> str:
     """LLVM assembly of a function.
 
     Raises
@@ -71,22 +65,25 @@ def assembly(function: Operations, name: str) -> str:
     work, parts = function.work, []
     count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
+    time = "double" if lanes == 1 else "ptr"
+    given = _ARGUMENTS.format(time)
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
         after = live[min((k + 1) * _CHUNK, len(rows))]
-        body = _body(part, function.constants.tolist(), after, needed)
+        body = _Body(function.constants.tolist(), needed, lanes).lines(part, after)
         parts.append(
-            f"define internal void @{name}_{k}({_ARGUMENTS}, ptr noalias %w) noinline {{\n"
+            f"define internal void @{name}_{k}({given}, ptr noalias %w) noinline {{\n"
             + "\n".join(body)
             + "\n  ret void\n}"
         )
-    passed = "ptr %x, ptr %p, double %t, ptr %m, ptr %out, ptr %w"
+    passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %w"
     calls = "\n".join(f"  call void @{name}_{k}({passed})" for k in range(count))
-    begin, end = f"  %w = alloca [{work} x double], align 64\n", ""
-    if work > _MOST_ON_STACK:
-        begin, end = f"  %w = call ptr @malloc(i64 {8 * work})\n", "\n  call void @free(ptr %w)"
+    begin, end = f"  %w = alloca [{work * lanes} x double], align 64\n", ""
+    if work * lanes > _MOST_ON_STACK:
+        begin = f"  %w = call ptr @malloc(i64 {8 * work * lanes})\n"
+        end = "\n  call void @free(ptr %w)"
         needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
-    whole = f"define void @{name}({_ARGUMENTS}) {{\n{begin}{calls}{end}\n  ret void\n}}"
+    whole = f"define void @{name}({given}) {{\n{begin}{calls}{end}\n  ret void\n}}"
     declared = "\n".join(sorted(needed))
     return "\n".join([*parts, whole, declared])
 
@@ -108,87 +105,135 @@ def _live(rows: list[list[int]]) -> dict[int, set[int]]:
     return found
 
 
-def _body(
-    rows: list[list[int]], constants: list[float], live: set[int], needed: set[str]
-) -> list[str]:
-    """Instructions of a chunk."""
-    text: list[str] = []
-    held: dict[int, str] = {}
-    changed: set[int] = set()
-    fresh = iter(range(10 * len(rows) + 10 * len(live) + 100))
+class _Body:
+    """Instructions of a chunk.
 
-    def put(expression: str) -> str:
-        symbol = f"%v{next(fresh)}"
-        text.append(f"  {symbol} = {expression}")
+    Parameters
+    ----------
+    constants : list of float
+    needed : set of str
+        Takes the declarations of what it calls.
+    lanes : int
+        Numbers side by side.
+    """
+
+    def __init__(self, constants: list[float], needed: set[str], lanes: int) -> None:
+        self._constants, self._needed, self._lanes = constants, needed, lanes
+        self._number = "double" if lanes == 1 else f"<{lanes} x double>"
+        self._truth = "i1" if lanes == 1 else f"<{lanes} x i1>"
+        self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
+        self._text: list[str] = []
+        self._count = 0
+
+    def lines(self, rows: list[list[int]], live: set[int]) -> list[str]:
+        """Instructions of operations; those of the places that are still read are kept."""
+        held: dict[int, str] = {}
+        changed: set[int] = set()
+
+        def get(place: int) -> str:
+            if place not in held:
+                held[place] = self._load("w", place)
+            return held[place]
+
+        for op, written, a, b in rows:
+            if op == RESULT:
+                self._store(get(a), "out", written)
+                continue
+            if op == ca.OP_CONST:
+                found = self._constant(self._constants[a])
+            elif op == TIME:
+                found = "%t" if self._lanes == 1 else self._load("t", 0)
+            elif op in _INPUTS:
+                found = self._load(_INPUTS[op], a)
+            else:
+                arguments = [get(place) for place in ((a, b) if op in TWO else (a,))]
+                found = self._operation(op, arguments)
+            held[written] = found
+            changed.add(written)
+        for place in sorted(changed & live):
+            self._store(held[place], "w", place)
+        return self._text
+
+    def _put(self, expression: str) -> str:
+        symbol = f"%v{self._count}"
+        self._count += 1
+        self._text.append(f"  {symbol} = {expression}")
         return symbol
 
-    def at(base: str, index: int) -> str:
-        return put(f"getelementptr inbounds double, ptr %{base}, i64 {index}")
+    def _at(self, base: str, index: int) -> str:
+        return self._put(f"getelementptr inbounds {self._number}, ptr %{base}, i64 {index}")
 
-    def get(place: int) -> str:
-        if place not in held:
-            held[place] = put(f"load double, ptr {at('w', place)}")
-        return held[place]
+    def _load(self, base: str, index: int) -> str:
+        return self._put(f"load {self._number}, ptr {self._at(base, index)}, align 8")
 
-    for op, written, a, b in rows:
-        if op == RESULT:
-            text.append(f"  store double {get(a)}, ptr {at('out', written)}")
-            continue
-        if op == ca.OP_CONST:
-            found = literal(constants[a])
-        elif op == TIME:
-            found = "%t"
-        elif op in _INPUTS:
-            found = put(f"load double, ptr {at(_INPUTS[op], a)}")
-        else:
-            arguments = [get(place) for place in ((a, b) if op in _TWO else (a,))]
-            found = _operation(op, arguments, put, needed)
-        held[written] = found
-        changed.add(written)
-    for place in sorted(changed & live):
-        text.append(f"  store double {held[place]}, ptr {at('w', place)}")
-    return text
+    def _store(self, value: str, base: str, index: int) -> None:
+        place = self._at(base, index)
+        self._text.append(f"  store {self._number} {value}, ptr {place}, align 8")
 
+    def _constant(self, value: float) -> str:
+        if self._lanes == 1:
+            return literal(value)
+        return f"<{', '.join([f'double {literal(value)}'] * self._lanes)}>"
 
-def _operation(op: int, arguments: list[str], put: Callable[[str], str], needed: set[str]) -> str:
-    """One operation."""
-    a = arguments[0]
-    b = arguments[-1]
-    zero, one = literal(0.0), literal(1.0)
+    def _truth_of(self, symbol: str) -> str:
+        return self._put(f"fcmp une {self._number} {symbol}, {self._constant(0.0)}")
 
-    def truth(symbol: str) -> str:
-        return put(f"fcmp une double {symbol}, {zero}")
+    def _real(self, condition: str) -> str:
+        return self._put(f"uitofp {self._truth} {condition} to {self._number}")
 
-    def real(condition: str) -> str:
-        return put(f"uitofp i1 {condition} to double")
+    def _select(self, condition: str, yes: str, no: str) -> str:
+        kind = self._number
+        return self._put(f"select {self._truth} {condition}, {kind} {yes}, {kind} {no}")
 
-    if op in _FLOAT:
-        return put(f"{_FLOAT[op]} double {a}, {b}")
-    if op in _COMPARED:
-        return real(put(f"fcmp {_COMPARED[op]} double {a}, {b}"))
-    if op in _INTRINSIC or op in _LIBRARY:
-        name = f"llvm.{_INTRINSIC[op]}.f64" if op in _INTRINSIC else _LIBRARY[op]
-        needed.add(f"declare double @{name}({', '.join(['double'] * len(arguments))})")
-        return put(f"call double @{name}({', '.join(f'double {s}' for s in arguments)})")
-    if op in (ca.OP_ASSIGN, ca.OP_LIFT):
-        return a
-    if op == ca.OP_NEG:
-        return put(f"fneg double {a}")
-    if op == ca.OP_SQ:
-        return put(f"fmul double {a}, {a}")
-    if op == ca.OP_TWICE:
-        return put(f"fadd double {a}, {a}")
-    if op == ca.OP_INV:
-        return put(f"fdiv double {one}, {a}")
-    if op == ca.OP_NOT:
-        return real(put(f"fcmp oeq double {a}, {zero}"))
-    if op in (ca.OP_AND, ca.OP_OR):
-        kind = "and" if op == ca.OP_AND else "or"
-        return real(put(f"{kind} i1 {truth(a)}, {truth(b)}"))
-    if op == ca.OP_IF_ELSE_ZERO:
-        return put(f"select i1 {truth(a)}, double {b}, double {zero}")
-    if op == ca.OP_SIGN:
-        sign = put(f"select i1 {put(f'fcmp ogt double {a}, {zero}')}, double {one}, double {a}")
-        low = put(f"fcmp olt double {a}, {zero}")
-        return put(f"select i1 {low}, double {literal(-1.0)}, double {sign}")
-    raise UnsupportedError(f"operation {op} of CasADi")
+    def _intrinsic(self, name: str, arguments: list[str]) -> str:
+        symbol, kind = f"llvm.{name}.{self._suffix}", self._number
+        self._needed.add(f"declare {kind} @{symbol}({', '.join([kind] * len(arguments))})")
+        return self._put(f"call {kind} @{symbol}({', '.join(f'{kind} {s}' for s in arguments)})")
+
+    def _library(self, name: str, arguments: list[str]) -> str:
+        """A function of the C library, for one lane after the other."""
+        self._needed.add(f"declare double @{name}({', '.join(['double'] * len(arguments))})")
+        if self._lanes == 1:
+            return self._put(f"call double @{name}({', '.join(f'double {s}' for s in arguments)})")
+        found = "undef"
+        for lane in range(self._lanes):
+            own = [self._put(f"extractelement {self._number} {s}, i32 {lane}") for s in arguments]
+            one = self._put(f"call double @{name}({', '.join(f'double {s}' for s in own)})")
+            found = self._put(f"insertelement {self._number} {found}, double {one}, i32 {lane}")
+        return found
+
+    def _operation(self, op: int, arguments: list[str]) -> str:
+        """One operation."""
+        a, b, kind = arguments[0], arguments[-1], self._number
+        zero, one = self._constant(0.0), self._constant(1.0)
+        if op in _FLOAT:
+            return self._put(f"{_FLOAT[op]} {kind} {a}, {b}")
+        if op in _COMPARED:
+            return self._real(self._put(f"fcmp {_COMPARED[op]} {kind} {a}, {b}"))
+        if op in _INTRINSIC:
+            return self._intrinsic(_INTRINSIC[op], arguments)
+        if op in _LIBRARY:
+            return self._library(_LIBRARY[op], arguments)
+        if op in (ca.OP_ASSIGN, ca.OP_LIFT):
+            return a
+        if op == ca.OP_NEG:
+            return self._put(f"fneg {kind} {a}")
+        if op == ca.OP_SQ:
+            return self._put(f"fmul {kind} {a}, {a}")
+        if op == ca.OP_TWICE:
+            return self._put(f"fadd {kind} {a}, {a}")
+        if op == ca.OP_INV:
+            return self._put(f"fdiv {kind} {one}, {a}")
+        if op == ca.OP_NOT:
+            return self._real(self._put(f"fcmp oeq {kind} {a}, {zero}"))
+        if op in (ca.OP_AND, ca.OP_OR):
+            word = "and" if op == ca.OP_AND else "or"
+            both = self._truth_of(a), self._truth_of(b)
+            return self._real(self._put(f"{word} {self._truth} {both[0]}, {both[1]}"))
+        if op == ca.OP_IF_ELSE_ZERO:
+            return self._select(self._truth_of(a), b, zero)
+        if op == ca.OP_SIGN:
+            sign = self._select(self._put(f"fcmp ogt {kind} {a}, {zero}"), one, a)
+            low = self._put(f"fcmp olt {kind} {a}, {zero}")
+            return self._select(low, self._constant(-1.0), sign)
+        raise UnsupportedError(f"operation {op} of CasADi")

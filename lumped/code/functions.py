@@ -13,21 +13,23 @@ from lumped.code.operations import Operations
 __all__ = ["compiled_functions", "known_functions"]
 
 
-def _source(functions: Mapping[str, Operations]) -> str:
-    parts = [f"{name} {function.key.hex()}" for name, function in functions.items()]
+def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
+    parts = [f"{lanes}"] * (lanes > 1)
+    parts += [f"{name} {function.key.hex()}" for name, function in functions.items()]
     return hashlib.sha256("\n".join([code_cache.own(), *parts]).encode()).hexdigest()
 
 
-def _text(functions: Mapping[str, Operations]) -> str:
-    parts = [assembly(function, name) for name, function in functions.items()]
+def _text(functions: Mapping[str, Operations], lanes: int = 1) -> str:
+    parts = [assembly(function, name, lanes) for name, function in functions.items()]
     lines = "\n".join(parts).split("\n")
     declared = sorted({line for line in lines if line.startswith("declare")})
     return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
 
 
-def compiled_functions(functions: Mapping[str, Operations]) -> Code:
-    """Machine code of functions, by their names."""
-    return built(_source(functions), list(functions), lambda: _text(functions))
+def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> Code:
+    """Machine code of functions, by their names, for one number or for several side by side."""
+    source = _source(functions, lanes)
+    return built(source, list(functions), lambda: _text(functions, lanes))
 
 
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from functools import cache
+from threading import RLock
 from typing import Any
 
 import llvmlite
@@ -13,6 +14,10 @@ import llvmlite.binding as llvm
 from lumped.code import code_cache
 
 __all__ = ["Code", "built", "compiled", "kept"]
+
+
+_compiling = RLock()
+"""LLVM compiles and links for one thread at a time."""
 
 
 @cache
@@ -69,18 +74,20 @@ def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix
         Begin of the name under which the code is kept. Code with a prefix is optimised by LLVM;
         straight-line code does not need that.
     """
-    found = kept(source, names, prefix)
-    if found is not None:
-        return found
-    code = compiled(assembly(), bool(prefix))
-    code_cache.save(_key(source, prefix), code)
-    return Code(code, names)
+    with _compiling:
+        found = kept(source, names, prefix)
+        if found is not None:
+            return found
+        code = compiled(assembly(), bool(prefix))
+        code_cache.save(_key(source, prefix), code)
+        return Code(code, names)
 
 
 def kept(source: str, names: Sequence[str], prefix: str = "") -> Code | None:
     """Object code made before from the same source; None if there is none."""
-    code = code_cache.load(_key(source, prefix))
-    return None if code is None else Code(code, names)
+    with _compiling:
+        code = code_cache.load(_key(source, prefix))
+        return None if code is None else Code(code, names)
 
 
 def _key(source: str, prefix: str) -> str:

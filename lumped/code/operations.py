@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-__all__ = ["Operations", "UnsupportedError", "operations_of"]
+__all__ = ["TWO", "Operations", "UnsupportedError", "operations_of"]
 
 
 STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
@@ -21,6 +21,13 @@ class UnsupportedError(Exception):
 
 
 _INPUTS = (STATE, PARAMETER, TIME, SETTING)
+
+TWO = {
+    *(ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_DIV, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE),
+    *(ca.OP_AND, ca.OP_OR, ca.OP_IF_ELSE_ZERO, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN),
+    *(ca.OP_ATAN2, ca.OP_HYPOT, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMOD, ca.OP_REMAINDER),
+}
+"""Operations with two arguments."""
 
 
 @dataclass(frozen=True, eq=False)

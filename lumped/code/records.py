@@ -23,11 +23,12 @@ from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_origin, g
 
 import numpy as np
 
-from lumped.code.words import Integers, Numbers
+from lumped.code.words import Integers, Numbers, Wide, Wides
 
 __all__ = ["Field", "Record", "address"]
 
 _KINDS = {int: "int", float: "float", Integers: "ints", Numbers: "numbers"}
+_KINDS |= {Wide: "wide", Wides: "wides"}
 
 
 class Field(NamedTuple):
@@ -40,7 +41,7 @@ class Field(NamedTuple):
     place : int
         Number of its word.
     kind : str or type
-        "int", "float", "ints", "numbers", or a class of records.
+        "int", "float", "ints", "numbers", "wide", "wides", or a class of records.
     length : str
         Expression of sizes; empty if there is none.
     reach : str
@@ -125,6 +126,8 @@ class Record(metaclass=_Kind):
     ----------
     sizes : mapping of str to int
         Values of the names in the lengths of its fields.
+    memory : ndarray of int64, optional
+        Where it stands, as many words as `words` tells, all zero.
     **given
         Values of fields.
     """
@@ -143,10 +146,15 @@ class Record(metaclass=_Kind):
             cls.fields[name] = field
             setattr(cls, name, _ATTRIBUTES.get(field.kind, _Held)(field))
 
-    def __init__(self, sizes: Mapping[str, int] | None = None, **given: Any) -> None:
+    def __init__(
+        self,
+        sizes: Mapping[str, int] | None = None,
+        memory: np.ndarray | None = None,
+        **given: Any,
+    ) -> None:
         own: Any = type(self)
         layout = _laid_out(own, tuple((sizes or {}).items()))
-        self._words = np.zeros(layout.size, dtype=np.int64)
+        self._words = np.zeros(layout.size, dtype=np.int64) if memory is None else memory
         self._numbers = self._words.view(np.float64)
         self._address = address(self._words)
         self._words[layout.words] = self._address + 8 * layout.offsets
@@ -155,15 +163,19 @@ class Record(metaclass=_Kind):
             setattr(self, name, value)
 
     def remember(self) -> None:
-        """Note the present contents."""
-        self._first = self._words.copy(), dict(self._held)
+        """Note the arrays and records that it points to."""
+        self._first = dict(self._held)
 
     def begin_again(self) -> None:
-        """Restore the contents noted by `remember`."""
-        words, held = self._first
-        self._words[:] = words
+        """Hold those noted by `remember` again, without the memory with their addresses."""
         self._held.clear()
-        self._held.update(held)
+        self._held.update(self._first)
+
+    @classmethod
+    def words(cls, sizes: Mapping[str, int]) -> int:
+        """Length of a record in words."""
+        own: Any = cls
+        return _laid_out(own, tuple(sizes.items())).size
 
     @classmethod
     def lengths(cls) -> set[str]:
@@ -199,7 +211,7 @@ def _laid_out(kind: type[Record], sizes: tuple[tuple[str, int], ...]) -> _Layout
             count, reach = (int(eval(e, {"max": max}, known)) for e in (field.length, field.reach))
             words.append(field.place)
             offsets.append(end)
-            views[field.name] = field.kind == "numbers", end, reach
+            views[field.name] = field.kind != "ints", end, reach
             end += count
     return _Layout(
         np.array(words, dtype=int), np.array(offsets, dtype=np.int64), views, max(end, 1)

@@ -262,7 +262,13 @@ class _CFunction(Writer):
         listed = ", ".join(_bare(value) for value in values)
         return Value(f"{self._symbol(kernel)}({listed})", result)
 
-    def called_by_address(self, values: list[Value]) -> Value:
+    def cast(self, address: Value, kind: Any) -> Value:
+        raise TranslationError(f"{self.kernel.name}: records by address")
+
+    def any_of(self, truths: Value) -> Value:
+        raise TranslationError(f"{self.kernel.name}: wide numbers")
+
+    def called_by_address(self, result: Any, values: list[Value]) -> Value:
         listed = ", ".join(_bare(value) for value in values[1:])
         return Value(f"((Called)(intptr_t){values[0].text})({listed})", "void")
 

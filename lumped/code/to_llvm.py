@@ -14,7 +14,7 @@ from lumped.code.words import Kernel
 __all__ = ["as_llvm", "literal"]
 
 _TYPES = {"int": "i64", "float": "double", "bool": "i1", "void": "void"}
-_ELEMENT = {"ints": ("i64", "int"), "numbers": ("double", "float")}
+_ELEMENT = {"ints": ("i64", "int"), "numbers": ("double", "float"), "wides": ("", "wide")}
 _INTEGER = {"+": "add", "-": "sub", "*": "mul", "/": "sdiv", "%": "srem"}
 _NUMBER = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 _ORDER = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
@@ -29,10 +29,25 @@ def literal(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
-def as_llvm(functions: Mapping[str, Callable[..., object]]) -> str:
-    """LLVM assembly of functions and all that they call; they are visible under these symbols."""
+def as_llvm(
+    functions: Mapping[str, Callable[..., object]],
+    lanes: int = 1,
+    counterparts: Mapping[Any, Any] | None = None,
+) -> str:
+    """LLVM assembly of functions and all that they call; they are visible under these symbols.
+
+    Parameters
+    ----------
+    functions : mapping of str to kernel
+    lanes : int
+        Number of lanes of wide numbers.
+    counterparts : mapping, optional
+        What stands for a class of records or a kernel where numbers are wide.
+    """
     kernels: Any = list(functions.values())
-    found: list[_LlvmFunction] = reached(kernels, lambda k: _LlvmFunction(k, k in kernels))
+    own = dict(counterparts or {})
+    kind = type("_Sized", (_LlvmFunction,), {"lanes": lanes, "counterparts": own})
+    found: list[_LlvmFunction] = reached(kernels, lambda k: kind(k, k in kernels))
     declared = sorted({line for function in found for line in function.declared})
     text = "\n".join([*(function.text for function in found), *declared])
     for symbol, kernel in zip(functions, kernels, strict=True):
@@ -40,12 +55,10 @@ def as_llvm(functions: Mapping[str, Callable[..., object]]) -> str:
     return text
 
 
-def _type(kind: Any) -> str:
-    return _TYPES.get(kind, "ptr") if isinstance(kind, str) else "ptr"
-
-
 class _LlvmFunction(Writer):
     """One function, instruction after instruction."""
+
+    lanes = 1
 
     def __init__(self, kernel: Kernel, visible: bool = False) -> None:
         super().__init__(kernel)
@@ -62,10 +75,10 @@ class _LlvmFunction(Writer):
     def text(self) -> str:
         """LLVM assembly of the function."""
         linkage = "" if self._visible else "internal "
-        given = ", ".join(f"{_type(kind)} %{name}" for name, kind in self.arguments)
+        given = ", ".join(f"{self._type(kind)} %{name}" for name, kind in self.arguments)
         # inlining a large function gains nothing and takes long to compile
         apart = " noinline" if len(self._lines) > _LARGE else ""
-        head = f'define {linkage}{_type(self.result)} @"{self.kernel.name}"({given}){apart} {{'
+        head = f'define {linkage}{self._type(self.result)} @"{self.kernel.name}"({given}){apart} {{'
         return "\n".join([*self._tables, head, "entry:", *self._head, *self._lines, "}"])
 
     def read(self) -> None:
@@ -75,6 +88,10 @@ class _LlvmFunction(Writer):
             self.write_variable(name, Value(f"%{name}", kind))
         super().read()
         self._lines.append("  ret void" if self.result == "void" else "  unreachable")
+
+    def _type(self, kind: Any) -> str:
+        wide = {"wide": f"<{self.lanes} x double>", "truths": f"<{self.lanes} x i1>"}
+        return (wide | _TYPES).get(kind, "ptr") if isinstance(kind, str) else "ptr"
 
     # -- blocks ------------------------------------------------------------------------------
 
@@ -96,14 +113,14 @@ class _LlvmFunction(Writer):
 
     def _room(self, kind: Any) -> str:
         symbol = f"%{self._fresh('place')}"
-        self._head.append(f"  {symbol} = alloca {_type(kind)}")
+        self._head.append(f"  {symbol} = alloca {self._type(kind)}")
         return symbol
 
     def _store(self, value: Value, place: str) -> None:
-        self._lines.append(f"  store {_type(value.kind)} {value.text}, ptr {place}")
+        self._lines.append(f"  store {self._type(value.kind)} {value.text}, ptr {place}, align 8")
 
     def _load(self, place: str, kind: Any) -> Value:
-        return self._put(f"load {_type(kind)}, ptr {place}", kind)
+        return self._put(f"load {self._type(kind)}, ptr {place}, align 8", kind)
 
     # -- statements --------------------------------------------------------------------------
 
@@ -151,7 +168,7 @@ class _LlvmFunction(Writer):
         self._lines += [f"  {instruction}", f"{self._fresh('after')}:"]
 
     def write_return(self, value: Value | None) -> None:
-        self._leave("ret void" if value is None else f"ret {_type(value.kind)} {value.text}")
+        self._leave("ret void" if value is None else f"ret {self._type(value.kind)} {value.text}")
 
     def write_break(self) -> None:
         self._leave(f"br label %{self._loops[-1][0]}")
@@ -171,7 +188,7 @@ class _LlvmFunction(Writer):
         self._store(value, self.moved(base, index).text)
 
     def write_field(self, record: Value, field: Field, value: Value) -> None:
-        self._store(value, self._word(record, field))
+        self._store(value, self._place_of(record, field))
 
     # -- values ------------------------------------------------------------------------------
 
@@ -201,14 +218,19 @@ class _LlvmFunction(Writer):
             f"getelementptr inbounds i64, ptr {record.text}, i64 {field.place}", ""
         ).text
 
+    def _place_of(self, record: Value, field: Field) -> str:
+        """Where a field stands; a wide number stands where its word points to."""
+        word = self._word(record, field)
+        return self._load(word, "wides").text if field.kind == "wide" else word
+
     def field(self, record: Value, field: Field) -> Value:
-        return self._load(self._word(record, field), field.kind)
+        return self._load(self._place_of(record, field), field.kind)
 
     def element(self, base: Value, index: Value) -> Value:
         return self._load(self.moved(base, index).text, _ELEMENT[base.kind][1])
 
     def moved(self, base: Value, offset: Value) -> Value:
-        kind = _ELEMENT[base.kind][0]
+        kind = self._type("wide") if base.kind == "wides" else _ELEMENT[base.kind][0]
         place = f"getelementptr inbounds {kind}, ptr {base.text}, i64 {offset.text}"
         return self._put(place, base.kind)
 
@@ -221,32 +243,86 @@ class _LlvmFunction(Writer):
             return self._put(f"sitofp i64 {value.text} to double", kind)
         if (value.kind, kind) == ("int", "bool"):
             return self._put(f"icmp ne i64 {value.text}, 0", kind)
+        if kind == "wide" and value.kind in ("int", "float"):
+            return self._spread(self.converted(value, "float"), kind)
+        if (value.kind, kind) == ("bool", "truths"):
+            return self._spread(value, kind)
+        if (value.kind, kind) == ("wide", "truths"):
+            zero = self.converted(self.number(0.0), "wide")
+            return self._put(f"fcmp une {self._type('wide')} {value.text}, {zero.text}", kind)
+        if (value.kind, kind) == ("truths", "wide"):
+            return self._put(
+                f"uitofp {self._type('truths')} {value.text} to {self._type('wide')}", kind
+            )
         raise TranslationError(f"{self.kernel.name}: a {value.kind} where a {kind} is needed")
+
+    def _spread(self, value: Value, kind: Any) -> Value:
+        """The same in all lanes."""
+        whole, one = self._type(kind), self._type(value.kind)
+        first = self._put(f"insertelement {whole} undef, {one} {value.text}, i32 0", kind)
+        mask = f"<{self.lanes} x i32> zeroinitializer"
+        return self._put(f"shufflevector {whole} {first.text}, {whole} undef, {mask}", kind)
+
+    def any_of(self, truths: Value) -> Value:
+        kind, suffix = self._type("truths"), f"v{self.lanes}i1"
+        self.declared.add(f"declare i1 @llvm.vector.reduce.or.{suffix}({kind})")
+        return self._put(f"call i1 @llvm.vector.reduce.or.{suffix}({kind} {truths.text})", "bool")
+
+    def cast(self, address: Value, kind: Any) -> Value:
+        return self._put(f"inttoptr i64 {address.text} to ptr", kind)
 
     def truncated(self, value: Value) -> Value:
         return self._put(f"fptosi double {value.text} to i64", "int")
 
     def arithmetic(self, sign: str, a: Value, b: Value) -> Value:
         word = (_INTEGER if a.kind == "int" else _NUMBER)[sign]
-        return self._put(f"{word} {_type(a.kind)} {a.text}, {b.text}", a.kind)
+        return self._put(f"{word} {self._type(a.kind)} {a.text}, {b.text}", a.kind)
 
     def negative(self, value: Value) -> Value:
-        if value.kind == "float":
-            return self._put(f"fneg double {value.text}", "float")
+        if value.kind in ("float", "wide"):
+            return self._put(f"fneg {self._type(value.kind)} {value.text}", value.kind)
         return self._put(f"sub i64 0, {value.text}", "int")
 
     def negated(self, value: Value) -> Value:
-        return self._put(f"xor i1 {value.text}, true", "bool")
+        return self._put(
+            f"xor {self._type(value.kind)} {value.text}, {self._true(value.kind)}", value.kind
+        )
+
+    def _true(self, kind: Any) -> str:
+        return "true" if kind == "bool" else f"<{', '.join(['i1 true'] * self.lanes)}>"
 
     def compared(self, order: str, a: Value, b: Value) -> Value:
         word = _ORDER[order]
-        if a.kind == "float":
+        if a.kind in ("float", "wide"):
             word = "une" if word == "ne" else f"o{word}"
-            return self._put(f"fcmp {word} double {a.text}, {b.text}", "bool")
+            kind = "bool" if a.kind == "float" else "truths"
+            return self._put(f"fcmp {word} {self._type(a.kind)} {a.text}, {b.text}", kind)
         word = word if word in ("eq", "ne") else f"s{word}"
-        return self._put(f"icmp {word} {_type(a.kind)} {a.text}, {b.text}", "bool")
+        return self._put(f"icmp {word} {self._type(a.kind)} {a.text}, {b.text}", "bool")
+
+    def _is_wide(self, node: ast.expr) -> bool:
+        """Whether a condition differs between lanes; writes nothing."""
+        if self.lanes == 1:
+            return False
+        kept = self._lines, self._head, self._tables, self.called, self._count
+        self._lines, self._head, self._tables, self.called = [], [], [], []
+        kind = self.value(node).kind
+        self._lines, self._head, self._tables, self.called, self._count = kept
+        return kind in ("truths", "wide")
+
+    def _joined(self, both: bool, parts: list[ast.expr]) -> Value:
+        """Conditions of lanes, all of which are evaluated."""
+        values = [self.converted(self.value(part), "truths") for part in parts]
+        found = values[0]
+        for value in values[1:]:
+            word = "and" if both else "or"
+            text = f"{word} {self._type('truths')} {found.text}, {value.text}"
+            found = self._put(text, "truths")
+        return found
 
     def logical(self, both: bool, parts: list[ast.expr]) -> Value:
+        if any(self._is_wide(part) for part in parts):
+            return self._joined(both, parts)
         place, end = self._room("bool"), self._fresh("end")
         for part in parts:
             value = self.converted(self.value(part), "bool")
@@ -260,6 +336,15 @@ class _LlvmFunction(Writer):
         return self._load(place, "bool")
 
     def choice(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> Value:
+        if self._is_wide(test):
+            truths = self.converted(self.value(test), "truths")
+            values = [self.value(part) for part in (yes, no)]
+            are_truths = "truths" in [value.kind for value in values]
+            kind = "truths" if are_truths else "wide"
+            a, b = (self.converted(value, kind) for value in values)
+            whole = self._type(kind)
+            text = f"{self._type('truths')} {truths.text}, {whole} {a.text}, {whole} {b.text}"
+            return self._put(f"select {text}", kind)
         labels = [self._fresh(word) for word in ("yes", "no", "end")]
         self._branch(test, *labels[:2])
         before, found = self._lines, []
@@ -267,7 +352,8 @@ class _LlvmFunction(Writer):
             self._lines = []
             found.append((self.value(part), self._lines))
         kinds = {value.kind for value, _ in found}
-        kind = kinds.pop() if len(kinds) == 1 else "float" if "float" in kinds else "int"
+        kind = next((k for k in ("truths", "wide", "float", "int") if k in kinds), "")
+        kind = kinds.pop() if len(kinds) == 1 else kind
         place = self._room(kind)
         for label, (value, lines) in zip(labels, found, strict=False):
             self._lines = lines
@@ -279,10 +365,18 @@ class _LlvmFunction(Writer):
 
     def extreme(self, least: bool, a: Value, b: Value) -> Value:
         other = self.compared("<" if least else ">", b, a)
-        kind = _type(a.kind)
-        return self._put(f"select i1 {other.text}, {kind} {b.text}, {kind} {a.text}", a.kind)
+        kind, condition = self._type(a.kind), self._type(other.kind)
+        return self._put(
+            f"select {condition} {other.text}, {kind} {b.text}, {kind} {a.text}", a.kind
+        )
 
     def library(self, name: str, values: list[Value]) -> Value:
+        if values[0].kind == "wide":
+            if name not in ("sqrt", "fabs"):
+                raise TranslationError(f"{self.kernel.name}: {name} of wide numbers")
+            whole, symbol = self._type("wide"), f"llvm.{name}.v{self.lanes}f64"
+            self.declared.add(f"declare {whole} @{symbol}({whole})")
+            return self._put(f"call {whole} @{symbol}({whole} {values[0].text})", "wide")
         symbol = f"llvm.{_INTRINSIC[name]}.f64" if name in _INTRINSIC else name
         self.declared.add(f"declare double @{symbol}({', '.join(['double'] * len(values))})")
         listed = ", ".join(f"double {value.text}" for value in values)
@@ -291,13 +385,22 @@ class _LlvmFunction(Writer):
     def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
         return self._called(f'@"{kernel.name}"', values, result)
 
-    def called_by_address(self, values: list[Value]) -> Value:
+    def called_by_address(self, result: Any, values: list[Value]) -> Value:
         address = self._put(f"inttoptr i64 {values[0].text} to ptr", "")
-        return self._called(address.text, values[1:], "void")
+        given = [self._kept_wide(value) for value in values[1:]]
+        return self._called(address.text, given, result)
+
+    def _kept_wide(self, value: Value) -> Value:
+        """A wide number in memory: it travels by its address."""
+        if value.kind != "wide":
+            return value
+        place = self._room("wide")
+        self._store(value, place)
+        return Value(place, "wides")
 
     def _called(self, function: str, values: list[Value], result: Any) -> Value:
-        listed = ", ".join(f"{_type(value.kind)} {value.text}" for value in values)
-        text = f"call {_type(result)} {function}({listed})"
+        listed = ", ".join(f"{self._type(value.kind)} {value.text}" for value in values)
+        text = f"call {self._type(result)} {function}({listed})"
         if result == "void":
             self._lines.append(f"  {text}")
             return Value("", "void")

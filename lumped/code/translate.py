@@ -14,7 +14,7 @@ import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 from lumped.code import words
 from lumped.code.records import Field, Record
@@ -23,11 +23,17 @@ from lumped.code.words import Kernel
 __all__ = ["TranslationError", "Value", "Writer", "reached"]
 
 _KINDS = {"int": "int", "float": "float", "bool": "bool", "Integers": "ints", "Numbers": "numbers"}
+_KINDS |= {"Wide": "wide", "Wides": "wides"}
 _INTEGER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%"}
 _NUMBER = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-_ELEMENT = {"ints": "int", "numbers": "float"}
+_ELEMENT = {"ints": "int", "numbers": "float", "wides": "wide"}
+_WIDE = {"float": "wide", "numbers": "wides", "bool": "truths"}
+"""Kinds in a function whose numbers are wide."""
 
+
+_BY_ADDRESS = {words.call: "void", words.call_wide: "void", words.enter: "int"}
+"""Words that call machine code at an address, and what it gives."""
 
 Written = TypeVar("Written", bound="Writer")
 
@@ -39,7 +45,8 @@ class TranslationError(Exception):
 class Value(NamedTuple):
     """Text of a value, and its kind.
 
-    The kind is "int", "float", "bool", "ints", "numbers", "void" or a class of records.
+    The kind is "int", "float", "bool", "ints", "numbers", "void" or a class of records; or "wide",
+    "wides" or "truths" for what each lane has of its own.
     """
 
     text: str
@@ -77,7 +84,11 @@ class Writer(ABC):
         Functions that it calls.
     variables : dict of str to kind
         Its variables.
+    counterparts : dict
+        What stands for a class of records or a function where numbers are wide.
     """
+
+    counterparts: ClassVar[dict[Any, Any]] = {}
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel = kernel
@@ -97,7 +108,10 @@ class Writer(ABC):
         if node is None or (isinstance(node, ast.Constant) and node.value is None):
             return "void"
         text = ast.unparse(node)
-        return _KINDS.get(text) or self.kernel.space[text]
+        kind = _KINDS.get(text) or self.kernel.space[text]
+        if not self.kernel.is_wide:
+            return kind
+        return _WIDE.get(kind) or self.counterparts.get(kind, kind)
 
     def unknown(self, node: ast.AST) -> TranslationError:
         """Error for a construct that the language does not have."""
@@ -150,7 +164,8 @@ class Writer(ABC):
 
     def _set(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):
-            kind = self.variables.setdefault(target.id, value.kind)
+            kind = _WIDE.get(value.kind, value.kind) if self.kernel.is_wide else value.kind
+            kind = self.variables.setdefault(target.id, kind)
             self.write_variable(target.id, self.converted(value, kind))
         elif isinstance(target, ast.Subscript) and not isinstance(target.slice, ast.Slice):
             base, index = self._element(target)
@@ -246,7 +261,8 @@ class Writer(ABC):
         op: Any = type(node.op)
         if a.kind == b.kind == "int" and op in _INTEGER:
             return self.arithmetic(_INTEGER[op], a, b)
-        a, b = self.converted(a, "float"), self.converted(b, "float")
+        kind = "wide" if "wide" in (a.kind, b.kind) else "float"
+        a, b = self.converted(a, kind), self.converted(b, kind)
         if op is ast.Pow:
             return self.library("pow", [a, b])
         if op not in _NUMBER:
@@ -258,7 +274,8 @@ class Writer(ABC):
             return self.number(-eval(ast.unparse(node.operand)))
         value = self.value(node.operand)
         if isinstance(node.op, ast.Not):
-            return self.negated(self.converted(value, "bool"))
+            is_wide = value.kind in ("wide", "truths")
+            return self.negated(self.converted(value, "truths" if is_wide else "bool"))
         if isinstance(node.op, ast.USub):
             return self.negative(value)
         raise self.unknown(node)
@@ -268,18 +285,45 @@ class Writer(ABC):
             raise self.unknown(node)
         a, b = self.value(node.left), self.value(node.comparators[0])
         kind = "float" if "float" in (a.kind, b.kind) else "int"
+        kind = "wide" if "wide" in (a.kind, b.kind) else kind
         kind = "bool" if a.kind == b.kind == "bool" else kind
         order = _ORDER[type(node.ops[0])]
         return self.compared(order, self.converted(a, kind), self.converted(b, kind))
 
+    def _are_wide(self, kinds: Iterable[Any]) -> bool:
+        """Whether a function with arguments of these kinds is one for wide numbers."""
+        return any(k in ("wide", "wides", "truths", *self.counterparts.values()) for k in kinds)
+
+    def _flat(self, node: ast.expr) -> Value:
+        """Address of wide numbers."""
+        if isinstance(node, ast.Attribute) and self._is_field(node):
+            record, field = self._field(node)
+            return Value(self.field(record, field._replace(kind="wides")).text, "numbers")
+        found = self.value(node)
+        if found.kind != "wides":
+            raise self.unknown(node)
+        return Value(found.text, "numbers")
+
     def _call(self, node: ast.Call) -> Value:
         word = eval(ast.unparse(node.func), self.kernel.space)
+        if word is words.flat:
+            return self._flat(node.args[0])
+        if word is words.record_at:
+            kind = self.kernel.space[ast.unparse(node.args[0])]
+            return self.cast(self.value(node.args[1]), kind)
         values = [self.value(argument) for argument in node.args]
-        if word is words.call:
-            return self.called_by_address(values)
+        if word in _BY_ADDRESS:
+            return self.called_by_address(_BY_ADDRESS[word], values)
+        if word is words.any_lane:
+            return self.any_of(values[0])
         if isinstance(word, Kernel):
-            self.called.append(word)
             own = type(self)(word)
+            if self._are_wide(value.kind for value in values) and not self._are_wide(
+                kind for _, kind in own.arguments
+            ):
+                word = self.counterparts.get(word) or word.widened
+                own = type(self)(word)
+            self.called.append(word)
             kinds = [kind for _, kind in own.arguments]
             if len(kinds) != len(values):
                 raise self.unknown(node)
@@ -290,14 +334,17 @@ class Writer(ABC):
         if word is int:
             return self.truncated(values[0])
         if word in (min, max):
-            kind = "float" if "float" in (values[0].kind, values[1].kind) else "int"
+            kinds = [value.kind for value in values]
+            kind = "wide" if "wide" in kinds else "float" if "float" in kinds else "int"
             return self.extreme(word is min, *(self.converted(v, kind) for v in values))
         if word is abs:
-            return self.library("fabs", [self.converted(values[0], "float")])
+            wide = values[0].kind == "wide"
+            return self.library("fabs", [self.converted(values[0], "wide" if wide else "float")])
         name = getattr(word, "c_name", None)
         if name is None:
             raise self.unknown(node)
-        return self.library(name, [self.converted(v, "float") for v in values])
+        kind = "wide" if any(v.kind == "wide" for v in values) else "float"
+        return self.library(name, [self.converted(v, kind) for v in values])
 
     # -- what a language writes --------------------------------------------------------------
 
@@ -360,4 +407,8 @@ class Writer(ABC):
     @abstractmethod
     def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value: ...
     @abstractmethod
-    def called_by_address(self, values: list[Value]) -> Value: ...
+    def called_by_address(self, result: Any, values: list[Value]) -> Value: ...
+    @abstractmethod
+    def cast(self, address: Value, kind: Any) -> Value: ...
+    @abstractmethod
+    def any_of(self, truths: Value) -> Value: ...

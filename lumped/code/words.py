@@ -10,15 +10,31 @@ import ast
 import ctypes
 import ctypes.util
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Integers", "Kernel", "Library", "Numbers", "call", "kernel", "sqrt", "written"]
+__all__ = [
+    "Integers",
+    "Kernel",
+    "Library",
+    "Numbers",
+    "Wide",
+    "Wides",
+    "any_lane",
+    "call",
+    "call_wide",
+    "enter",
+    "flat",
+    "kernel",
+    "record_at",
+    "sqrt",
+    "written",
+]
 
 
 Integers = NDArray[np.int64]
@@ -26,6 +42,45 @@ Integers = NDArray[np.int64]
 
 Numbers = NDArray[np.float64]
 """Array of double-precision numbers."""
+
+
+if TYPE_CHECKING:
+    # all that numbers can do, wide ones can
+    Wide: TypeAlias = Any
+    Wides: TypeAlias = Any
+else:
+
+    class Wide:
+        """A number for each of several lanes, side by side; only machine code has them."""
+
+    class Wides:
+        """Array of wide numbers, as a field of a record or an argument."""
+
+
+def flat(wides: Any) -> Numbers:
+    """The numbers of wide ones: all lanes of the first, then of the second."""
+    raise NotImplementedError
+
+
+def any_lane(truths: Any) -> bool:
+    """Whether something holds in one of the lanes."""
+    raise NotImplementedError
+
+
+def record_at(kind: Any, address: int) -> Any:
+    """The record at an address."""
+    raise NotImplementedError
+
+
+def enter(address: int, record: Any) -> int:
+    """Call an entry of the time loop by its address."""
+    raise NotImplementedError
+
+
+def call_wide(address: int, x: Any, p: Any, t: Any, m: Any, out: Any) -> None:
+    """Call a function of a plant for all lanes."""
+    raise NotImplementedError
+
 
 Written = TypeVar("Written", bound=Callable[..., object])
 
@@ -73,7 +128,7 @@ _LIBRARY = _loaded()
 (atan2, hypot, fmod, remainder, copysign, fmin, fmax, power) = map(Library, _TWO)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kernel:
     """A function written in the language.
 
@@ -87,12 +142,20 @@ class Kernel:
         Values of the names in it.
     function : callable
         The same in Python.
+    is_wide : bool
+        Whether its numbers are wide. A function that never branches on a number can be.
     """
 
     name: str
     source: str
     space: dict[str, Any]
     function: Callable[..., Any]
+    is_wide: bool = False
+
+    @property
+    def widened(self) -> Kernel:
+        """The same for wide numbers."""
+        return replace(self, name=f"{self.name}.wide", is_wide=True)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it in Python."""

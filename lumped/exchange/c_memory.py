@@ -9,6 +9,7 @@ import numpy as np
 from lumped.code.records import Field, Record
 from lumped.kernel.plant import Function, Plant
 from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run, RunOutput
+from lumped.kernel.watch import Watch
 
 __all__ = ["Memory"]
 
@@ -23,7 +24,10 @@ _RECORDS: dict[str, type[Record]] = {
     "matrix": Matrix,
     "pattern": Pattern,
     "plant": Plant,
+    "watch": Watch,
 }
+_UNWATCHED = dict.fromkeys(Watch.lengths(), 0)
+"""Units collect no functionals."""
 _OUTPUT = {
     "t": "rows",
     "x": "rows * states",
@@ -59,7 +63,7 @@ class Memory:
         changes = sizes["conditions"] + sizes["holds"] + 1
         modes = sizes["settings"] - sizes["implicit"]
         more = {"rows": _ROWS, "pieces": _PIECES, "changes": changes, "modes": modes}
-        self._sizes = {**sizes, **more, "work": 1}
+        self._sizes = {**_UNWATCHED, **sizes, **more, "work": 1, "prepared": 0}
         self._counts = {"numbers": 0, "integers": 0}
         self._functions = functions
         self.tables: list[str] = []
@@ -73,6 +77,8 @@ class Memory:
     def _field(self, record: str, field: Field, values: Mapping[str, int | np.ndarray]) -> None:
         place, name = f"memory->{record}.{field.name}", field.name
         if isinstance(field.kind, type):
+            if field.kind is Function and record == "watch":
+                return
             if field.kind is Function:
                 self._lines.append(f"    {place} = &memory->functions[FUNCTION_{name}];")
             else:

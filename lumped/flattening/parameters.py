@@ -14,11 +14,14 @@ from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
 from lumped.language.lowering import lower
-from lumped.language.quantity import Input, Param, Var, param, within
+from lumped.language.quantity import Input, Param, Var, beyond, param, within
 from lumped.support.array_function import ArrayFunction
 from lumped.support.units import amount, plain
 
 __all__ = ["Parameters", "collect", "start_values"]
+
+_RUNS = 10_000
+"""Runs whose parameters are looked at together; the more, the more memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +65,13 @@ class Parameters:
         return ArrayFunction(ca.Function("p", [self.theta], [ca.densify(self.values)]))
 
     @cached_property
-    def _limits(self) -> ArrayFunction:
-        limits = ca.vertcat(ca.SX(0, 1), *(least for _, least, *_ in self.ordered))
-        return ArrayFunction(ca.Function("limits", [self.theta], [ca.densify(limits)]))
+    def _ruled(self) -> ca.SX:
+        """Every parameter, then the lower limits in `ordered`."""
+        return ca.vertcat(self.values, *(least for _, least, *_ in self.ordered))
+
+    @cached_property
+    def _ruled_function(self) -> ArrayFunction:
+        return ArrayFunction(ca.Function("ruled", [self.theta], [ca.densify(self._ruled)]))
 
     @cached_property
     def _places(self) -> dict[int, int]:
@@ -76,6 +83,13 @@ class Parameters:
         least = np.array([quantity.least for quantity in self.declared])
         most = np.array([quantity.most for quantity in self.declared])
         return least, most, np.array([quantity.nonzero for quantity in self.declared], dtype=bool)
+
+    @cached_property
+    def _ordered(self) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters whose lower limit is an expression, and whether that is out of range."""
+        highs = [high for high, *_ in self.ordered]
+        strict = [self.declared[high].strict for high in highs]
+        return np.array(highs, dtype=int), np.array(strict, dtype=bool)
 
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""
@@ -135,21 +149,73 @@ class Parameters:
         ParameterError
             With path, value and unit of each.
         """
-        values, (least, most, nonzero) = self.all(theta), self._ranges
-        faults: list[str] = []
-        fits = (values >= least).all() and (values <= most).all() and values[nonzero].all()
-        if not (fits and within(values)):
-            faults = [t for i, v in enumerate(values) if (t := self.fault(i, float(v)))]
-        limits = self._limits(theta)[0]
-        for (high, _, name, (unit, text)), limit in zip(self.ordered, limits, strict=True):
-            quantity = self.declared[high]
-            if values[high] < limit or (quantity.strict and values[high] == limit):
-                relation = "greater than" if quantity.strict else "at least"
-                faults.append(
-                    f"{self.names[high]} = {amount(values[high], quantity.unit)} "
-                    f"({quantity.text}) must be {relation} {name} = {amount(limit, unit)}{text}"
-                )
-        _refuse(model, faults)
+        found = self._ruled_function(theta)[0]
+        _refuse(model, [text for _, text, _ in self._faults(found[None], np.arange(len(found)))])
+
+    def outside(
+        self, theta: np.ndarray, places: list[int], values: np.ndarray
+    ) -> list[tuple[str, np.ndarray]]:
+        """What is out of range in which of many runs, of all that depends on what varies.
+
+        Parameters
+        ----------
+        theta : ndarray, shape (free,)
+            Parameters of all runs, unless they vary.
+        places : list of int
+            Places in `theta` of those that vary, each once.
+        values : ndarray, shape (n, len(places))
+            Their values in each run.
+
+        Returns
+        -------
+        list of (str, ndarray of int)
+            What is wrong in the first of some runs, and the numbers of these runs.
+        """
+        varied = self.theta[places]
+        touched = np.flatnonzero(ca.which_depends(self._ruled, varied, 1, True))
+        highs, limits = self._ordered[0], len(self.declared) + np.arange(len(self.ordered))
+        both = np.isin(highs, touched) | np.isin(limits, touched)
+        rules = np.unique(np.concatenate([touched, highs[both], limits[both]]))
+        mixed = ca.SX(ca.DM(theta))
+        mixed[places] = varied
+        asked = ca.substitute(self._ruled[rules.tolist()], self.theta, mixed)
+        one = ca.Function("one", [varied], [ca.densify(asked)])
+        found: dict[int, tuple[str, list[np.ndarray]]] = {}
+        for first in range(0, len(values), _RUNS):
+            part = values[first : first + _RUNS]
+            ruled = ArrayFunction(one.map(len(part)))(part.ravel())[0].reshape(len(part), -1)
+            for rule, text, runs in self._faults(ruled, rules):
+                found.setdefault(rule, (text, []))[1].append(first + runs)
+        return [(found[rule][0], np.concatenate(found[rule][1])) for rule in sorted(found)]
+
+    def _faults(self, ruled: np.ndarray, rules: np.ndarray) -> list[tuple[int, str, np.ndarray]]:
+        """What is out of range: rule, text of the first run, and the runs.
+
+        Each row of `ruled` has some of the rows of `_ruled`, those of `rules`, ascending.
+        """
+        count = int(np.searchsorted(rules, len(self.declared)))
+        numbers, ordered = rules[:count], rules[count:] - len(self.declared)
+        values, limits = ruled[:, :count], ruled[:, count:]
+        least, most, nonzero = (ends[numbers] for ends in self._ranges)
+        fits = (values >= least) & (values <= most) & ~(nonzero & (values == 0))
+        if not within(values):
+            fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
+        found = []
+        for j in np.flatnonzero(~fits.all(axis=0)):
+            runs, number = np.flatnonzero(~fits[:, j]), int(numbers[j])
+            found.append((number, self.fault(number, float(values[runs[0], j])) or "", runs))
+        highs, strict = (part[ordered] for part in self._ordered)
+        values = values[:, np.searchsorted(numbers, highs)]
+        low = (values < limits) | (strict & (values == limits))
+        for j in np.flatnonzero(low.any(axis=0)):
+            runs, quantity = np.flatnonzero(low[:, j]), self.declared[highs[j]]
+            _, _, name, (unit, text) = self.ordered[ordered[j]]
+            value = amount(values[runs[0], j], quantity.unit)
+            relation = "greater than" if quantity.strict else "at least"
+            limit = f"{name} = {amount(limits[runs[0], j], unit)}{text}"
+            text = f"{self.names[highs[j]]} = {value} ({quantity.text}) must be {relation} {limit}"
+            found.append((int(rules[count + j]), text, runs))
+        return found
 
     def fault(self, number: int, value: float) -> str | None:
         """Text that says why a value is out of range, or None if it is not."""

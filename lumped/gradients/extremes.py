@@ -12,8 +12,8 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import FRACTIONS, looked
-from lumped.gradients.functionals import Peak
 from lumped.numerics.inside_step import Method
+from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
@@ -14,7 +13,10 @@ from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
 from lumped.gradients.extremes import extremes
-from lumped.gradients.functionals import (
+from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.saltation import saltation_of
+from lumped.simulation.functional_kinds import product
+from lumped.simulation.functionals import (
     At,
     AtEvent,
     Final,
@@ -24,12 +26,10 @@ from lumped.gradients.functionals import (
     Integral,
     Peak,
 )
-from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.saltation import saltation_of
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Owed", "SmoothParts", "Way", "factors", "product"]
+__all__ = ["Owed", "SmoothParts", "Way"]
 
 _AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
@@ -398,20 +398,9 @@ class SmoothParts:
         )
 
 
-def factors(system: System, functional: Integral) -> tuple[str, ...]:
-    """Factors of what is integrated."""
-    names = tuple(system.key(name) for name in functional.names)
-    return names * (2 if functional.kind == "rms" else 1)
-
-
 def _limit(a: complex, b: complex, c: complex) -> complex:
     """Limit of a geometric series from three of its sums (Aitken)."""
     return c + (c - b) ** 2 / ((b - a) - (c - b))
-
-
-def product(system: System, names: tuple[str, ...]) -> ca.SX:
-    """Product of quantities, as an expression."""
-    return ca.SX(math.prod(ca.vertsplit(system.expressions(names))))
 
 
 def _sum(ways: list[Way]) -> Way:

@@ -20,11 +20,12 @@ from lumped.gradients.adjoint import (
     sweep,
 )
 from lumped.gradients.forward import Followed
-from lumped.gradients.functional_terms import Owed, SmoothParts, Way, factors
-from lumped.gradients.functionals import Functional, Integral
+from lumped.gradients.functional_terms import Owed, SmoothParts, Way
 from lumped.gradients.quadrature import resolve, totals
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
+from lumped.simulation.functional_kinds import factors
+from lumped.simulation.functionals import Count, Functional, Integral
 from lumped.timeloop.result import Piece, Trajectory
 
 __all__ = ["END", "Summed", "check", "differ", "refuse"]
@@ -261,6 +262,8 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
             f"{system.name}: nothing to vary; name parameters or start values in `to`."
         )
     for functional in wanted:
+        if isinstance(functional, Count):
+            raise OptionError(f"{what}: {functional} jumps and has no derivative.")
         if not isinstance(functional, Functional):
             raise OptionError(
                 f"{what}: {functional!r} in `of` is no functional; take one of "

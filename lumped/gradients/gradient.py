@@ -12,7 +12,6 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.gradients.functional_values import END, Summed, check, differ, refuse
-from lumped.gradients.functionals import Functional
 from lumped.gradients.varied import (
     slopes_at_zero,
     sources,
@@ -20,6 +19,7 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.ranking import ranked

@@ -12,12 +12,12 @@ import numpy as np
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
 from lumped.gradients.adjoint import crossings_of, legs_of, steps_of
-from lumped.gradients.functional_kinds import At, Final, Functional, Integral
-from lumped.gradients.functional_terms import SmoothParts, factors
+from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.functional_values import check
 from lumped.gradients.quadrature import resolve
 from lumped.gradients.second_order import Second
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
+from lumped.simulation.functional_kinds import At, Final, Functional, Integral, factors
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table

@@ -11,10 +11,10 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.backward_steps import CHUNKS
-from lumped.gradients.functional_kinds import At, Final, Integral
-from lumped.gradients.functional_terms import SmoothParts, product
+from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.jumps import Crossing
 from lumped.numerics.inside_step import Method
+from lumped.simulation.functional_kinds import At, Final, Integral, product
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import Shared, made_once
 

@@ -14,7 +14,6 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.gradients.adjoint import legs_of, steps_of
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Summed, check, differ, refuse
-from lumped.gradients.functionals import Functional
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import (
     END,
@@ -24,6 +23,7 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.ranking import ranked

@@ -15,7 +15,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_crossing", "inside", "is_suspected"]
+__all__ = ["find_crossing", "inside", "is_suspected", "may_dip"]
 
 _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
@@ -70,7 +70,7 @@ def _slope(run: Run, row: int, part: float) -> None:
 
 
 @kernel
-def _may_dip(run: Run, k: int, length: float) -> bool:
+def may_dip(run: Run, k: int, length: float) -> bool:
     """Whether a margin may have been below zero between samples.
 
     Between samples a smooth margin dips by an eighth of its second difference at most. If its
@@ -89,19 +89,18 @@ def _may_dip(run: Run, k: int, length: float) -> bool:
     bend = max(max(abs(b0), abs(b1)), abs(b2))
     falls = min(min(min(min(min(r0, r1), r2), r3), g0), g1)
     climbs = max(max(max(max(max(r0, r1), r2), r3), g0), g1)
-    if falls * climbs < 0.0 and least < bend / 8.0:
-        return True
+    turns = falls * climbs < 0.0 and least < bend / 8.0
     early = -25 / 12 * s0 + 4.0 * s1 - 3.0 * s2 + 4 / 3 * s3 - 1 / 4 * s4
     late = 25 / 12 * s4 - 4.0 * s3 + 3.0 * s2 - 4 / 3 * s1 + 1 / 4 * s0
     rough = max(abs(b0 - 2.0 * b1 + b2), abs(0.25 * g0 - early))
     rough = max(rough, abs(0.25 * g1 - late))
-    return rough > 0.2 * (most - least) and least < rough
+    return turns or (rough > 0.2 * (most - least) and least < rough)
 
 
 @kernel
 def _any_may_dip(run: Run, length: float) -> bool:
     for k in range(run.plant.margins):
-        if _may_dip(run, k, length):
+        if may_dip(run, k, length):
             return True
     return False
 

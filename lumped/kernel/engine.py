@@ -10,12 +10,13 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any, Literal
+from threading import RLock
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -25,9 +26,10 @@ from lumped.code.records import Record, address
 from lumped.code.to_c import as_c
 from lumped.code.to_llvm import as_llvm
 
-__all__ = ["call", "using"]
+__all__ = ["LANES", "call", "entry_addresses", "is_compiled", "lanes", "using"]
 
 Engine = Literal["llvm", "c", "python"]
+_T = TypeVar("_T")
 
 
 ARGUMENTS = {
@@ -40,8 +42,33 @@ ARGUMENTS = {
     "closed": 1,
     "converged": 1,
     "watched": 1,
+    "prepared": 1,
+    "variants": 1,
+    "until_steps_of": 1,
+    "attempt_of": 1,
+    "crossing_of": 1,
+    "look_of": 1,
+    "end_of": 1,
 }
 """Number of arguments of each entry (see `lumped.kernel.entries`)."""
+
+_loading = RLock()
+
+
+def _once(function: Callable[..., _T]) -> Callable[..., _T]:
+    """Keep what a function gives; of threads that ask first, all wait for one.
+
+    Two of them would otherwise load code twice, and one copy would vanish while it is called.
+    """
+    kept = cache(function)
+
+    @wraps(function)
+    def found(*args: Engine) -> _T:
+        with _loading:
+            return kept(*args)
+
+    return found
+
 
 _engine: ContextVar[Engine] = ContextVar("engine", default="llvm")
 
@@ -62,15 +89,47 @@ def call(name: str, *given: Record | np.ndarray) -> int:
     if engine == "python":
         with np.errstate(all="ignore"):
             return int(_kernels()[name](*given))
-    entry = _entries(engine)[name]
+    entry = (_ready.get(engine) or _entries(engine))[name]
     return entry(*[address(held) for held in given])
 
 
-@cache
+@_once
 def time_loop() -> Code:
     """The time loop compiled by LLVM."""
     name = code_cache.loop_name()
     return built(code_cache.own(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
+
+
+LANES = 4
+"""Runs side by side: as many as two registers of 128 bits hold, or one of 256."""
+
+
+@_once
+def lanes() -> Callable[[int], int]:
+    """The loop for runs side by side, compiled by LLVM; takes the address of a `Lanes`."""
+    from lumped.kernel.lanes import COUNTERPARTS, ENTRIES
+
+    name = code_cache.loop_name() + "lanes-"
+    source = f"{LANES} {code_cache.own()}"
+    code = built(source, list(ENTRIES), lambda: as_llvm(ENTRIES, LANES, COUNTERPARTS), name)
+    made = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p)(code.addresses["lanes"])
+    _kept.append(code)
+    return made
+
+
+def entry_addresses() -> Mapping[str, int]:
+    """Addresses of the entries of the loop, by their names."""
+    return time_loop().addresses
+
+
+def is_compiled() -> bool:
+    """Whether runs of this thread use machine code by LLVM, which lanes need."""
+    return _engine.get() == "llvm"
+
+
+_kept: list[Code] = []
+_ready: dict[Engine, dict[str, Callable[..., int]]] = {}
+"""Entries that were loaded, by engine."""
 
 
 def _kernels() -> dict[str, Any]:
@@ -80,18 +139,22 @@ def _kernels() -> dict[str, Any]:
     return ENTRIES
 
 
-@cache
+@_once
 def _entries(engine: Engine) -> dict[str, Callable[..., int]]:
     types = {name: [ctypes.c_void_p] * count for name, count in ARGUMENTS.items()}
     if engine == "llvm":
         addresses = time_loop().addresses
-        return {n: ctypes.CFUNCTYPE(ctypes.c_int64, *t)(addresses[n]) for n, t in types.items()}
+        _ready[engine] = {
+            n: ctypes.CFUNCTYPE(ctypes.c_int64, *t)(addresses[n]) for n, t in types.items()
+        }
+        return _ready[engine]
     library = _c_library()
     found: dict[str, Callable[..., int]] = {}
     for name, arguments in types.items():
         function = getattr(library, name)
         function.restype, function.argtypes = ctypes.c_int64, arguments
         found[name] = function
+    _ready[engine] = found
     return found
 
 

@@ -5,13 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel.interpret import evaluate
+from lumped.kernel.interpret import evaluate, prepare
 from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
 from lumped.kernel.run import Run, Samples
 from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.variants import (
+    attempt_of,
+    crossing_of,
+    end_of,
+    look_of,
+    until_steps_of,
+    variants,
+)
 
 __all__ = ["ENTRIES"]
 
@@ -45,6 +53,13 @@ def converged(run: Run) -> int:
 
 
 @kernel
+def prepared(run: Run) -> int:
+    """Compute what functions need of parameters alone."""
+    prepare(run)
+    return 0
+
+
+@kernel
 def watched(run: Run) -> int:
     """Note whether constraints may be redundant."""
     watch_redundancy(run)
@@ -61,4 +76,11 @@ ENTRIES: dict[str, Any] = {
     "closed": closed,
     "converged": converged,
     "watched": watched,
+    "prepared": prepared,
+    "variants": variants,
+    "until_steps_of": until_steps_of,
+    "attempt_of": attempt_of,
+    "crossing_of": crossing_of,
+    "look_of": look_of,
+    "end_of": end_of,
 }

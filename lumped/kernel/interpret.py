@@ -45,7 +45,7 @@ from lumped.code.words import (
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run
 
-__all__ = ["evaluate"]
+__all__ = ["evaluate", "prepare"]
 
 
 @kernel
@@ -56,6 +56,14 @@ def evaluate(function: Function, run: Run, x: Numbers, t: float, m: Numbers, out
     else:
         _interpret(function, run.work, x, run.p, t, m, out)
         run.interpreted += function.count
+
+
+@kernel
+def prepare(run: Run) -> None:
+    """Compute what functions need of parameters alone."""
+    plant = run.plant
+    if plant.prepared > 0:
+        evaluate(plant.prepare, run, run.x, run.t, run.m, run.p[plant.parameters :])
 
 
 @kernel

@@ -5,6 +5,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.flattening.hold_modes import BACKWARD, FORWARD, STUCK
 from lumped.kernel.interpret import evaluate
+from lumped.kernel.observe import observe_clocks
 from lumped.kernel.output import begin_piece, has_room, note_change, record_edge
 from lumped.kernel.plant import FREE, Plant
 from lumped.kernel.positions import find_positions
@@ -20,19 +21,22 @@ from lumped.kernel.run import (
     OPEN_CROSSING,
     OPEN_SEGMENT,
     RESTART,
+    STEPPING,
     STORM,
     STORM_SIZE,
     STORM_WITHIN,
     UNFIT,
+    WAITING,
     Run,
 )
-from lumped.kernel.steps import advance, is_unfit
+from lumped.kernel.steps import advance, begin_steps, is_unfit
 
-__all__ = ["loop", "must_jump"]
+__all__ = ["loop", "must_jump", "position_of", "until_steps"]
 
 
 @kernel
-def _position(plant: Plant, m: Numbers, h: int) -> int:
+def position_of(plant: Plant, m: Numbers, h: int) -> int:
+    """Position of a hold."""
     own = m[plant.hold_setting[h] :]
     if own[STUCK] > 0.5:
         return STUCK
@@ -45,6 +49,8 @@ def _position(plant: Plant, m: Numbers, h: int) -> int:
 def _note_changes(run: Run) -> None:
     """Note the positions that have changed at an instant."""
     plant, instant = run.plant, run.instant
+    if run.watches and run.phase == OPEN_SEGMENT and run.segment > 0:
+        observe_clocks(run)
     for k in range(plant.conditions):
         setting = plant.condition_setting[k]
         was, now = int(instant.before[setting]), int(instant.m[setting])
@@ -53,7 +59,7 @@ def _note_changes(run: Run) -> None:
         if was != now:
             note_change(run, 0, k, was, now, 0.0)
     for h in range(plant.holds):
-        was, now = _position(plant, instant.before, h), _position(plant, instant.m, h)
+        was, now = position_of(plant, instant.before, h), position_of(plant, instant.m, h)
         if was != now or instant.is_struck[h]:
             note_change(run, 1, h, was, now, instant.loss[h])
 
@@ -146,16 +152,10 @@ def _leave_segment(run: Run) -> int:
 
 
 @kernel
-def loop(run: Run) -> int:
-    """Continue a run until it is done or Python must act.
-
-    Returns
-    -------
-    int
-        Why it returns (see `lumped.kernel.run`).
-    """
+def until_steps(run: Run) -> int:
+    """Continue a run until steps are due; gives GOES_ON, or why the loop returns."""
     output = run.output
-    while True:
+    while run.phase != STEPPING and run.phase != WAITING:
         status = GOES_ON
         if output.pieces >= output.most_pieces or not has_room(output):
             return FULL
@@ -172,6 +172,24 @@ def loop(run: Run) -> int:
         elif run.phase == LEAVE_SEGMENT:
             status = _leave_segment(run)
         else:
-            status = advance(run)
+            status = begin_steps(run)
         if status != GOES_ON:
             return status
+    return GOES_ON
+
+
+@kernel
+def loop(run: Run) -> int:
+    """Continue a run until it is done or Python must act.
+
+    Returns
+    -------
+    int
+        Why it returns (see `lumped.kernel.run`).
+    """
+    status = GOES_ON
+    while status == GOES_ON:
+        status = until_steps(run)
+        if status == GOES_ON:
+            status = advance(run)
+    return status

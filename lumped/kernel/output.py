@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.crossing import inside
+from lumped.kernel.observe import observe_event
 from lumped.kernel.run import Run, RunOutput
 
 __all__ = ["add_row", "begin_piece", "has_room", "note_change", "record", "record_edge"]
@@ -67,6 +68,8 @@ def record(run: Run, end: float, is_crossed: bool) -> None:
 def begin_piece(run: Run) -> None:
     """Begin a new smooth piece."""
     output, count = run.output, run.plant.settings - run.plant.implicit
+    if output.is_short:
+        return
     k = output.pieces
     output.piece_row[k] = output.rows
     for i in range(count):
@@ -79,6 +82,10 @@ def begin_piece(run: Run) -> None:
 def note_change(run: Run, kind: int, number: int, was: int, now: int, loss: float) -> None:
     """Note that a condition (0) or hold (1) changed its position."""
     output = run.output
+    if run.watches:
+        observe_event(run, kind, number, now, loss)
+    if output.is_short:
+        return
     change, when = output.change[4 * output.changes :], output.change_time[2 * output.changes :]
     change[0], change[1], change[2], change[3] = kind, number, was, now
     when[0], when[1] = run.t, loss

@@ -30,6 +30,8 @@ class Function(Record):
     ----------
     address : int
         Address of its machine code; 0 as long as it is interpreted.
+    wide_address : int
+        Address of that for several lanes; 0 if there is none.
     count : int
         Number of its operations.
     operations : Integers
@@ -39,6 +41,7 @@ class Function(Record):
     """
 
     address: int
+    wide_address: int
     count: int
     operations: Integers
     constants: Numbers
@@ -58,8 +61,11 @@ class Plant(Record):
     levers: int
     followers: int
     speed_uses: int
+    parameters: int
+    prepared: int
 
-    # functions
+    # functions; the first gives what others need of parameters alone, which stands behind these
+    prepare: Function
     rates: Function
     jacobian: Function
     look: Function

@@ -1,8 +1,8 @@
 """Records that a run writes: its progress, its present step, the instant it settles, its output.
 
 Lengths are expressions of the sizes of a plant: ``states``, ``settings``, ``implicit``,
-``parameters``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``, ``levers``,
-``followers``, and ``work``, the numbers that its functions need while they are interpreted.
+``parameters``, ``prepared``, ``margins``, ``conditions``, ``holds``, ``jumps``, ``jump_values``,
+``levers``, ``followers``, and ``work``, the numbers that its functions need while interpreted.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Plant
 from lumped.kernel.rounds import Rounds
+from lumped.kernel.watch import Watch
 
 __all__ = ["InstantSearch", "Look", "Matrix", "Pattern", "Reserve", "Run", "RunOutput", "Samples"]
 
@@ -30,10 +31,11 @@ MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
 
 (GOES_ON, DONE, FULL, UNFIT, NOT_FINITE, GIVEN_UP, TOO_MANY, STORM, NEEDS_MATRIX) = range(9)
-(NO_FIT, NOT_CLOSED, JUMPS, INSIDE) = range(9, 13)
+(NO_FIT, NOT_CLOSED, JUMPS, INSIDE, NO_START) = range(9, 14)
 """Why the loop returns. UNFIT: another state must lead. NEEDS_MATRIX: an implicit step is due and
 has no matrix yet. NO_FIT: no positions fit. NOT_CLOSED: a linkage cannot be closed. JUMPS: a body
-would have to follow a jump. INSIDE: a body starts inside another."""
+would have to follow a jump. INSIDE: a body starts inside another. NO_START: the start must be
+searched for."""
 
 (BEGIN_SEGMENT, OPEN_SEGMENT, RESTART, STEPPING, CROSS, OPEN_CROSSING, LEAVE_SEGMENT) = range(7)
 WAITING = 7
@@ -235,6 +237,9 @@ class RunOutput(Record):
     is_on_grid: int
     has_both_sides: int
 
+    # whether pieces and changes are left out
+    is_short: int
+
 
 class Samples(Record):
     """Points one after the other, with the result of a function at each of them."""
@@ -255,9 +260,16 @@ class Run(Record):
     instant: InstantSearch
     output: RunOutput
     matrix: Matrix
+    watch: Watch
+    watches: int
+
+    # this record and all that it writes in one block, and how that was at first
+    memory: Integers
+    memory_at_first: Integers
+    memory_size: int
 
     # options
-    p: Annotated[Numbers, "parameters"]
+    p: Annotated[Numbers, "parameters + prepared"]
     atol: Annotated[Numbers, "states"]
     rtol: float
     chooses_method: int

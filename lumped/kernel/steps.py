@@ -9,6 +9,7 @@ from lumped.kernel import dop853, rodas5p
 from lumped.kernel.crossing import find_crossing, is_suspected
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
+from lumped.kernel.observe import is_inside_wanted, observe
 from lumped.kernel.output import has_room, record
 from lumped.kernel.run import (
     CROSS,
@@ -19,7 +20,6 @@ from lumped.kernel.run import (
     MOST_LEVERAGE,
     NEEDS_MATRIX,
     NOT_FINITE,
-    RESTART,
     STEPPING,
     TOO_MANY,
     UNFIT,
@@ -27,21 +27,37 @@ from lumped.kernel.run import (
     Run,
 )
 
-__all__ = ["advance", "is_unfit"]
+__all__ = [
+    "HOPELESS",
+    "LONGER",
+    "NEAR_LIMIT",
+    "SAFETY",
+    "SHORTEST",
+    "STIFF_AFTER",
+    "UNTRIED",
+    "advance",
+    "attempt_once",
+    "begin_steps",
+    "end_attempt",
+    "explicit_growth",
+    "is_finite",
+    "is_unfit",
+    "leave_step",
+]
 
-_NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
+NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
 """Step times eigenvalue: above the first, stability may limit the step; DOP853 is unstable from 6.1
 on (Hairer's code), its interpolation a little earlier."""
-_STIFF_AFTER, _LONGER = 4, 3.0
+STIFF_AFTER, LONGER = 4, 3.0
 """Steps near the limit before the trial of an implicit step, which is so many times longer."""
-_FIRST_PATIENCE, _MOST_PATIENCE, _UNTRIED = 8, 256, 500
+_FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
 """Steps from a failed trial to the next, at first and at most; most steps without any trial."""
 
-_HOPELESS = 1e3
+HOPELESS = 1e3
 """Largest error that is used: such a step is shortened as far as one attempt may."""
-_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
-_EXPLICIT_POWER, _IMPLICIT_POWER = 0.125, 0.2
-_SHORTEST = 1e-14
+SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
+_IMPLICIT_POWER = 0.2
+SHORTEST = 1e-14
 """Step, relative to the time, below which a run is given up."""
 
 
@@ -66,6 +82,18 @@ def _norm(run: Run, v: Numbers, less: Numbers) -> float:
         part = (v[i] - less[i]) / (run.atol[i] + run.rtol * abs(run.x[i]))
         total += part * part
     return sqrt(total / n)
+
+
+@kernel
+def begin_steps(run: Run) -> int:
+    """Begin a smooth part, unless it has no length."""
+    if run.t >= run.end:
+        run.phase = LEAVE_SEGMENT
+    elif not _begin(run):
+        return NOT_FINITE
+    else:
+        run.phase = STEPPING
+    return GOES_ON
 
 
 @kernel
@@ -104,13 +132,13 @@ def _begin(run: Run) -> bool:
 
 
 @kernel
-def _is_finite(run: Run) -> bool:
-    n, new = run.plant.states, run.new
+def is_finite(run: Run) -> bool:
+    """Whether states and derivatives at the end of the step are numbers."""
+    n, new, bad = run.plant.states, run.new, 0.0
     f = run.stages[12 * n :]
     for i in range(n):
-        if not (abs(new[i]) < 1e300 and abs(f[i]) < 1e300):
-            return False
-    return True
+        bad += 0.0 if abs(new[i]) < 1e300 and abs(f[i]) < 1e300 else 1.0
+    return bad == 0.0
 
 
 @kernel
@@ -124,7 +152,7 @@ def _tried(run: Run, h: float) -> float:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
         return 100.0
-    return error if error < _HOPELESS else _HOPELESS  # nan too
+    return error if error < HOPELESS else HOPELESS  # nan too
 
 
 @kernel
@@ -133,7 +161,7 @@ def _is_dense_wanted(run: Run) -> bool:
     output = run.output
     if run.plant.states == 0:
         return False
-    if run.plant.margins > 0:
+    if run.plant.margins > 0 or (run.watches and is_inside_wanted(run)):
         return True
     return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
 
@@ -151,7 +179,7 @@ def _dense_error(run: Run, h: float) -> float:
 @kernel
 def _note_stiffness(run: Run) -> None:
     """Count the steps in a row that are near the limit of stability."""
-    run.stiff_steps = run.stiff_steps + 1 if run.stiffness > _NEAR_LIMIT else 0
+    run.stiff_steps = run.stiff_steps + 1 if run.stiffness > NEAR_LIMIT else 0
     run.patience = max(0, run.patience - 1)
     run.untried_steps += 1
 
@@ -162,11 +190,11 @@ def _is_trial_due(run: Run, h: float) -> bool:
 
     At rest, rounding hides the limit of stability, so a trial is due after many steps in any case.
     """
-    if run.is_implicit or not run.chooses_method or run.end - run.t <= _LONGER * h:
+    if run.is_implicit or not run.chooses_method or run.end - run.t <= LONGER * h:
         return False
-    if run.untried_steps >= _UNTRIED:
+    if run.untried_steps >= UNTRIED:
         return True
-    return run.stiff_steps >= _STIFF_AFTER and run.patience == 0
+    return run.stiff_steps >= STIFF_AFTER and run.patience == 0
 
 
 @kernel
@@ -176,9 +204,9 @@ def _is_implicit_longer(run: Run, h: float) -> bool:
     If not, the next trial waits twice as long.
     """
     run.is_implicit = 1
-    run.t_new = run.t + _LONGER * h
-    error = _tried(run, _LONGER * h)
-    pays = error <= _SAFETY ** (1.0 / _IMPLICIT_POWER) and _is_finite(run)
+    run.t_new = run.t + LONGER * h
+    error = _tried(run, LONGER * h)
+    pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)
     run.is_implicit = pays
     run.stiff_steps = run.untried_steps = 0
     if not pays:
@@ -198,15 +226,26 @@ def _move_on(run: Run) -> None:
 
 
 @kernel
+def _bounded(run: Run, growth: float) -> float:
+    most = 1.0 if run.was_rejected else _MOST_GROWTH
+    return min(max(growth, _LEAST_GROWTH), most)
+
+
+@kernel
+def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
+    """The same for a step of order eight."""
+    growth = _bounded(run, SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
+    # beyond the limit of stability the interpolation fails first, and the step is repeated
+    stable = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
+    return stable if is_dense else growth
+
+
+@kernel
 def _growth(run: Run, error: float, is_dense: bool) -> float:
     """Length of the next step over that of this one."""
-    power = _IMPLICIT_POWER if run.is_implicit else _EXPLICIT_POWER
-    growth = _SAFETY * max(error, 1e-12) ** -power
-    growth = min(max(growth, _LEAST_GROWTH), 1.0 if run.was_rejected else _MOST_GROWTH)
-    if is_dense and not run.is_implicit:
-        # beyond the limit of stability the interpolation fails first, and the step is repeated
-        growth = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
-    return growth
+    if run.is_implicit:
+        return _bounded(run, SAFETY * max(error, 1e-12) ** -_IMPLICIT_POWER)
+    return explicit_growth(run, error, is_dense)
 
 
 @kernel
@@ -219,18 +258,18 @@ def _attempt(run: Run) -> int:
             return NEEDS_MATRIX
         if _is_implicit_longer(run, h):
             run.implicit_from = t
-            h *= _LONGER
+            h *= LONGER
     run.t_new = end if h >= end - t else t + h
     error = _tried(run, h)
-    is_dense = error <= 1.0 and _is_finite(run) and _is_dense_wanted(run)
+    is_dense = error <= 1.0 and is_finite(run) and _is_dense_wanted(run)
     if is_dense:
         error = max(error, _dense_error(run, h))
     growth = _growth(run, error, is_dense)
-    if not (error <= 1.0 and _is_finite(run)):
+    if not (error <= 1.0 and is_finite(run)):
         run.rejected += 1
         run.was_rejected = 1
-        run.h = h * min(growth, _SAFETY)
-        return GIVEN_UP if run.h < _SHORTEST * max(abs(t), 1e-6) else GOES_ON
+        run.h = h * min(growth, SAFETY)
+        return GIVEN_UP if run.h < SHORTEST * max(abs(t), 1e-6) else GOES_ON
     run.h = h * growth
     run.was_rejected = 0
     run.steps += 1
@@ -239,13 +278,15 @@ def _attempt(run: Run) -> int:
     if not run.is_implicit:
         _note_stiffness(run)
     run.is_crossed = plant.margins > 0 and is_suspected(run) and find_crossing(run)
-    return _leave_step(run)
+    return leave_step(run)
 
 
 @kernel
-def _leave_step(run: Run) -> int:
+def leave_step(run: Run) -> int:
     """Record the wanted points of an accepted step and move on; why the loop returns."""
     output = run.output
+    if run.watches:
+        observe(run, run.t_cross if run.is_crossed else run.t_new)
     record(run, run.t_cross if run.is_crossed else run.t_new, run.is_crossed != 0)
     run.phase = STEPPING
     if run.waits and output.grid_next >= output.grid_size:
@@ -259,25 +300,30 @@ def _leave_step(run: Run) -> int:
 
 
 @kernel
+def end_attempt(run: Run, status: int) -> int:
+    """Where a run goes on after an attempt that gave a status; why the loop returns."""
+    if status != GOES_ON:
+        return status
+    if run.steps + run.rejected > run.max_steps:
+        return TOO_MANY
+    if run.phase == STEPPING and run.t >= run.end:
+        run.phase = LEAVE_SEGMENT
+    return GOES_ON
+
+
+@kernel
+def attempt_once(run: Run) -> int:
+    """One attempt, and where the run goes on after it; why the loop returns."""
+    if not has_room(run.output) or run.steps + run.rejected >= run.pause:
+        return FULL
+    return end_attempt(run, leave_step(run) if run.phase == WAITING else _attempt(run))
+
+
+@kernel
 def advance(run: Run) -> int:
     """Steps up to the end of the segment or a change of positions; why the loop returns."""
-    if run.phase == RESTART:
-        if run.t >= run.end:
-            run.phase = LEAVE_SEGMENT
-            return GOES_ON
-        if not _begin(run):
-            return NOT_FINITE
-        run.phase = STEPPING
-    output = run.output
-    while run.t < run.end:
-        if not has_room(output) or run.steps + run.rejected >= run.pause:
-            return FULL
-        status = _leave_step(run) if run.phase == WAITING else _attempt(run)
+    while run.phase == STEPPING or run.phase == WAITING:
+        status = attempt_once(run)
         if status != GOES_ON:
             return status
-        if run.steps + run.rejected > run.max_steps:
-            return TOO_MANY
-        if run.phase == CROSS:
-            return GOES_ON
-    run.phase = LEAVE_SEGMENT
     return GOES_ON

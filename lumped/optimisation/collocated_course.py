@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import OptionError
-from lumped.gradients.functionals import Designed
 from lumped.numerics.collocation import fractions, phase
 from lumped.numerics.nlp import Programme
 from lumped.optimisation.discretisation import Discretisation, measured
 from lumped.orbits.guesses import drifting, needs_time
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.points.start import start_slopes
+from lumped.simulation.functionals import Designed
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.result import OperatingPoint, Trajectory
 

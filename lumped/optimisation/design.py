@@ -9,8 +9,8 @@ import numpy as np
 
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.gradients.functionals import Designed, Frequency, Functional, Modal
 from lumped.numerics.nlp import Solution
+from lumped.simulation.functionals import Designed, Frequency, Functional, Modal
 from lumped.support.text_table import number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory

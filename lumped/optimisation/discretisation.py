@@ -10,9 +10,9 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.functionals import Designed, Final, Integral, Peak, Swing
 from lumped.numerics.nlp import Programme
 from lumped.orbits.smooth_curves import curves, extreme, integral
+from lumped.simulation.functionals import Designed, Final, Integral, Peak, Swing
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import Trajectory
 

@@ -11,12 +11,12 @@ import numpy as np
 from lumped import ops
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
-from lumped.gradients.functionals import Designed
 from lumped.language.expression import Expr
 from lumped.numerics.collocation import DEGREE, POINTS, fractions, lagrange, phase
 from lumped.numerics.nlp import Programme, Solution
 from lumped.optimisation.design import Bounds, bounds_of
 from lumped.optimisation.discretisation import Discretisation, number_of, term
+from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds

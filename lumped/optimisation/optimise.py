@@ -11,7 +11,6 @@ import scipy
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
-from lumped.gradients.functionals import Designed, Functional, Modal
 from lumped.numerics.nlp import Programme, Rows, Solution
 from lumped.optimisation.collocated_course import (
     Repeating,
@@ -37,6 +36,7 @@ from lumped.optimisation.discretisation import (
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.orbits.orbit import PeriodicOrbit
+from lumped.simulation.functionals import Designed, Functional, Modal
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory

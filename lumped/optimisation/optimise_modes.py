@@ -9,12 +9,12 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name
 from lumped.errors import OptimisationError, OptionError
-from lumped.gradients.functionals import Clearance, Damping, Frequency, Modal
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.points.equilibrium import equilibrium
 from lumped.points.moved_equilibrium import moved_point
 from lumped.points.start import start_point
+from lumped.simulation.functionals import Clearance, Damping, Frequency, Modal
 from lumped.timeloop.result import Kept, OperatingPoint
 from lumped.vibration.eigen_sensitivity import EigenSensitivity, eigen_sensitivity
 from lumped.vibration.modes import Modes, modes

@@ -9,11 +9,11 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
-from lumped.gradients.functionals import Functional
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
 from lumped.points.start import start_point
+from lumped.simulation.functionals import Functional
 
 __all__ = ["RunKey", "best_runs"]
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from lumped.compiler.system import Name
 from lumped.errors import OptimisationError, OptionError
-from lumped.gradients.functionals import Designed
 from lumped.optimisation.collocated_course import repeating
 from lumped.optimisation.design import Bounds, Optimum
 from lumped.optimisation.optimise import DesignProblem
+from lumped.simulation.functionals import Designed
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.text_table import number, table

@@ -1,10 +1,9 @@
+from lumped.simulation import functionals as functionals
 from lumped.simulation.certify import Certificate as Certificate
 from lumped.simulation.inverse import inverse as inverse
 from lumped.simulation.simulate import simulate as simulate
 from lumped.simulation.sizing import Sizing as Sizing
 from lumped.simulation.sizing import sizing as sizing
-from lumped.simulation.sweep import Sweep as Sweep
-from lumped.simulation.sweep import sweep as sweep
 from lumped.simulation.work_precision import WorkPrecision as WorkPrecision
 from lumped.simulation.work_precision import WorkRow as WorkRow
 from lumped.simulation.work_precision import work_precision as work_precision

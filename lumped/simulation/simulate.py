@@ -25,7 +25,7 @@ from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
 
-__all__ = ["simulate"]
+__all__ = ["check_options", "simulate"]
 
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
@@ -141,7 +141,7 @@ def simulate(
     if begin is None:
         begin = start.time if isinstance(start, OperatingPoint) else 0.0
     begin = in_seconds(begin, "begin")
-    _check(begin, until, rtol, atol, method, max_steps)
+    check_options(begin, until, rtol, atol, method, max_steps)
     times = output_times(grid, until, begin)
     if isinstance(start, OperatingPoint):
         if not start.system.is_chart_of(system) or parameters or tuple(free):
@@ -211,9 +211,15 @@ def _interrupted(run: Simulation) -> Interrupted:
     )
 
 
-def _check(
+def check_options(
     begin: float, until: float, rtol: float, atol: float | None, method: str, max_steps: int
 ) -> None:
+    """Refuse options of a run that make no sense.
+
+    Raises
+    ------
+    OptionError
+    """
     if not until > begin:
         what = "a positive, finite time" if begin == 0 else f"after the begin, {begin:g} s"
         what += " (that of the start point, unless begin= says another)" * (begin != 0)

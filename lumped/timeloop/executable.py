@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.code.functions import compiled_functions, known_functions
 from lumped.code.operations import Operations, operations_of
+from lumped.code.prepared import prepared
 from lumped.code.records import Record
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
@@ -29,6 +30,7 @@ __all__ = [
     "evaluated",
     "executable",
     "parts_of",
+    "remember",
     "smooth_executable",
     "span",
 ]
@@ -86,7 +88,7 @@ class Executable:
         sizes: dict[str, int],
         plant: Plant,
     ) -> None:
-        self.sizes, self.plant, self._jacobian = sizes, plant, jacobian
+        self.plant, self._jacobian = plant, jacobian
         self._operations: dict[str, Operations] = {}
         self._kept: list[object] = []  # what a run of another thread may still call
         self._interpreted, self._is_compiled = 0, False
@@ -96,11 +98,14 @@ class Executable:
         for name, field in Plant.fields.items():
             if field.kind is Function:
                 setattr(plant, name, none)
-        self._add(functions)
+        whole = {name: operations_of(f) for name, f in functions.items()}
+        found, parts = prepared(whole, sizes["parameters"])
+        self.sizes = {**sizes, "prepared": parts.results}
+        plant.parameters, plant.prepared = sizes["parameters"], parts.results
+        self._add({**found, "prepare": parts} if parts.results else found)
 
-    def _add(self, functions: dict[str, ca.Function]) -> None:
+    def _add(self, found: dict[str, Operations]) -> None:
         """Take functions, in machine code if that was made before."""
-        found = {name: operations_of(f, full=name != "jacobian") for name, f in functions.items()}
         code = known_functions(found)
         for name, operations in found.items():
             made = Function(
@@ -130,6 +135,16 @@ class Executable:
                 getattr(self.plant, name).address = address
         self._is_compiled = True
 
+    def compile_lanes(self, count: int) -> None:
+        """Make machine code of what explicit steps need, for several lanes side by side."""
+        names = [n for n in ("rates", "margin", "margin_rate", "leverage") if n in self._operations]
+        if self.plant.rates.wide_address:
+            return
+        code = compiled_functions({name: self._operations[name] for name in names}, count)
+        self._kept.append(code)
+        for name in names:
+            getattr(self.plant, name).wide_address = code.addresses[name]
+
     def account(self, run: Run) -> None:
         """Note what a run interpreted since it was asked last; compile when that is worth it."""
         if not run.interpreted:
@@ -157,14 +172,19 @@ class Executable:
         else:
             work = max(operations.work for operations in self._operations.values())
             sizes = {**self.sizes, "work": work}
-            run = Run(sizes, plant=self.plant, instant=_instant(sizes))
+            run = _run(sizes, self.plant)
             run.yielding = -1.0
             span(run, 1.0)
-            for record in _records(run):
-                record.remember()
+            remember(run)
         run.t = t
-        run.p[:], run.x[:], run.m[:] = theta, x, settings
+        self._place(run, theta, x, settings)
         return run
+
+    def _place(self, run: Run, theta: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+        """Set parameters, what is computed from them alone, states and settings."""
+        run.p[: len(theta)], run.x[:], run.m[:] = theta, x, settings
+        if self.plant.prepared:
+            engine.call("prepared", run)
 
     def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
         """Room for output, that of a run that is over if it has the sizes."""
@@ -176,6 +196,7 @@ class Executable:
         if room.x.size <= _KEPT_ROOM:
             self._own.room = room
         held = (run.matrix, run.work) if run.has_matrix else None
+        run.memory[:] = run.memory_at_first
         for record in _records(run):
             record.begin_again()
         if held is not None:
@@ -189,7 +210,7 @@ class Executable:
             return
         if self._pattern is None:
             function = self._jacobian()
-            self._add({"jacobian": function})
+            self._add({"jacobian": operations_of(function, full=False)})
             rows, columns = (np.array(v) for v in function.sparsity_out(0).get_triplet())
             pattern = pattern_of(rows.astype(int), columns.astype(int), self.plant.states)
             self._pattern = pattern
@@ -214,7 +235,7 @@ class Executable:
         run: Run | None = getattr(self._own, "run", None)
         if run is None:
             run = self._own.run = self.new_run(theta, t, x, settings)
-        run.p[:], run.x[:], run.m[:] = theta, x, settings
+        self._place(run, theta, x, settings)
         run.t, run.yielding = t, -1.0
         return run
 
@@ -229,8 +250,25 @@ def span(run: Run, size: float) -> None:
     run.longest = np.inf
 
 
-def _instant(sizes: dict[str, int]) -> InstantSearch:
-    return InstantSearch(sizes, **{name: kind(sizes) for name, kind in _PARTS.items()})
+def remember(run: Run) -> None:
+    """Note the present state of a run as the first one."""
+    for record in _records(run):
+        record.remember()
+    run.memory_at_first[:] = run.memory
+
+
+def _run(sizes: dict[str, int], plant: Plant) -> Run:
+    """A run; what it writes stands in one block of memory."""
+    kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
+    words = [kind.words(sizes) for kind in kinds]
+    block = np.zeros(sum(words), dtype=np.int64)
+    own, search, *parts = np.split(block, np.cumsum(words)[:-1])
+    places = zip(_PARTS.items(), parts, strict=True)
+    held = {name: kind(sizes, memory) for (name, kind), memory in places}
+    instant = InstantSearch(sizes, search, **held)
+    run = Run(sizes, own, plant=plant, instant=instant)
+    run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
+    return run
 
 
 def _records(run: Run) -> list[Record]:

@@ -189,17 +189,25 @@ class Instants:
     modes: np.ndarray
 
 
-def instants(system: System, theta: np.ndarray, begin: float, end: float) -> Instants:
+def instants(
+    system: System,
+    theta: np.ndarray,
+    begin: float,
+    end: float,
+    without: frozenset[int] = frozenset(),
+) -> Instants:
     """All instants between two times at which functions of time change their piece.
+
+    Clocks whose numbers are in `without` never change, and their modes are zero.
 
     Raises
     ------
     SolverError
         If they follow each other without end.
     """
-    key = theta.tobytes(), begin, end
+    key = theta.tobytes(), begin, end, without
     return _latest_instants(system).of(
-        key, lambda: _InstantSearch(system, theta, begin, end).found()
+        key, lambda: _InstantSearch(system, theta, begin, end, without).found()
     )
 
 
@@ -221,8 +229,16 @@ class _Course:
 
 
 class _InstantSearch:
-    def __init__(self, system: System, theta: np.ndarray, begin: float, end: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        theta: np.ndarray,
+        begin: float,
+        end: float,
+        without: frozenset[int],
+    ) -> None:
         self.system, self.theta, self.begin, self.end = system, theta, begin, end
+        self.without = without
         self.clocks = clocks(system)
 
     def found(self) -> Instants:
@@ -230,6 +246,9 @@ class _InstantSearch:
         courses: list[_Course] = []
         plain = self._plain()
         for k, clock in enumerate(self.clocks):
+            if k in self.without:
+                courses.append(_Course(np.zeros(0), np.zeros(1, dtype=int)))
+                continue
             needs = [courses[i] for i in clock.needs]
             courses.append(plain[k] if k in plain else self._course(clock, needs))
         times = np.unique(np.concatenate([np.zeros(0), *(c.times for c in courses)]))

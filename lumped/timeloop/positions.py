@@ -104,7 +104,7 @@ def _inside(system: System, run: Run) -> str:
 
 def no_fit(system: System, run: Run) -> LumpedError:
     """What was tried last where no modes fit."""
-    s, at, theta = system.switching, run.instant, np.asarray(run.p).copy()
+    s, at, theta = system.switching, run.instant, np.asarray(run.p)[: run.plant.parameters].copy()
     holds = Holds(system, theta)
     settings = at.m.copy()
     count = len(settings) - len(system.structure.implicit)

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import casadi as ca
+
 from lumped.compiler.system import System
 from lumped.errors import OptionError
 
@@ -14,6 +16,7 @@ __all__ = [
     "AtEvent",
     "Between",
     "Clearance",
+    "Count",
     "Damping",
     "Designed",
     "Final",
@@ -25,6 +28,8 @@ __all__ = [
     "Modal",
     "Peak",
     "Swing",
+    "factors",
+    "product",
 ]
 
 Between = tuple[float, float]
@@ -150,6 +155,27 @@ class Instant:
 
 
 @dataclass(frozen=True)
+class Count:
+    """How often an event happens.
+
+    Attributes
+    ----------
+    component, after : str
+        As in `Event`; an empty `after` means any.
+    """
+
+    component: str
+    after: str
+
+    def __str__(self) -> str:
+        return f"count({_event(self.component, self.after, None)})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return "1"
+
+
+@dataclass(frozen=True)
 class At:
     """Sum of a product of quantities over given instants.
 
@@ -271,6 +297,17 @@ class Clearance:
 
     def __str__(self) -> str:
         return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
+
+
+def factors(system: System, functional: Integral) -> tuple[str, ...]:
+    """Factors of what is integrated."""
+    names = tuple(system.key(name) for name in functional.names)
+    return names * (2 if functional.kind == "rms" else 1)
+
+
+def product(system: System, names: tuple[str, ...]) -> ca.SX:
+    """Product of quantities, as an expression."""
+    return ca.SX(math.prod(ca.vertsplit(system.expressions(names))))
 
 
 Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact

@@ -8,11 +8,14 @@ from typing import Literal
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.gradients.functional_kinds import (
+from lumped.language.connection import label
+from lumped.language.expression import Ref
+from lumped.simulation.functional_kinds import (
     At,
     AtEvent,
     Between,
     Clearance,
+    Count,
     Damping,
     Designed,
     Final,
@@ -25,14 +28,13 @@ from lumped.gradients.functional_kinds import (
     Peak,
     Swing,
 )
-from lumped.language.connection import label
-from lumped.language.expression import Ref
 from lumped.support.arguments import checked
 
 __all__ = [
     "At",
     "AtEvent",
     "Clearance",
+    "Count",
     "Damping",
     "Designed",
     "Final",
@@ -47,6 +49,7 @@ __all__ = [
     "at",
     "at_event",
     "clearance",
+    "count",
     "damping",
     "final",
     "frequency",
@@ -228,6 +231,25 @@ def instant(component: str, after: str = "", *, number: int = 0) -> Instant:
         To be given to an analysis.
     """
     return Instant(component, after, number)
+
+
+@checked
+def count(component: str, after: str = "") -> Count:
+    """How often something happens in a component (see `Trajectory.events`).
+
+    For `ensemble` only: a number that jumps has no derivative.
+
+    Parameters
+    ----------
+    component, after : str
+        As in `Event`: the component, and its mode after the event in words (any if empty).
+
+    Returns
+    -------
+    Count
+        To be given to an analysis.
+    """
+    return Count(component, after)
 
 
 @checked

@@ -12,9 +12,9 @@ import pytest
 
 import lumped as lp
 from lumped.components import Clutch, ElastoBacklash, Fixed, Inertia, Torque
+from lumped.ensembles.sweep import Job
 from lumped.errors import OptionError, ParameterError, UnitError
 from lumped.ops import table, where
-from lumped.simulation.sweep import Job
 from lumped.timeloop.fingerprint import fingerprint
 
 

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import inspect
-import itertools
 import os
 import pickle
 import time as clock
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from lumped.compiler.system import Name, System
+from lumped.compiler.system import System
+from lumped.ensembles.ensemble import ensemble
+from lumped.ensembles.outcome import Ensemble
+from lumped.ensembles.sweep_file import SweepFile, heading
+from lumped.ensembles.variants import Over, variants_of
+from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError, OptionError, nearest, shown
 from lumped.numerics.process_pool import outcomes
 from lumped.simulation.simulate import simulate
-from lumped.simulation.sweep_file import SweepFile, heading
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.progress import Progress
-from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.executable import executable
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Sweep", "sweep"]
+__all__ = ["sweep"]
 
 _MANY = 20
 """Runs from which machine code of the system pays."""
@@ -37,87 +38,18 @@ Measure = Callable[[Trajectory], float]
 Point = dict[str, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
-    """Results of many runs; ``found[label]`` gives one of them for all points.
-
-    Attributes
-    ----------
-    names : tuple of str
-        What was varied.
-    points : ndarray, shape (n, len(names))
-        Its values in each run.
-    labels : tuple of str
-        What was taken from each run.
-    values : ndarray, shape (n, len(labels))
-        Results; nan where a run failed.
-    failures : dict of int to str
-        Why runs failed, or which results are not numbers, by the number of the point.
-    shape : tuple of int
-        That of the grid over which was swept, such as ``found["peak"].reshape(found.shape)``.
-    workers : int
-        Processes that worked.
-    seconds, busy : float
-        Wall time, and the time that the processes spent in runs.
-    """
-
-    names: tuple[str, ...]
-    points: NDArray[np.float64]
-    labels: tuple[str, ...]
-    values: NDArray[np.float64]
-    failures: dict[int, str]
-    shape: tuple[int, ...]
-    workers: int
-    seconds: float
-    busy: float
-
-    def __getitem__(self, label: str) -> NDArray[np.float64]:
-        if label in self.labels:
-            return self.values[:, self.labels.index(label)]
-        if label in self.names:
-            return self.points[:, self.names.index(label)]
-        known = ", ".join((*self.names, *self.labels))
-        raise OptionError(f"sweep: there is no '{label}', only {known}.")
-
-    def to_pandas(self) -> Any:
-        """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
-
-        Raises
-        ------
-        OptionError
-            If pandas is not installed.
-        """
-        pandas = extra("pandas", "data", "to_pandas")
-        columns = {name: self[name] for name in (*self.names, *self.labels)}
-        reasons = [self.failures.get(i, "") for i in range(len(self.points))]
-        return pandas.DataFrame(columns | {"failure": reasons})
-
-    def __repr__(self) -> str:
-        head = (
-            f"{len(self.points)} runs, {len(self.failures)} failed; {self.seconds:.3g} s on "
-            f"{self.workers} processes, {self.busy:.3g} s of work"
-        )
-        rows = []
-        for label in self.labels:
-            good = self[label][np.isfinite(self[label])]
-            low, high = (good.min(), good.max()) if len(good) else (np.nan, np.nan)
-            rows.append((label, number(low), number(high)))
-        reasons = [f"point {i}: {reason}" for i, reason in list(self.failures.items())[:3]]
-        return "\n".join([head, table(("result", "least", "greatest"), rows), *reasons])
-
-
 @checked
 def sweep(
     system: System,
     *,
-    over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]],
+    over: Over,
     until: float | str,
-    of: Mapping[str, Measure],
+    of: Mapping[str, Measure | Collected],
     workers: int | None = None,
     store: str | Path | None = None,
     client: Any = None,
     **options: Any,
-) -> Sweep:
+) -> Ensemble:
     """Run a system for many values of its parameters, on all cores.
 
     Results do not depend on the number of processes. A run that fails, or whose process dies, is
@@ -128,13 +60,14 @@ def sweep(
     ----------
     system : System
         From `assemble`.
-    over : mapping or iterable of mappings
+    over : mapping, iterable of mappings, or what `paired` gives
         Values for each parameter, which make a grid (the last varies fastest); or parameters of
         each run. Numbers in SI units, or texts such as ``"2 deg"``.
     until : float or str
         End of each run, s.
-    of : mapping of str to callable
-        What to take from each run: functions of a `Trajectory` that give a number.
+    of : mapping of str to callable or functional
+        What to take from each run: functions of a `Trajectory` that give a number; functionals
+        are left to `ensemble`, which is much faster.
     workers : int, optional
         Processes; default is one for each core.
     store : str or Path, optional
@@ -148,7 +81,7 @@ def sweep(
 
     Returns
     -------
-    Sweep
+    Ensemble
 
     Raises
     ------
@@ -161,8 +94,16 @@ def sweep(
     ParameterError
         If a value is no number.
     """
-    points, shape = _points(system, over)
+    functionals = {label: f for label, f in of.items() if isinstance(f, Collected)}
+    measures = {label: f for label, f in of.items() if not isinstance(f, Collected)}
+    if functionals:
+        together = {"over": over, "until": until, "workers": workers, "client": client}
+        return _with_functionals(system, functionals, of, together | options, store)
     _check_options(options)
+    fixed = options.get("parameters")
+    varied = variants_of(system, over, parameters=fixed, analysis="sweep")
+    names = varied.names
+    points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if not of:
         raise OptionError('sweep: name what to take from each run, of={"peak": function}.')
     if workers is not None and workers < 1:
@@ -174,7 +115,7 @@ def sweep(
     until = in_seconds(until, "until")
     head = {} if store is None else heading(system, until, of, options)
     done = SweepFile(store, head)
-    job = Job(system, until, dict(of), options)
+    job = Job(system, until, measures, options)
     if len(points) >= _MANY:
         executable(system).compile()
     begin, busy = clock.perf_counter(), 0.0
@@ -191,7 +132,6 @@ def sweep(
                 progress.at(len(found))
     finally:
         done.close()
-    names = tuple(points[0])
     values = np.full((len(points), len(of)), np.nan)
     failures = {}
     for i in range(len(points)):
@@ -203,9 +143,46 @@ def sweep(
         missing = [label for label, v in zip(of, outcome, strict=True) if np.isnan(v)]
         if missing:
             failures[i] = f"{', '.join(missing)}: not a number"
-    table_ = np.array([[point[name] for name in names] for point in points])
     wall = clock.perf_counter() - begin
-    return Sweep(names, table_, tuple(of), values, failures, shape, count, wall, busy)
+    return Ensemble(
+        names, varied.values, tuple(of), values, failures, varied.shape, count, wall, busy
+    )
+
+
+def _with_functionals(
+    system: System,
+    functionals: Mapping[str, Collected],
+    of: Mapping[str, Measure | Collected],
+    options: dict[str, Any],
+    store: str | Path | None,
+) -> Ensemble:
+    """The ensemble of functionals, with the results of functions if there are any."""
+    known = inspect.signature(ensemble).parameters
+    unknown = [name for name in options if name not in known]
+    if unknown:
+        raise OptionError(f"sweep: no option '{unknown[0]}' for functionals.")
+    measures = {label: f for label, f in of.items() if label not in functionals}
+    if not measures:
+        return ensemble(system, of=functionals, store=store, **options)
+    if store is not None:
+        raise OptionError(
+            "sweep: a file holds results of functions or of functionals; sweep for the functions "
+            "and call lumped.ensemble for the functionals."
+        )
+    first = ensemble(system, of=functionals, **options)
+    second = sweep(system, of=measures, **options)
+    faults = [first.failures, second.failures]
+    failures = {
+        i: "; ".join(f[i] for f in faults if i in f) for i in sorted({*faults[0], *faults[1]})
+    }
+    return replace(
+        first,
+        labels=tuple(of),
+        values=np.column_stack([(first if k in functionals else second)[k] for k in of]),
+        failures=failures,
+        seconds=first.seconds + second.seconds,
+        busy=first.busy + second.busy,
+    )
 
 
 class Job:
@@ -268,31 +245,3 @@ def _check_options(options: Mapping[str, Any]) -> None:
 
 def _restored(payload: bytes) -> Job:
     return Job(*pickle.loads(payload))
-
-
-def _points(
-    system: System, over: Mapping[Name, ArrayLike] | Iterable[Mapping[Name, float]]
-) -> tuple[list[Point], tuple[int, ...]]:
-    """Parameters of each run by their full names, and the shape of the grid."""
-    if isinstance(over, Mapping):
-        axes = [_numbers(system, name, values) for name, values in over.items()]
-        shape: tuple[int, ...] = tuple(len(axis) for axis in axes)
-        names = [system.key(name) for name in over]
-        rows = [dict(zip(names, row, strict=True)) for row in itertools.product(*axes)]
-    else:
-        rows = [{system.key(n): _numbers(system, n, v)[0] for n, v in p.items()} for p in over]
-        shape = (len(rows),)
-    if not rows or not rows[0]:
-        raise OptionError("sweep: there is nothing to vary; give values of at least one parameter.")
-    if any(row.keys() != rows[0].keys() for row in rows):
-        raise OptionError("sweep: each point must name the same parameters.")
-    system.places(rows[0])
-    return rows, shape
-
-
-def _numbers(system: System, name: Name, values: object) -> list[float]:
-    """Values of a parameter, with units or without; their range is checked by each run."""
-    p, (place,) = system.structure.parameters, system.places([name])
-    number = p.free[place]
-    given = np.ravel(np.asarray(values, dtype=object)) if not isinstance(values, str) else [values]
-    return [p.number(number, value) for value in given]

@@ -1,0 +1,175 @@
+"""Parts of functions that depend on parameters only, computed once for a run.
+
+Operations keep their order and rounding, so a function gives the same bits with its parts prepared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+
+from lumped.code.operations import (
+    PARAMETER,
+    RESULT,
+    SETTING,
+    STATE,
+    TIME,
+    TWO,
+    Operations,
+)
+
+__all__ = ["prepared"]
+
+_VARYING = (STATE, TIME, SETTING)
+_READ = (PARAMETER, ca.OP_CONST)
+Row = tuple[int, int, int, int]
+
+
+def prepared(
+    functions: Mapping[str, Operations], parameters: int
+) -> tuple[dict[str, Operations], Operations]:
+    """Functions that find parts of them behind the parameters, and the function of these parts.
+
+    Parameters
+    ----------
+    functions : dict of str to Operations
+    parameters : int
+        Number of parameters.
+    """
+    common = _Parts(parameters)
+    found = {name: common.without(function) for name, function in functions.items()}
+    return found, common.operations
+
+
+class _Parts:
+    """Operations on parameters, each value in a place of its own."""
+
+    def __init__(self, parameters: int) -> None:
+        self._parameters = parameters
+        self._rows: list[Row] = []
+        self._known: dict[Row, int] = {}
+        self._constants: list[float] = []
+        self._slots: dict[int, int] = {}
+
+    def _value(self, row: Row) -> int:
+        """Place of a value; the same operation on the same values is done once."""
+        op, _, a, b = row
+        key = (op, 0, a, b)
+        if key not in self._known:
+            self._known[key] = len(self._rows)
+            self._rows.append((op, len(self._rows), a, b))
+        return self._known[key]
+
+    def _constant(self, value: float) -> int:
+        # by bits, as zeros of both signs are equal
+        bits = np.float64(value).view(np.int64).item()
+        key = (ca.OP_CONST, 1, bits, 0)
+        if key not in self._known:
+            self._known[key] = self._value((ca.OP_CONST, 0, len(self._constants), 0))
+            self._constants.append(value)
+        return self._known[key]
+
+    def without(self, function: Operations) -> Operations:
+        """A function that reads what depends on parameters only."""
+        held: dict[int, int] = {}
+        missing: set[int] = set()
+        rows: list[Row] = []
+
+        def need(place: int) -> None:
+            if place in missing:
+                slot = self._slots.setdefault(held[place], len(self._slots))
+                rows.append((PARAMETER, place, self._parameters + slot, 0))
+                missing.discard(place)
+
+        for op, out, a, b in function.table.tolist():
+            if op == RESULT:
+                need(a)
+                rows.append((op, out, a, b))
+                continue
+            read = () if op in (*_READ, *_VARYING) else (a, b) if op in TWO else (a,)
+            if op in _READ:
+                constant = op == ca.OP_CONST
+                value = (
+                    self._constant(function.constants[a])
+                    if constant
+                    else self._value((op, 0, a, 0))
+                )
+                rows.append((op, out, a, b))
+                held[out] = value
+                missing.discard(out)
+            elif read and all(place in held for place in read):
+                first, last = held[read[0]], held[read[-1]]
+                held[out] = self._value((op, 0, first, last))
+                missing.add(out)
+            else:
+                for place in read:
+                    need(place)
+                rows.append((op, out, a, b))
+                held.pop(out, None)
+                missing.discard(out)
+        return _used(rows, function)
+
+    @property
+    def operations(self) -> Operations:
+        """The function of parameters that gives all parts."""
+        rows: list[Row] = [*self._rows]
+        rows += [(RESULT, slot, value, 0) for value, slot in self._slots.items()]
+        whole = Operations(
+            np.array(rows, dtype=np.int64).reshape(-1, 4),
+            np.array(self._constants),
+            max(len(self._rows), 1),
+            len(self._slots),
+        )
+        return _packed(_used(rows, whole))
+
+
+def _packed(function: Operations) -> Operations:
+    """The same with values in places of others that nobody reads any more."""
+    last: dict[int, int] = {}
+    rows = function.table.tolist()
+    for k, (op, out, a, b) in enumerate(rows):
+        if op not in (*_READ, *_VARYING):
+            last[a] = k
+            if op in TWO:
+                last[b] = k
+        if op != RESULT:
+            last.setdefault(out, k)
+    place: dict[int, int] = {}
+    free: list[int] = []
+    count = 0
+    for k, row in enumerate(rows):
+        op, out, a, b = row
+        read = () if op in (*_READ, *_VARYING) else (a, b) if op in TWO else (a,)
+        if read:
+            row[2], row[3] = place[a], place[read[-1]] if op != RESULT else b
+        for value in set(read):
+            if last[value] == k:
+                free.append(place.pop(value))
+        if op != RESULT:
+            if not free:
+                free.append(count)
+                count += 1
+            place[out] = row[1] = free.pop()
+    table = np.array(rows, dtype=np.int64).reshape(-1, 4)
+    return Operations(table, function.constants, max(count, 1), function.results)
+
+
+def _used(rows: list[Row], function: Operations) -> Operations:
+    """The same without operations whose results nobody reads."""
+    live: set[int] = set()
+    kept: list[Row] = []
+    for row in reversed(rows):
+        op, out, a, b = row
+        if op == RESULT:
+            live.add(a)
+        elif out in live:
+            live.discard(out)
+            if op not in (*_READ, *_VARYING):
+                live.update((a, b) if op in TWO else (a,))
+        else:
+            continue
+        kept.append(row)
+    table = np.array(kept[::-1], dtype=np.int64).reshape(-1, 4)
+    return Operations(table, function.constants, function.work, function.results)

@@ -1,0 +1,13 @@
+from lumped.ensembles import distributions as distributions
+from lumped.ensembles.distributions import correlated as correlated
+from lumped.ensembles.distributions import lognormal as lognormal
+from lumped.ensembles.distributions import normal as normal
+from lumped.ensembles.distributions import paired as paired
+from lumped.ensembles.distributions import scaled as scaled
+from lumped.ensembles.distributions import triangular as triangular
+from lumped.ensembles.distributions import truncated as truncated
+from lumped.ensembles.distributions import uniform as uniform
+from lumped.ensembles.ensemble import ensemble as ensemble
+from lumped.ensembles.outcome import Ensemble as Ensemble
+from lumped.ensembles.sweep import sweep as sweep
+from lumped.simulation import functionals as functionals

@@ -1,0 +1,213 @@
+"""Many runs of one system in the time loop, on all cores."""
+
+from __future__ import annotations
+
+import os
+import time as clock
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.ensemble_file import EnsembleFile, heading
+from lumped.ensembles.native_runs import NativeRuns, RunOptions
+from lumped.ensembles.outcome import Ensemble
+from lumped.ensembles.spread import DIED, in_threads, on_cluster
+from lumped.ensembles.variants import Over, Sampling, variants_of
+from lumped.ensembles.watched import Collected
+from lumped.errors import OptionError, SolverError, shown
+from lumped.kernel.run import DONE, FULL
+from lumped.simulation.simulate import check_options
+from lumped.support.arguments import checked
+from lumped.support.progress import Progress
+from lumped.support.units import in_seconds
+
+__all__ = ["ensemble"]
+
+_TOLD = 20
+"""Failed runs that are made again, each alone, to say why."""
+_WORDS = {
+    FULL: "interrupted before it was run",
+    DIED: "the process of a worker died in this run, or in one of its chunk, again and again",
+}
+
+
+@checked
+def ensemble(
+    system: System,
+    *,
+    over: Over,
+    until: float | str,
+    of: Mapping[str, Collected] | Iterable[Collected],
+    runs: int | None = None,
+    seed: int = 0,
+    sampling: Sampling = "random",
+    parameters: Changes | None = None,
+    begin: float | str = 0.0,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    method: Literal["steps", "explicit", "implicit"] = "steps",
+    max_steps: int = 1_000_000,
+    workers: int | None = None,
+    store: str | Path | None = None,
+    client: Any = None,
+) -> Ensemble:
+    """Run a system for many values of its parameters, in machine code and on all cores.
+
+    Functionals are collected in the time loop while it runs; nothing else is kept. Each run is the
+    one that `simulate` makes with ``method="steps"``, whatever the number of threads.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    over : mapping, iterable of mappings, or what `paired` and `correlated` give
+        What varies: sequences of values, which make a grid; distributions, from which runs are
+        drawn; or the parameters of each run (see `variants_of`).
+    until : float or str
+        End of each run, s.
+    of : mapping of str to functional, or iterable of functionals
+        What to take from each run (see `lumped.functionals`).
+    runs : int, optional
+        Number of runs that are drawn.
+    seed : int
+        Of the numbers that are drawn; the same seed gives the same runs.
+    sampling : {"random", "latin", "sobol", "halton"}
+        How they are drawn.
+    parameters : mapping of name to float, optional
+        Parameters to change in all runs.
+    begin : float or str
+        Begin of each run, s.
+    start : mapping of name to float, optional
+        Start values to set or change.
+    rtol, atol, method, max_steps
+        As for `simulate`.
+    workers : int, optional
+        Threads; default is one for each core.
+    store : str or Path, optional
+        File in which results are written as they come. If it exists, what it holds is not run
+        again. It belongs to a model, its parameters, what varies, options and functionals.
+    client : dask.distributed.Client, optional
+        Run on its cluster instead; the results are the same to the last bit.
+
+    Returns
+    -------
+    Ensemble
+
+    Raises
+    ------
+    OptionError
+        If there is nothing to vary or to take, an option makes no sense, or `store` belongs to
+        another ensemble or is damaged.
+    UnknownNameError
+        If a parameter or quantity does not exist.
+    SolverError
+        If no run comes to its end; it says why.
+    """
+    until, begin = in_seconds(until, "until"), in_seconds(begin, "begin")
+    check_options(begin, until, rtol, atol, method, max_steps)
+    if workers is not None and workers < 1:
+        raise OptionError(f"ensemble: workers = {workers}: at least one thread is needed.")
+    if client is not None and not hasattr(client, "scatter"):
+        raise OptionError(
+            f"ensemble: client = {shown(client)}: a client from dask.distributed is needed."
+        )
+    wanted = _labelled(of)
+    varied = variants_of(
+        system, over, runs=runs, seed=seed, sampling=sampling, parameters=parameters
+    )
+    options = RunOptions(until, begin, start, rtol, atol, method, max_steps)
+    made = NativeRuns(system, varied.names, _fixed(system, parameters), wanted, options)
+    head = {} if store is None else heading(system, varied, parameters, wanted, options)
+    file = EnsembleFile(store, head)
+    count = workers or os.cpu_count() or 1
+    begun, busy = clock.perf_counter(), 0.0
+    values = np.full((len(varied.values), len(wanted)), np.nan)
+    status = np.full(len(values), FULL, dtype=np.int64)
+    for first, batch in file.known:
+        last = first + len(batch.values)
+        values[first:last], status[first:last] = batch.values, batch.status
+    waiting = np.flatnonzero(status == FULL)
+    points = varied.values[waiting]
+    work = in_threads(made, points, count) if client is None else on_cluster(made, points, client)
+    try:
+        with Progress(f"{system.name}: runs", len(values)) as progress:
+            done = len(values) - len(waiting)
+            for first, batch, spent in work:
+                which = waiting[first : first + len(batch.values)]
+                values[which], status[which] = batch.values, batch.status
+                file.add(which, batch)
+                busy += spent
+                done += len(which)
+                progress.at(done)
+    finally:
+        file.close()
+    failures = _failures(made, varied.values, values, status)
+    wall = clock.perf_counter() - begun
+    return Ensemble(
+        varied.names,
+        varied.values,
+        tuple(wanted),
+        values,
+        failures,
+        varied.shape,
+        count,
+        wall,
+        busy,
+    )
+
+
+def _fixed(system: System, parameters: Changes | None) -> np.ndarray:
+    """All parameters as they are unless varied; the runs are checked one by one."""
+    theta, p = system.structure.parameters.defaults.copy(), system.structure.parameters
+    for place, value in zip(
+        system.places(parameters or {}), (parameters or {}).values(), strict=True
+    ):
+        theta[place] = p.number(p.free[place], value)
+    return theta
+
+
+def _labelled(of: Mapping[str, Collected] | Iterable[Collected]) -> dict[str, Collected]:
+    """Functionals by their labels."""
+    wanted = dict(of) if isinstance(of, Mapping) else {str(f): f for f in of}
+    if not wanted:
+        raise OptionError(
+            "ensemble: name what to take from each run, such as "
+            "of=[lumped.functionals.peak('shaft.tau')]."
+        )
+    return wanted
+
+
+def _failures(
+    made: NativeRuns, points: np.ndarray, values: np.ndarray, status: np.ndarray
+) -> dict[int, str]:
+    """Why runs failed, or which results are not numbers.
+
+    Raises
+    ------
+    SolverError
+        If no run came to its end.
+    """
+    found: dict[int, str] = {}
+    told: dict[int, tuple[int, str]] = {}
+    for i in np.flatnonzero(status != DONE).tolist():
+        why = int(status[i])
+        if why in _WORDS:
+            found[i] = _WORDS[why]
+        elif len(found) < _TOLD or why not in told:
+            found[i] = made.fault(points[i], why)
+            told.setdefault(why, (i, found[i]))
+        else:
+            first, text = told[why]
+            found[i] = f"as run {first}: {text}"
+    if told and len(found) == len(status):
+        first, text = next(iter(told.values()))
+        raise SolverError(f"ensemble: all {len(status)} runs fail. Run {first}: {text}", None)
+    labels = tuple(made.watched.of)
+    for i in np.flatnonzero((status == DONE) & np.isnan(values).any(axis=1)).tolist():
+        missing = [label for label, v in zip(labels, values[i], strict=True) if np.isnan(v)]
+        found[i] = "; ".join(made.watched.missing(label) for label in missing)
+    return found

@@ -1,0 +1,81 @@
+"""Results of an ensemble in a file, chunk by chunk."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.ensembles.line_file import LineFile
+from lumped.ensembles.native_runs import Batch, RunOptions
+from lumped.ensembles.variants import Variants
+from lumped.ensembles.watched import Collected
+from lumped.kernel.run import FULL
+from lumped.timeloop.fingerprint import fingerprint
+
+__all__ = ["EnsembleFile", "heading"]
+
+
+def heading(
+    system: System,
+    variants: Variants,
+    parameters: object,
+    of: Mapping[str, Collected],
+    options: RunOptions,
+) -> dict[str, Any]:
+    """All on which the results of an ensemble depend, for the first line of its file."""
+    values = np.ascontiguousarray(variants.values)
+    told = {name: str(value) for name, value in vars(options).items() if name != "until"}
+    return {
+        "lumped": "ensemble",
+        "model": fingerprint(system),
+        "parameters": system.parameters,
+        "until": options.until,
+        "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
+        "of": {label: str(functional) for label, functional in of.items()},
+        "options": {**told, "parameters": str(parameters)},
+    }
+
+
+class EnsembleFile(LineFile):
+    """Results in a file, one line for each chunk of runs (see `LineFile`).
+
+    Attributes
+    ----------
+    known : list of (int, Batch)
+        Results that were found: first run, and those from it on.
+    """
+
+    def __init__(self, path: str | Path | None, head: dict[str, Any]) -> None:
+        self.known: list[tuple[int, Batch]] = []
+        super().__init__(path, head)
+
+    def add(self, which: np.ndarray, batch: Batch) -> None:
+        """Keep results of some runs, ascending, at once; without those that were interrupted."""
+        done = np.flatnonzero(batch.status != FULL)
+        for part in np.split(done, np.flatnonzero(np.diff(which[done]) != 1) + 1):
+            if self._file is not None and len(part):
+                values, status = batch.values[part], batch.status[part]
+                self.write(
+                    {
+                        "first": int(which[part[0]]),
+                        "values": _packed(values.astype("<f8")),
+                        "status": _packed(status.astype("<i8")),
+                    }
+                )
+
+    def read(self, entry: Any) -> None:
+        """Take over a chunk that was written before."""
+        status = np.frombuffer(base64.b64decode(entry["status"]), "<i8").astype(np.int64)
+        values = np.frombuffer(base64.b64decode(entry["values"]), "<f8").astype(float)
+        batch = Batch(values.reshape(len(status), len(self._head["of"])), status)
+        self.known.append((int(entry["first"]), batch))
+
+
+def _packed(numbers: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

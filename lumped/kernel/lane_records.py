@@ -1,0 +1,119 @@
+"""Records of runs side by side in lanes: what the steps of a run read and write, for all at once.
+
+Fields have the names of those of `Run` and `Watch`, so the formulas of a step serve both.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers, Wide, Wides
+from lumped.kernel.plant import Function, Plant
+
+__all__ = ["IDLE", "STEPPING", "WAITING", "LaneWatch", "Lanes"]
+
+_STAGES = "lanes * 16 * states"
+(WAITING, STEPPING, IDLE) = range(3)
+"""Where a lane stands: its run must go on alone; it makes steps; no variant is left for it."""
+
+
+class LaneWatch(Record):
+    """What functionals take from runs in lanes (see `Watch`)."""
+
+    x: Annotated[Wides, "lanes * states"]
+    integrands: int
+    integrand: Function
+    value: Annotated[Wides, "lanes * max(integrands, extremes)"]
+    begin: Annotated[Numbers, "integrands + extremes"]
+    end: Annotated[Numbers, "integrands + extremes"]
+    sums: Annotated[Wides, "lanes * integrands"]
+    extremes: int
+    extreme: Function
+    sign: Annotated[Integers, "extremes"]
+    samples: Annotated[Wides, "lanes * 5 * extremes"]
+    best: Annotated[Wides, "lanes * extremes"]
+
+
+class Lanes(Record):
+    """Runs of one system side by side, each with its own step.
+
+    Attributes
+    ----------
+    count : int
+        Number of lanes.
+    slot : Integers
+        Address of the `Variants` of each lane.
+    state, entry : Integers
+        Where each stands, and the entry by which its run goes on if it waits.
+    waiting : int
+        The lane that Python must act for.
+    until_steps_of, attempt_of, crossing_of, look_of, end_of : int
+        Addresses of these entries.
+    looks_inside : int
+        Whether values inside all steps are needed.
+    next_look : Wide
+        The next instant at which a value is wanted, s.
+    is_fresh : Wide
+        Whether the margins at the begin of the step are not known from the step before.
+    """
+
+    plant: Plant
+    watch: LaneWatch
+    count: int
+    slot: Annotated[Integers, "lanes"]
+    state: Annotated[Integers, "lanes"]
+    entry: Annotated[Integers, "lanes"]
+    waiting: int
+    is_stopped: int
+    until_steps_of: int
+    attempt_of: int
+    crossing_of: int
+    look_of: int
+    end_of: int
+
+    parameters: int
+    looks_inside: int
+    chooses_method: int
+    max_steps: float
+    rtol: float
+    longest: float
+    atol: Annotated[Numbers, "states"]
+
+    p: Annotated[Wides, "lanes * (parameters + prepared)"]
+    m: Annotated[Wides, "lanes * settings"]
+    t: Annotated[Wide, "lanes"]
+    t_new: Annotated[Wide, "lanes"]
+    end: Annotated[Wide, "lanes"]
+    h: Annotated[Wide, "lanes"]
+    next_look: Annotated[Wide, "lanes"]
+    was_rejected: Annotated[Wide, "lanes"]
+    stiff_steps: Annotated[Wide, "lanes"]
+    patience: Annotated[Wide, "lanes"]
+    untried_steps: Annotated[Wide, "lanes"]
+    steps: Annotated[Wide, "lanes"]
+    rejected: Annotated[Wide, "lanes"]
+    is_on: Annotated[Wide, "lanes"]
+    is_fresh: Annotated[Wide, "lanes"]
+    mark: Annotated[Wide, "lanes"]
+    look_mark: Annotated[Wide, "lanes"]
+
+    evaluations: int
+    x: Annotated[Wides, "lanes * states"]
+    new: Annotated[Wides, "lanes * states"]
+    stages: Annotated[Wides, _STAGES]
+    argument: Annotated[Wides, "lanes * states"]
+    dense: Annotated[Wides, "lanes * 7 * states"]
+    stiffness: Annotated[Wide, "lanes"]
+    error_6: Annotated[Wide, "lanes"]
+    error_5: Annotated[Wide, "lanes"]
+    error_3: Annotated[Wide, "lanes"]
+    steepness: Annotated[Wide, "lanes"]
+    way: Annotated[Wide, "lanes"]
+
+    margin: Annotated[Wides, "lanes * margins", "lanes * 2 * margins"]
+    tolerance: Annotated[Wides, "lanes * margins"]
+    samples: Annotated[Wides, "lanes * 5 * margins"]
+    slopes: Annotated[Wides, "lanes * 2 * margins"]
+    inner: Annotated[Wides, "lanes * states"]
+    ratio: Annotated[Wides, "lanes * levers"]

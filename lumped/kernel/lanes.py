@@ -1,0 +1,437 @@
+"""Explicit steps of several runs side by side in the registers of the processor.
+
+Each lane has its own time and step, and takes the next variant when its own is done. All formulas
+are those of a single run, with the same rounding, so each variant gives the bits of its single run.
+What is rare is done by a run alone: starts, changes of position, the search for an instant or an
+extreme, trials of implicit steps.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from lumped.code.words import (
+    Numbers,
+    Wide,
+    Wides,
+    any_lane,
+    call_wide,
+    enter,
+    flat,
+    kernel,
+    record_at,
+)
+from lumped.kernel import dop853
+from lumped.kernel.crossing import inside, may_dip
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
+from lumped.kernel.observe import (
+    bound,
+    highest_sample,
+    integrate,
+    is_first_with_its_part,
+    rough_bound,
+    sample_extremes,
+)
+from lumped.kernel.plant import Function
+from lumped.kernel.run import (
+    DONE,
+    FULL,
+    GIVEN_UP,
+    GOES_ON,
+    LEAVE_SEGMENT,
+    MOST_LEVERAGE,
+    TOO_MANY,
+    UNFIT,
+    Run,
+)
+from lumped.kernel.steps import (
+    HOPELESS,
+    LONGER,
+    NEAR_LIMIT,
+    SAFETY,
+    SHORTEST,
+    STIFF_AFTER,
+    UNTRIED,
+    explicit_growth,
+    is_finite,
+)
+from lumped.kernel.variants import Variants
+from lumped.kernel.watch import Watch
+
+__all__ = ["COUNTERPARTS", "ENTRIES"]
+
+if TYPE_CHECKING:
+    Lanes: TypeAlias = Any  # formulas of a `Run` take it too
+else:
+    from lumped.kernel.lane_records import Lanes
+
+_NEVER = 1e300
+
+
+@kernel
+def evaluate_wide(
+    function: Function, lanes: Lanes, x: Wides, t: Wide, m: Wides, out: Wides
+) -> None:
+    """Write the results of a function at a point of each lane."""
+    call_wide(function.wide_address, x, lanes.p, t, m, out)
+
+
+# -- between a lane and its run ----------------------------------------------------------------
+
+
+@kernel
+def _copy_in(wide: Numbers, count: int, lanes: int, lane: int, given: Numbers) -> None:
+    for i in range(count):
+        wide[i * lanes + lane] = given[i]
+
+
+@kernel
+def _copy_out(wide: Numbers, count: int, lanes: int, lane: int, out: Numbers) -> None:
+    for i in range(count):
+        out[i] = wide[i * lanes + lane]
+
+
+@kernel
+def _load_sums(lanes: Lanes, run: Run, k: int) -> None:
+    """What functionals have taken from a run so far."""
+    own, watch, count = lanes.watch, run.watch, lanes.count
+    _copy_in(flat(own.sums), own.integrands, count, k, watch.sums)
+    _copy_in(flat(own.best), own.extremes, count, k, watch.best)
+    has_more = watch.next_time < watch.times
+    flat(lanes.next_look)[k] = watch.time[watch.next_time] if has_more else _NEVER
+
+
+@kernel
+def _load(lanes: Lanes, k: int) -> None:
+    """Take over a run that is due for a step."""
+    variants = record_at(Variants, lanes.slot[k])
+    run, plant, count = variants.run, lanes.plant, lanes.count
+    n = plant.states
+    _copy_in(flat(lanes.p), lanes.parameters, count, k, run.p)
+    _copy_in(flat(lanes.m), plant.settings, count, k, run.m)
+    _copy_in(flat(lanes.x), n, count, k, run.x)
+    _copy_in(flat(lanes.stages), n, count, k, run.stages)
+    flat(lanes.t)[k] = run.t
+    flat(lanes.end)[k] = run.end
+    flat(lanes.h)[k] = run.h
+    flat(lanes.was_rejected)[k] = float(run.was_rejected)
+    flat(lanes.stiff_steps)[k] = float(run.stiff_steps)
+    flat(lanes.patience)[k] = float(run.patience)
+    flat(lanes.untried_steps)[k] = float(run.untried_steps)
+    flat(lanes.steps)[k] = float(run.steps)
+    flat(lanes.rejected)[k] = float(run.rejected)
+    flat(lanes.is_on)[k] = 1.0
+    flat(lanes.is_fresh)[k] = 1.0
+    _load_sums(lanes, run, k)
+    lanes.state[k] = STEPPING
+
+
+@kernel
+def _unload(lanes: Lanes, k: int) -> Variants:
+    """Give a run back, where it stands between two steps."""
+    variants = record_at(Variants, lanes.slot[k])
+    run, count, n = variants.run, lanes.count, lanes.plant.states
+    own = lanes.watch
+    _copy_out(flat(lanes.x), n, count, k, run.x)
+    _copy_out(flat(lanes.stages), n, count, k, run.stages)
+    run.t, run.h = flat(lanes.t)[k], flat(lanes.h)[k]
+    run.was_rejected = int(flat(lanes.was_rejected)[k])
+    run.stiff_steps = int(flat(lanes.stiff_steps)[k])
+    run.patience = int(flat(lanes.patience)[k])
+    run.untried_steps = int(flat(lanes.untried_steps)[k])
+    run.steps, run.rejected = int(flat(lanes.steps)[k]), int(flat(lanes.rejected)[k])
+    _copy_out(flat(own.sums), own.integrands, count, k, run.watch.sums)
+    _copy_out(flat(own.best), own.extremes, count, k, run.watch.best)
+    flat(lanes.is_on)[k] = 0.0
+    lanes.state[k] = WAITING
+    return variants
+
+
+@kernel
+def _unload_step(lanes: Lanes, k: int) -> Variants:
+    """Give a run back in the middle of an accepted step."""
+    variants = _unload(lanes, k)
+    run, count, n = variants.run, lanes.count, lanes.plant.states
+    _copy_out(flat(lanes.new), n, count, k, run.new)
+    _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
+    _copy_out(flat(lanes.stages)[12 * n * count :], n, count, k, run.stages[12 * n :])
+    run.t_new = flat(lanes.t_new)[k]
+    return variants
+
+
+@kernel
+def _hand_over(lanes: Lanes, k: int, by: int) -> Variants:
+    """Let a run go on alone, by an entry of the time loop."""
+    lanes.entry[k] = by
+    return _unload(lanes, k)
+
+
+@kernel
+def _fill(lanes: Lanes) -> int:
+    """Let runs go on alone that wait for it.
+
+    Gives GOES_ON if lanes make steps, DONE if no variant is left, or why Python must act.
+    """
+    found = DONE
+    for k in range(lanes.count):
+        if lanes.state[k] == WAITING:
+            by = lanes.entry[k]
+            lanes.entry[k] = lanes.until_steps_of
+            status = enter(by, record_at(Variants, lanes.slot[k]))
+            if status == GOES_ON:
+                _load(lanes, k)
+            elif status == DONE:
+                lanes.state[k] = IDLE
+            else:
+                lanes.waiting = k
+                return status
+        if lanes.state[k] == STEPPING:
+            found = GOES_ON
+    return found
+
+
+# -- one attempt of all lanes ------------------------------------------------------------------
+
+
+@kernel
+def _try_implicit(lanes: Lanes, h: Wide) -> bool:
+    """Let runs go on alone for which a trial of an implicit step is due; whether there are any."""
+    is_due = lanes.untried_steps >= UNTRIED or (
+        lanes.stiff_steps >= STIFF_AFTER and lanes.patience == 0.0
+    )
+    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
+    if not any_lane(is_due):
+        return False
+    lanes.mark = 1.0 if is_due else 0.0
+    for k in range(lanes.count):
+        if flat(lanes.mark)[k] > 0.5:
+            _hand_over(lanes, k, lanes.attempt_of)
+    return True
+
+
+@kernel
+def _sample_margins(lanes: Lanes) -> None:
+    """Margins with their tolerances at five points of the step, and their slopes at its ends."""
+    plant, samples, slopes = lanes.plant, lanes.samples, lanes.slopes
+    n = plant.margins
+    if any_lane(lanes.is_fresh * lanes.is_on > 0.5):
+        evaluate_wide(plant.margin, lanes, lanes.x, lanes.t, lanes.m, lanes.margin)
+        evaluate_wide(plant.margin_rate, lanes, lanes.x, lanes.t, lanes.m, slopes)
+        for i in range(n):
+            samples[i] = lanes.margin[i] + lanes.tolerance[i]
+    else:
+        for i in range(n):
+            samples[i] = samples[4 * n + i]
+            slopes[i] = slopes[n + i]
+    for j in range(1, 4):
+        part = 0.25 * j
+        dop853.interpolate(lanes, part, lanes.inner)
+        t = lanes.t + part * (lanes.t_new - lanes.t)
+        evaluate_wide(plant.margin, lanes, lanes.inner, t, lanes.m, lanes.margin)
+        for i in range(n):
+            samples[j * n + i] = lanes.margin[i] + lanes.tolerance[i]
+    evaluate_wide(plant.margin, lanes, lanes.new, lanes.t_new, lanes.m, lanes.margin)
+    for i in range(n):
+        samples[4 * n + i] = lanes.margin[i] + lanes.tolerance[i]
+    evaluate_wide(plant.margin_rate, lanes, lanes.new, lanes.t_new, lanes.m, slopes[n:])
+
+
+@kernel
+def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
+    """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
+    n, samples = lanes.plant.margins, lanes.samples
+    _sample_margins(lanes)
+    mark = accepted * 0.0
+    for i in range(n):
+        for j in range(1, 5):
+            mark = 1.0 if samples[j * n + i] < 0.0 else mark
+        mark = 1.0 if may_dip(lanes, i, lanes.t_new - lanes.t) else mark
+    mark = mark if accepted > 0.5 else 0.0
+    lanes.mark = mark
+    for k in range(lanes.count if any_lane(mark > 0.5) else 0):
+        if flat(lanes.mark)[k] > 0.5:
+            _unload_step(lanes, k)
+            lanes.entry[k] = lanes.crossing_of
+    return accepted if mark < 0.5 else 0.0
+
+
+@kernel
+def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
+    """Mark lanes in which an extreme may rise, of those with the same part of the run."""
+    watch = lanes.watch
+    n = watch.integrands
+    for k in range(first, watch.extremes):
+        is_same = watch.begin[n + k] == watch.begin[n + first]
+        is_same = is_same and watch.end[n + k] == watch.end[n + first]
+        if is_same and watch.sign[k] * sign >= 0.0:
+            best = watch.best[k]
+            may_rise = is_on > 0.5 and rough_bound(lanes, k, sign) > best
+            if any_lane(may_rise):
+                rises = highest_sample(lanes, k, sign) > best or bound(lanes, k, sign) > best
+                lanes.look_mark = 1.0 if may_rise and rises else lanes.look_mark
+
+
+@kernel
+def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
+    """Mark lanes in which an extreme may rise."""
+    watch, n = lanes.watch, lanes.watch.integrands
+    for k in range(n, n + watch.extremes):
+        if is_first_with_its_part(watch.begin, watch.end, n, k):
+            begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
+            is_inside = 1.0 if is_on > 0.5 and end >= begin else 0.0
+            if any_lane(is_inside > 0.5):
+                sample_extremes(lanes, begin, end)
+                _note_rises(lanes, k - n, 1.0, is_inside)
+                _note_rises(lanes, k - n, -1.0, is_inside)
+
+
+@kernel
+def _look_alone(lanes: Lanes) -> None:
+    """Let runs take themselves what functionals need from the step."""
+    for k in range(lanes.count):
+        if flat(lanes.look_mark)[k] > 0.5:
+            variants = _unload_step(lanes, k)
+            enter(lanes.look_of, variants)
+            _load_sums(lanes, variants.run, k)
+            flat(lanes.is_on)[k] = 1.0
+            lanes.state[k] = STEPPING
+
+
+@kernel
+def _observe(lanes: Lanes, is_on: Wide) -> None:
+    """Take what functionals need from the step."""
+    watch = lanes.watch
+    lanes.look_mark = 1.0 if is_on > 0.5 and lanes.next_look < lanes.t_new else 0.0
+    _note_extremes(lanes, is_on)
+    alone = lanes.look_mark
+    for k in range(watch.integrands):
+        if is_first_with_its_part(watch.begin, watch.end, 0, k):
+            begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
+            end = end if is_on > 0.5 and alone < 0.5 else begin
+            integrate(lanes, k, begin, end)
+    if any_lane(alone > 0.5):
+        _look_alone(lanes)
+
+
+@kernel
+def _move_on(lanes: Lanes, accepted: Wide) -> None:
+    """The end of accepted steps becomes the begin of the next."""
+    n, x, k = lanes.plant.states, lanes.x, lanes.stages
+    is_accepted = accepted > 0.5
+    for i in range(n):
+        x[i] = lanes.new[i] if is_accepted else x[i]
+        k[i] = k[12 * n + i] if is_accepted else k[i]
+    lanes.t = lanes.t_new if is_accepted else lanes.t
+    lanes.is_fresh = 0.0 if is_accepted else lanes.is_fresh
+
+
+@kernel
+def _end_unfit(lanes: Lanes, accepted: Wide) -> None:
+    """End runs in which a dependent motion is much faster than the state that leads it."""
+    ratio, mark = lanes.ratio, accepted * 0.0
+    evaluate_wide(lanes.plant.leverage, lanes, lanes.x, lanes.t, lanes.m, ratio)
+    for i in range(lanes.plant.levers):
+        mark = mark if abs(ratio[i]) <= MOST_LEVERAGE else 1.0
+    lanes.mark = mark * accepted
+    if any_lane(lanes.mark > 0.5):
+        for k in range(lanes.count):
+            if flat(lanes.mark)[k] > 0.5:
+                variants = _hand_over(lanes, k, lanes.end_of)
+                variants.why = UNFIT
+
+
+@kernel
+def _leave(lanes: Lanes) -> None:
+    """Let runs go on alone that are at the end of a segment, or given up."""
+    is_short = lanes.h < SHORTEST * max(abs(lanes.t), 1e-6) and lanes.was_rejected > 0.5
+    are_many = lanes.steps + lanes.rejected > lanes.max_steps
+    mark = 1.0 if lanes.t >= lanes.end else 0.0
+    mark = 2.0 if are_many else mark
+    lanes.mark = 3.0 if is_short else mark
+    if not any_lane(lanes.mark * lanes.is_on > 0.5):
+        return
+    for k in range(lanes.count):
+        if lanes.state[k] == STEPPING:
+            found = flat(lanes.mark)[k]
+            if found > 1.5:
+                variants = _hand_over(lanes, k, lanes.end_of)
+                variants.why = GIVEN_UP if found > 2.5 else TOO_MANY
+            elif found > 0.5:
+                variants = _hand_over(lanes, k, lanes.until_steps_of)
+                variants.run.phase = LEAVE_SEGMENT
+
+
+@kernel
+def _error(lanes: Lanes, h: Wide) -> Wide:
+    """Error of a step, relative to the tolerance; notes where values inside it are known."""
+    error = dop853.step(lanes, h)
+    error = error if error < HOPELESS else HOPELESS
+    is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
+    if not lanes.looks_inside:
+        is_dense = is_dense and lanes.next_look < lanes.t_new
+    lanes.mark = 1.0 if is_dense else 0.0
+    if any_lane(is_dense):
+        dop853.dense_output(lanes, h)
+        dense = dop853.dense_error(lanes, h)
+        error = max(error, dense) if is_dense else error
+    return error
+
+
+@kernel
+def _note_attempt(lanes: Lanes, h: Wide, error: Wide) -> Wide:
+    """Next steps, and what was accepted: 1 or 0."""
+    growth = explicit_growth(lanes, error, lanes.mark > 0.5)
+    is_accepted = error <= 1.0 and is_finite(lanes)
+    accepted = 1.0 if is_accepted and lanes.is_on > 0.5 else lanes.t * 0.0
+    lanes.h = h * growth if is_accepted else h * min(growth, SAFETY)
+    lanes.was_rejected = 0.0 if is_accepted else 1.0
+    lanes.steps = lanes.steps + accepted
+    lanes.rejected = lanes.rejected + (1.0 - accepted)
+    stiff = lanes.stiff_steps + 1.0 if lanes.stiffness > NEAR_LIMIT else 0.0
+    lanes.stiff_steps = stiff if is_accepted else lanes.stiff_steps
+    lanes.patience = max(0.0, lanes.patience - 1.0) if is_accepted else lanes.patience
+    lanes.untried_steps = lanes.untried_steps + accepted
+    return accepted
+
+
+@kernel
+def _attempt(lanes: Lanes) -> None:
+    """One attempt of all lanes."""
+    t, end = lanes.t, lanes.end
+    h = min(min(lanes.h, lanes.longest), end - t)
+    if lanes.chooses_method and _try_implicit(lanes, h):
+        return
+    lanes.t_new = end if h >= end - t else t + h
+    accepted = _note_attempt(lanes, h, _error(lanes, h))
+    if any_lane(accepted > 0.5):
+        if lanes.plant.margins > 0:
+            accepted = _without_suspects(lanes, accepted)
+        _observe(lanes, accepted)
+        _move_on(lanes, accepted)
+        if lanes.plant.levers > 0:
+            _end_unfit(lanes, accepted)
+    _leave(lanes)
+
+
+@kernel
+def lanes(lanes: Lanes) -> int:
+    """Run variants in lanes until all are done or Python must act (see `lumped.kernel.run`)."""
+    while not lanes.is_stopped:
+        status = _fill(lanes)
+        if status != GOES_ON:
+            return status
+        _attempt(lanes)
+    return FULL
+
+
+ENTRIES: dict[str, Any] = {"lanes": lanes}
+"""Kernels that Python calls."""
+
+COUNTERPARTS: dict[Any, Any] = {
+    Run: Lanes,
+    Watch: LaneWatch,
+    evaluate: evaluate_wide,
+    inside: dop853.interpolate.widened,  # type: ignore[attr-defined]
+}
+"""What stands for records and kernels of a single run."""

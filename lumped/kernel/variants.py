@@ -1,0 +1,323 @@
+"""Variants of a run, one after the other, without Python between them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers, kernel
+from lumped.kernel.clocks import Clocks, place_instants, set_clocks
+from lumped.kernel.crossing import find_crossing
+from lumped.kernel.interpret import evaluate, prepare
+from lumped.kernel.loop import position_of, until_steps
+from lumped.kernel.observe import begin_watch, end_watch, observe, observe_event
+from lumped.kernel.plant import Function
+from lumped.kernel.positions import begin
+from lumped.kernel.run import (
+    BEGIN_SEGMENT,
+    DONE,
+    FULL,
+    GOES_ON,
+    NEEDS_MATRIX,
+    NO_START,
+    Run,
+)
+from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.steps import advance, attempt_once, end_attempt, leave_step
+
+__all__ = [
+    "Queue",
+    "Variants",
+    "attempt_of",
+    "crossing_of",
+    "end_of",
+    "look_of",
+    "until_steps_of",
+    "variants",
+]
+
+_LARGEST = 1e100
+"""Size of start values beyond which their powers are not finite."""
+
+
+class Queue(Record):
+    """The variant that is next, and the end of all."""
+
+    next: int
+    end: int
+
+
+class Variants(Record):
+    """Variants of a run, and what is taken from each.
+
+    Attributes
+    ----------
+    clocks : Clocks
+        Functions of time whose instants differ between variants.
+    queue : Queue
+        Which variant is next; lanes that work side by side have the same.
+    number, is_begun : int
+        The present variant, and whether it is under way.
+    why : int
+        How it ends, if it does.
+    columns, place, values : int, Integers, Numbers
+        How many parameters vary, which, and their values in each variant.
+    nominal : Numbers
+        All parameters.
+    start : Function
+        Gives states, start values that must hold, and how far the worst is missed, from values of
+        start values.
+    starts, start_values, found_start : int, Numbers, Numbers
+        Number of these, their values, and room for what `start` gives.
+    tolerated : float
+        By how much a start value may be missed.
+    first_settings : Numbers
+        Settings of functions of time at the start.
+    begins : int
+        Whether positions at the start are found.
+    x_known, m_known : Numbers
+        States and settings at the start where `knows_start` is set.
+    first_time : float
+        Begin of the runs, s.
+    width, found : int, Numbers
+        What is taken from each run.
+    status, reached, steps, rejected : Integers, Numbers, Integers, Integers
+        How each ended, when, s, and its numbers of steps.
+    """
+
+    run: Run
+    clocks: Clocks
+    queue: Queue
+    number: int
+    is_begun: int
+    why: int
+    columns: int
+    place: Integers
+    values: Numbers
+    parameters: int
+    nominal: Numbers
+    start: Function
+    starts: int
+    start_values: Numbers
+    found_start: Numbers
+    start_count: int
+    tolerated: float
+    first_settings: Numbers
+    begins: int
+    knows_start: int
+    x_known: Annotated[Numbers, "states"]
+    m_known: Annotated[Numbers, "settings"]
+    x_first: Annotated[Numbers, "states"]
+    m_first: Annotated[Numbers, "settings"]
+    first_time: float
+    width: int
+    found: Numbers
+    status: Integers
+    reached: Numbers
+    steps: Integers
+    rejected: Integers
+
+
+@kernel
+def _renew(run: Run) -> None:
+    """Bring a run and all that it writes to what they were at first."""
+    now, first = run.memory, run.memory_at_first
+    for i in range(run.memory_size):
+        now[i] = first[i]
+
+
+@kernel
+def _place(variants: Variants) -> None:
+    """Set the parameters of the variant, and where it begins."""
+    run = variants.run
+    _renew(run)
+    for i in range(variants.parameters):
+        run.p[i] = variants.nominal[i]
+    row = variants.values[variants.number * variants.columns :]
+    for i in range(variants.columns):
+        run.p[variants.place[i]] = row[i]
+    prepare(run)
+    run.t = variants.first_time
+    for i in range(run.plant.states):
+        run.x[i] = variants.x_first[i]
+    for i in range(run.plant.settings):
+        run.m[i] = variants.m_first[i]
+
+
+@kernel
+def _find_states(variants: Variants) -> bool:
+    """States from start values; false if they must be searched for."""
+    run, n = variants.run, variants.run.plant.states
+    found = variants.found_start
+    evaluate(variants.start, run, variants.start_values, run.t, run.m, found)
+    for i in range(variants.start_count):
+        size = abs(found[i])
+        if not size <= _LARGEST:
+            return False
+        if i >= n and i + 1 < variants.start_count and size > 0.0 and size * _LARGEST < 1.0:
+            return False
+    for i in range(n):
+        variants.x_first[i] = found[i]
+    return found[variants.start_count - 1] <= variants.tolerated
+
+
+@kernel
+def _note_collisions(run: Run) -> None:
+    """What collides at the start is an event."""
+    instant = run.instant
+    for h in range(run.plant.holds):
+        if instant.is_struck[h] and abs(instant.speed_at_begin[h]) > instant.rest_speed[h]:
+            observe_event(run, 1, h, position_of(run.plant, instant.m, h), instant.loss[h])
+
+
+@kernel
+def _begin_variant(variants: Variants) -> int:
+    """States and positions at the start of the variant that is due."""
+    run, plant = variants.run, variants.run.plant
+    if variants.knows_start:
+        for i in range(plant.states):
+            variants.x_first[i] = variants.x_known[i]
+        for i in range(plant.settings):
+            variants.m_first[i] = variants.m_known[i]
+        _place(variants)
+    else:
+        for i in range(plant.settings):
+            variants.m_first[i] = variants.first_settings[i]
+        _place(variants)
+        set_clocks(variants.clocks, run, variants.m_first)
+        for i in range(plant.settings):
+            run.m[i] = variants.m_first[i]
+        if not _find_states(variants):
+            return NO_START
+        if variants.begins:
+            _place(variants)
+            if begin(run) != GOES_ON:
+                return NO_START
+            for i in range(plant.states):
+                variants.x_first[i] = run.instant.x[i]
+            for i in range(plant.settings):
+                variants.m_first[i] = run.instant.m[i]
+            begin_watch(run)
+            _note_collisions(run)
+            _place(variants)
+        else:
+            begin_watch(run)
+            for i in range(plant.states):
+                run.x[i] = variants.x_first[i]
+    if variants.knows_start:
+        begin_watch(run)
+    place_instants(variants.clocks, run)
+    run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
+    run.sampled_to = math.inf
+    watch_redundancy(run)
+    return GOES_ON
+
+
+@kernel
+def _end_variant(variants: Variants, status: int) -> None:
+    """Note how the variant ended, and what its functionals are."""
+    run, k = variants.run, variants.number
+    watch = run.watch
+    variants.is_begun = 0
+    variants.status[k] = status
+    variants.reached[k] = run.t
+    variants.steps[k], variants.rejected[k] = run.steps, run.rejected
+    if status != DONE:
+        return
+    end_watch(run)
+    out = variants.found[k * variants.width :]
+    n = 0
+    for i in range(watch.integrands):
+        out[n] = watch.sums[i]
+        n += 1
+    for i in range(watch.extremes):
+        out[n] = watch.best[i]
+        n += 1
+    for i in range(watch.points):
+        out[n] = watch.totals[i]
+        n += 1
+    for i in range(watch.finals):
+        out[n] = watch.last[i]
+        n += 1
+    for i in range(watch.wanted_events):
+        number, count = watch.event_number[i], watch.happened[i]
+        if number < 0 and count + number >= 0:
+            watch.taken[i] = watch.ring[watch.latest[i] + (count + number) % (0 - number)]
+        out[n], out[n + 1] = watch.taken[i], float(count)
+        n += 2
+
+
+@kernel
+def until_steps_of(variants: Variants) -> int:
+    """Go on until explicit steps of a variant are due; gives GOES_ON then.
+
+    Gives DONE if no variant is left, or why Python must act (see `lumped.kernel.run`).
+    """
+    run, queue = variants.run, variants.queue
+    while True:
+        status = GOES_ON
+        if not variants.is_begun:
+            if queue.next >= queue.end:
+                return DONE
+            variants.number = queue.next
+            queue.next += 1
+            status = _begin_variant(variants)
+            variants.is_begun = 1
+        if status == GOES_ON:
+            status = until_steps(run)
+            if status == GOES_ON:
+                if not run.is_implicit:
+                    return GOES_ON
+                status = advance(run)
+                if status == GOES_ON:
+                    continue
+        if status == FULL or status == NEEDS_MATRIX:
+            return status
+        _end_variant(variants, status)
+
+
+@kernel
+def after_attempt(variants: Variants, status: int) -> int:
+    """Go on after an attempt that gave a status; as `until_steps_of`."""
+    if status == FULL or status == NEEDS_MATRIX:
+        return status
+    if status != GOES_ON:
+        _end_variant(variants, status)
+    return until_steps_of(variants)
+
+
+@kernel
+def variants(variants: Variants) -> int:
+    """Run variants until all are done or Python must act (see `lumped.kernel.run`)."""
+    status = until_steps_of(variants)
+    while status == GOES_ON:
+        status = after_attempt(variants, advance(variants.run))
+    return status
+
+
+@kernel
+def attempt_of(variants: Variants) -> int:
+    """Make one attempt of a variant, and go on until its next step; as `until_steps_of`."""
+    return after_attempt(variants, attempt_once(variants.run))
+
+
+@kernel
+def crossing_of(variants: Variants) -> int:
+    """End a step in which margins may fire, and go on; as `until_steps_of`."""
+    run = variants.run
+    run.is_crossed = find_crossing(run)
+    return after_attempt(variants, end_attempt(run, leave_step(run)))
+
+
+@kernel
+def look_of(variants: Variants) -> int:
+    """Take what functionals need from the present step."""
+    observe(variants.run, variants.run.t_new)
+    return GOES_ON
+
+
+@kernel
+def end_of(variants: Variants) -> int:
+    """End a variant in the way that is noted, and go on; as `until_steps_of`."""
+    return after_attempt(variants, variants.why)

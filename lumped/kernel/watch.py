@@ -1,0 +1,108 @@
+"""What functionals take from a run while it goes on: the record.
+
+Integrals, extremes, values at given instants and events are collected step by step, so that no
+point of the run need be kept. Lengths are expressions of ``integrands``, ``extremes``, ``points``,
+``finals``, ``wanted_events``, ``event_points`` and ``states``.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers
+from lumped.kernel.plant import Function
+
+__all__ = ["ALL", "ANY", "COUNT", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
+
+COUNT, INSTANT, LOSS, VALUE = range(4)
+"""What is taken from an event: that it happened, when, the energy lost, a value beside it."""
+
+TIMED = 2
+"""Kind of an event that a function of time makes; 0 and 1 are those of conditions and holds. Its
+number is the place of the setting among all of functions of time."""
+
+ALL = 1 << 40
+"""Number of an event that means all of them."""
+
+ANY = -2
+"""Position after an event that means any."""
+
+
+class Watch(Record):
+    """What is taken from a run.
+
+    Attributes
+    ----------
+    looks_inside : int
+        Whether values inside all steps are needed.
+    integrand, extreme, point, final, event_point : Function
+        Quantities that are integrated; whose extremes, values at given instants, at the end, and
+        beside events are wanted.
+    begin, end : Numbers
+        Part of the run in which each integral is taken, then that of each extreme, s.
+    sums : Numbers
+        Integrals so far.
+    sign : Integers
+        1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
+        largest size.
+    best : Numbers
+        Extremes so far.
+    times, time_of : Numbers, Integers
+        Instants at which values are wanted, ascending, and of which point; then what is added to.
+    totals : Numbers
+        Sums of these values.
+    match : Integers
+        Kind, number and position after (or `ANY`) of events, and which of those wanted they are.
+    event_kind, event_number : Integers
+        What is taken from a wanted event, and which of them: from 0, from -1 backwards, or `ALL`.
+    event_side, event_of : Integers
+        Whether a value is that after the event, and of which quantity.
+    happened, told : Integers, Numbers
+        How often each happened, and when last, s.
+    latest : Integers
+        Where the latest ones of each wanted event begin in `ring`.
+    """
+
+    looks_inside: int
+    x: Annotated[Numbers, "states"]
+
+    integrands: int
+    integrand: Function
+    value: Annotated[Numbers, "max(integrands, extremes, points, event_points)"]
+    begin: Annotated[Numbers, "integrands + extremes"]
+    end: Annotated[Numbers, "integrands + extremes"]
+    sums: Annotated[Numbers, "integrands"]
+
+    extremes: int
+    extreme: Function
+    sign: Annotated[Integers, "extremes"]
+    samples: Annotated[Numbers, "5 * extremes"]
+    best: Annotated[Numbers, "extremes"]
+
+    points: int
+    point: Function
+    times: int
+    next_time: int
+    time: Numbers
+    time_of: Integers
+    totals: Annotated[Numbers, "points"]
+
+    finals: int
+    final: Function
+    last: Annotated[Numbers, "finals"]
+
+    matches: int
+    match: Integers
+    event_points: int
+    event_point: Function
+    wanted_events: int
+    event_kind: Annotated[Integers, "wanted_events"]
+    event_number: Annotated[Integers, "wanted_events"]
+    event_side: Annotated[Integers, "wanted_events"]
+    event_of: Annotated[Integers, "wanted_events"]
+    happened: Annotated[Integers, "wanted_events"]
+    told: Annotated[Numbers, "wanted_events"]
+    taken: Annotated[Numbers, "wanted_events"]
+    latest: Annotated[Integers, "wanted_events"]
+    ring: Numbers
