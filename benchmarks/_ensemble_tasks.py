@@ -149,7 +149,9 @@ def tasks() -> dict[str, Task]:
     masses = ("mass[0].J", "mass[1].J", "mass[2].J", "c1", "c2")
     torques = {"first": fun.peak("shaft[0].tau"), "second": fun.peak("shaft[1].tau")}
     grips = tuple(f"clutch[{k}].f_max" for k in range(3))
-    locks = {f"t{k}": fun.instant(f"clutch[{k}]", "stuck") for k in range(3)}
+    locks: dict[str, Any] = {f"t{k}": fun.instant(f"clutch[{k}]", "stuck") for k in range(3)}
+    for k in range(3):
+        locks[f"heat{k}"] = fun.integral(f"clutch[{k}].tau", f"clutch[{k}].w_rel")
     crank = ("rotor.J", "shaft.c", "wheel.J", "crank.r", "crank.L", "crank.m")
     ends = {"phi": fun.final("wheel.phi"), "w": fun.final("wheel.w"), "rms": fun.rms("shaft.tau")}
     nominal_a, nominal_c = (0.5, 1.2, 3.0, 4e4, 2.5e4), (0.05, 600.0, 0.5, 0.12, 0.45, 8.0)

@@ -11,6 +11,7 @@ __all__ = [
     "campbell",
     "curves",
     "frequency_response",
+    "histograms",
     "mode_shapes",
     "root_locus",
     "tornado",
@@ -64,6 +65,35 @@ def curves(
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes[-1].set_xlabel("time, s")
     axes[-1].set_xlim(t[0], t[-1])
+    figure.suptitle(title)
+    return figure
+
+
+def histograms(title: str, results: Mapping[str, tuple[str, np.ndarray]]) -> Figure:
+    """How often values occur among many runs, with their median and the quantiles around it.
+
+    Parameters
+    ----------
+    title : str
+        Title of the figure.
+    results : mapping of str to (str, ndarray)
+        Unit and values of each result; what is not a number is left out.
+    """
+    count = len(results)
+    figure = Figure((_WIDTH, 2.0 + 1.8 * count), layout="constrained")
+    panels = figure.subplots(count, 1, squeeze=False)[:, 0]
+    for axis, (label, (unit, values)) in zip(panels, results.items(), strict=True):
+        known = values[np.isfinite(values)]
+        axis.set_xlabel(f"{label}, {unit}" if unit not in ("", "1") else label)
+        axis.set_ylabel("runs")
+        axis.grid(alpha=0.3)
+        if not len(known):
+            continue
+        axis.hist(known, bins=min(80, max(10, len(known) // 50)), color="C0")
+        for q, line in ((0.001, ":"), (0.5, "-"), (0.999, ":")):
+            at = float(np.quantile(known, q))
+            axis.axvline(at, color="C3", linestyle=line, label=f"{100 * q:g} %: {at:.4g}")
+        axis.legend()
     figure.suptitle(title)
     return figure
 

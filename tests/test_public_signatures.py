@@ -27,6 +27,9 @@ WITHOUT_NAME = {
     "schematic": {"path"},  # what is drawn, and where to
     "functionals.instant": {"after"},  # an event: its component, and what comes after it
     "functionals.at_event": {"after"},
+    "functionals.count": {"after"},
+    "triangular": set(),  # three numbers in the order of their sizes
+    "truncated": set(),  # what is cut off, and where
 }
 """Options that may be given without their names, and why."""
 
@@ -96,7 +99,7 @@ def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
 
 def test_the_method_is_that_of_a_run_everywhere():
     methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
-    assert {"simulate", "gradient", "hessian", "export_fmu"} == {*methods}
+    assert {"simulate", "ensemble", "gradient", "hessian", "export_fmu"} == {*methods}
     assert {p.default for p in methods.values()} == {"auto"}
     text = inspect.getdoc(lp.simulate)
     for p in methods.values():

@@ -29,10 +29,12 @@ _ARGUMENTS = "const double *x, const double *p, double t, const double *m, doubl
 _ONE = {
     getattr(ca, f"OP_{name.upper()}"): f"{name}({{a}})"
     for name in (
-        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
+        *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh"),
         *("atanh", "exp", "expm1", "log", "log1p", "erf", "floor", "ceil", "sqrt", "fabs"),
     )
 } | {
+    ca.OP_SIN: "lumped_sin({a})",
+    ca.OP_COS: "lumped_cos({a})",
     ca.OP_ASSIGN: "{a}",
     ca.OP_LIFT: "{a}",
     ca.OP_NEG: "-{a}",

@@ -21,7 +21,7 @@ from lumped.code.operations import (
 )
 from lumped.code.to_llvm import literal
 
-__all__ = ["assembly"]
+__all__ = ["OWN", "assembly"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
@@ -42,10 +42,12 @@ _INTRINSIC = {
     ca.OP_FMAX: "maxnum",
     ca.OP_COPYSIGN: "copysign",
 }
+OWN = {ca.OP_SIN: "lumped_sin", ca.OP_COS: "lumped_cos"}
+"""Functions of ours (see `trigonometry`)."""
 _LIBRARY = {
     getattr(ca, f"OP_{name.upper()}"): name
     for name in (
-        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+        *("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
         *("asinh", "acosh", "atanh", "exp", "expm1", "log", "log1p", "erf"),
         *("floor", "ceil", "atan2", "hypot", "pow", "fmod", "remainder"),
     )
@@ -212,6 +214,8 @@ class _Body:
             return self._real(self._put(f"fcmp {_COMPARED[op]} {kind} {a}, {b}"))
         if op in _INTRINSIC:
             return self._intrinsic(_INTRINSIC[op], arguments)
+        if op in OWN:
+            return self._put(f"call {kind} @{OWN[op]}({kind} {a})")
         if op in _LIBRARY:
             return self._library(_LIBRARY[op], arguments)
         if op in (ca.OP_ASSIGN, ca.OP_LIFT):

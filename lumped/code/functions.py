@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from typing import Any
 
 from lumped.code import code_cache
-from lumped.code.emit_llvm import assembly
+from lumped.code.emit_llvm import OWN, assembly
 from lumped.code.machine_code import Code, built, kept
 from lumped.code.operations import Operations
+from lumped.code.to_llvm import as_llvm
+from lumped.code.trigonometry import cosine, sine
 
 __all__ = ["compiled_functions", "known_functions"]
+
+
+_OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
 
 
 def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
@@ -19,17 +25,37 @@ def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
     return hashlib.sha256("\n".join([code_cache.own(), *parts]).encode()).hexdigest()
 
 
-def _text(functions: Mapping[str, Operations], lanes: int = 1) -> str:
+def _text(functions: Mapping[str, Operations], lanes: int) -> str:
     parts = [assembly(function, name, lanes) for name, function in functions.items()]
     lines = "\n".join(parts).split("\n")
-    declared = sorted({line for line in lines if line.startswith("declare")})
+    if lanes > 1:
+        lines += _own_text(functions, lanes).split("\n")
+    own = [f"declare double @{name}(double)" for name in _used(functions) if lanes == 1]
+    declared = sorted({line for line in lines if line.startswith("declare")} | {*own})
     return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
+
+
+def _used(functions: Mapping[str, Operations]) -> list[str]:
+    """Functions of ours that are called."""
+    used = {int(op) for function in functions.values() for op in function.table[:, 0]}
+    return [name for op, name in OWN.items() if op in used]
+
+
+def _own_text(functions: Mapping[str, Operations], lanes: int) -> str:
+    own = {name: _OWN[name].widened if lanes > 1 else _OWN[name] for name in _used(functions)}
+    return as_llvm(own, lanes, inline=lanes > 1) if own else ""
 
 
 def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> Code:
     """Machine code of functions, by their names, for one number or for several side by side."""
-    source = _source(functions, lanes)
-    return built(source, list(functions), lambda: _text(functions, lanes))
+    source, prefix = _source(functions, lanes), "lanes-" if lanes > 1 else ""
+    return built(
+        source,
+        list(functions),
+        lambda: _text(functions, lanes),
+        prefix,
+        lambda: _own_text(functions, lanes) if lanes == 1 else "",
+    )
 
 
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:

@@ -59,7 +59,13 @@ class Code:
         self.addresses = {name: self._engine.get_function_address(name) for name in names}
 
 
-def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix: str = "") -> Code:
+def built(
+    source: str,
+    names: Sequence[str],
+    assembly: Callable[[], str],
+    prefix: str = "",
+    beside: Callable[[], str] = str,
+) -> Code:
     """Object code of a source: kept from before, or compiled now.
 
     Parameters
@@ -73,12 +79,14 @@ def built(source: str, names: Sequence[str], assembly: Callable[[], str], prefix
     prefix : str
         Begin of the name under which the code is kept. Code with a prefix is optimised by LLVM;
         straight-line code does not need that.
+    beside : callable
+        Gives the assembly of functions that it calls; they are optimised in any case.
     """
     with _compiling:
         found = kept(source, names, prefix)
         if found is not None:
             return found
-        code = compiled(assembly(), bool(prefix))
+        code = compiled(assembly(), bool(prefix), beside())
         code_cache.save(_key(source, prefix), code)
         return Code(code, names)
 
@@ -94,9 +102,17 @@ def _key(source: str, prefix: str) -> str:
     return prefix + hashlib.sha256((source + _host()).encode()).hexdigest()
 
 
-def compiled(assembly: str, tuned: bool) -> bytes:
-    """Object code of an LLVM module."""
+def compiled(assembly: str, tuned: bool, beside: str = "") -> bytes:
+    """Object code of an LLVM module, and of another one that it calls, which is always tuned."""
     target = _target_machine()
+    module = _module(assembly, tuned, target)
+    if beside:
+        module.link_in(_module(beside, True, target))
+    code: bytes = target.emit_object(module)
+    return code
+
+
+def _module(assembly: str, tuned: bool, target: Any) -> Any:
     module = llvm.parse_assembly(assembly)
     module.verify()
     if tuned:
@@ -105,5 +121,4 @@ def compiled(assembly: str, tuned: bool) -> bytes:
         tuning.loop_unrolling = tuning.slp_vectorization = False
         builder = llvm.create_pass_builder(target, tuning)
         builder.getModulePassManager().run(module, builder)
-    code: bytes = target.emit_object(module)
-    return code
+    return module

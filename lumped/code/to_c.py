@@ -266,7 +266,9 @@ class _CFunction(Writer):
         raise TranslationError(f"{self.kernel.name}: records by address")
 
     def any_of(self, truths: Value) -> Value:
-        raise TranslationError(f"{self.kernel.name}: wide numbers")
+        if truths.kind != "bool":
+            raise TranslationError(f"{self.kernel.name}: wide numbers")
+        return truths
 
     def called_by_address(self, result: Any, values: list[Value]) -> Value:
         listed = ", ".join(_bare(value) for value in values[1:])

@@ -33,6 +33,8 @@ def as_llvm(
     functions: Mapping[str, Callable[..., object]],
     lanes: int = 1,
     counterparts: Mapping[Any, Any] | None = None,
+    *,
+    inline: bool = False,
 ) -> str:
     """LLVM assembly of functions and all that they call; they are visible under these symbols.
 
@@ -43,10 +45,12 @@ def as_llvm(
         Number of lanes of wide numbers.
     counterparts : mapping, optional
         What stands for a class of records or a kernel where numbers are wide.
+    inline : bool
+        Whether all of them are always written out where they are called.
     """
     kernels: Any = list(functions.values())
     own = dict(counterparts or {})
-    kind = type("_Sized", (_LlvmFunction,), {"lanes": lanes, "counterparts": own})
+    kind = type("_Sized", (_LlvmFunction,), {"lanes": lanes, "counterparts": own, "inline": inline})
     found: list[_LlvmFunction] = reached(kernels, lambda k: kind(k, k in kernels))
     declared = sorted({line for function in found for line in function.declared})
     text = "\n".join([*(function.text for function in found), *declared])
@@ -58,7 +62,7 @@ def as_llvm(
 class _LlvmFunction(Writer):
     """One function, instruction after instruction."""
 
-    lanes = 1
+    lanes, inline = 1, False
 
     def __init__(self, kernel: Kernel, visible: bool = False) -> None:
         super().__init__(kernel)
@@ -78,6 +82,7 @@ class _LlvmFunction(Writer):
         given = ", ".join(f"{self._type(kind)} %{name}" for name, kind in self.arguments)
         # inlining a large function gains nothing and takes long to compile
         apart = " noinline" if len(self._lines) > _LARGE else ""
+        apart = " alwaysinline" if self.inline else apart
         head = f'define {linkage}{self._type(self.result)} @"{self.kernel.name}"({given}){apart} {{'
         return "\n".join([*self._tables, head, "entry:", *self._head, *self._lines, "}"])
 
@@ -264,6 +269,8 @@ class _LlvmFunction(Writer):
         return self._put(f"shufflevector {whole} {first.text}, {whole} undef, {mask}", kind)
 
     def any_of(self, truths: Value) -> Value:
+        if truths.kind == "bool":
+            return truths
         kind, suffix = self._type("truths"), f"v{self.lanes}i1"
         self.declared.add(f"declare i1 @llvm.vector.reduce.or.{suffix}({kind})")
         return self._put(f"call i1 @llvm.vector.reduce.or.{suffix}({kind} {truths.text})", "bool")
@@ -373,7 +380,7 @@ class _LlvmFunction(Writer):
     def library(self, name: str, values: list[Value]) -> Value:
         if values[0].kind == "wide":
             if name not in ("sqrt", "fabs"):
-                raise TranslationError(f"{self.kernel.name}: {name} of wide numbers")
+                return self._in_each_lane(name, values)
             whole, symbol = self._type("wide"), f"llvm.{name}.v{self.lanes}f64"
             self.declared.add(f"declare {whole} @{symbol}({whole})")
             return self._put(f"call {whole} @{symbol}({whole} {values[0].text})", "wide")
@@ -381,6 +388,18 @@ class _LlvmFunction(Writer):
         self.declared.add(f"declare double @{symbol}({', '.join(['double'] * len(values))})")
         listed = ", ".join(f"double {value.text}" for value in values)
         return self._put(f"call double @{symbol}({listed})", "float")
+
+    def _in_each_lane(self, name: str, values: list[Value]) -> Value:
+        """A function of the C library, for one lane after the other."""
+        whole, found = self._type("wide"), Value("undef", "wide")
+        for lane in range(self.lanes):
+            own = [
+                self._put(f"extractelement {whole} {v.text}, i32 {lane}", "float") for v in values
+            ]
+            one = self.library(name, own)
+            text = f"insertelement {whole} {found.text}, double {one.text}, i32 {lane}"
+            found = self._put(text, "wide")
+        return found
 
     def called_kernel(self, kernel: Kernel, values: list[Value], result: Any) -> Value:
         return self._called(f'@"{kernel.name}"', values, result)

@@ -10,4 +10,3 @@ from lumped.ensembles.distributions import uniform as uniform
 from lumped.ensembles.ensemble import ensemble as ensemble
 from lumped.ensembles.outcome import Ensemble as Ensemble
 from lumped.ensembles.sweep import sweep as sweep
-from lumped.simulation import functionals as functionals

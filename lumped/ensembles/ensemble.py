@@ -6,7 +6,7 @@ import os
 import time as clock
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError, SolverError, shown
 from lumped.kernel.run import DONE, FULL
-from lumped.simulation.simulate import check_options
+from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
@@ -49,7 +49,7 @@ def ensemble(
     start: Changes | None = None,
     rtol: float = 1e-6,
     atol: float | None = None,
-    method: Literal["steps", "explicit", "implicit"] = "steps",
+    method: Method = "auto",
     max_steps: int = 1_000_000,
     workers: int | None = None,
     store: str | Path | None = None,
@@ -83,8 +83,10 @@ def ensemble(
         Begin of each run, s.
     start : mapping of name to float, optional
         Start values to set or change.
-    rtol, atol, method, max_steps
+    rtol, atol, max_steps
         As for `simulate`.
+    method : {"auto", "explicit", "implicit", "steps"}
+        As for `simulate`; "auto" is "steps", as many runs have no closed form in common.
     workers : int, optional
         Threads; default is one for each core.
     store : str or Path, optional
@@ -115,11 +117,14 @@ def ensemble(
         raise OptionError(
             f"ensemble: client = {shown(client)}: a client from dask.distributed is needed."
         )
+    if method == "exact":
+        raise OptionError("ensemble: the closed form is for single runs; take method='steps'.")
     wanted = _labelled(of)
     varied = variants_of(
         system, over, runs=runs, seed=seed, sampling=sampling, parameters=parameters
     )
-    options = RunOptions(until, begin, start, rtol, atol, method, max_steps)
+    used = "steps" if method == "auto" else method
+    options = RunOptions(until, begin, start, rtol, atol, used, max_steps)
     made = NativeRuns(system, varied.names, _fixed(system, parameters), wanted, options)
     head = {} if store is None else heading(system, varied, parameters, wanted, options)
     file = EnsembleFile(store, head)
@@ -157,6 +162,8 @@ def ensemble(
         count,
         wall,
         busy,
+        system.name,
+        tuple(functional.unit(system) for functional in wanted.values()),
     )
 
 

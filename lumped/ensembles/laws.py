@@ -295,7 +295,10 @@ class Scaled(Distribution):
         """In numbers."""
         own = of.nominal
         if own is None:
-            of.refuse("a factor cannot be scaled again; write lumped.scaled once, outermost.")
+            of.refuse(
+                "a factor cannot be scaled again; write lumped.distributions.scaled once, "
+                "outermost."
+            )
         if own == 0:
             of.refuse("its value is zero, which no factor changes. Give a distribution of values.")
         factor = self.distribution.law(Parameter(f"{of.name}: factor", "1", None))

@@ -144,7 +144,7 @@ class NativeRuns:
 
     def _compile_watch(self) -> None:
         """Machine code of what is looked at inside steps, for several lanes side by side."""
-        names = [n for n in self._functions if n in ("integrand", "extreme")]
+        names = [n for n in self._functions if n in ("integrand", "extreme", "end_value")]
         if not names:
             return
         operations = {name: operations_of(self.watched.functions[name]) for name in names}
@@ -227,7 +227,7 @@ class NativeRuns:
         run.output = _no_output()
         run.watches = 1
         run.watch = self.watched.record(self._columns)
-        for name in ("integrand", "extreme", "point", "final", "event_point"):
+        for name in ("integrand", "extreme", "end_value", "point", "final", "event_point"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
         if options.method == "implicit" and n:
@@ -268,6 +268,7 @@ class NativeRuns:
         sizes["extremes"] = watch.extremes
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.integrand, own.extreme = watch.integrand, watch.extreme
+        own.end_value = watch.end_value
         own.begin[:], own.end[:], own.sign[:] = watch.begin, watch.end, watch.sign
         entries = engine.entry_addresses()
         names = ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of")
@@ -277,7 +278,8 @@ class NativeRuns:
             watch=own,
             count=len(slots),
             parameters=plant.parameters + plant.prepared,
-            looks_inside=watch.looks_inside or plant.margins > 0,
+            looks_inside=plant.margins > 0,
+            watches=1,
             chooses_method=run.chooses_method,
             max_steps=float(run.max_steps),
             rtol=run.rtol,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from lumped.errors import OptionError
 from lumped.support.optional_packages import extra
 from lumped.support.text_table import number, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Ensemble"]
 
@@ -41,6 +44,10 @@ class Ensemble:
         Threads or processes that worked.
     seconds, busy : float
         Wall time, and the time that all of them spent in runs.
+    title : str
+        Name of the system.
+    units : tuple of str
+        Units of the results, where they are known.
     """
 
     names: tuple[str, ...]
@@ -52,6 +59,8 @@ class Ensemble:
     workers: int
     seconds: float
     busy: float
+    title: str = ""
+    units: tuple[str, ...] = ()
 
     def __getitem__(self, label: str) -> NDArray[np.float64]:
         if label in self.labels:
@@ -88,6 +97,55 @@ class Ensemble:
         if not len(there):
             raise OptionError(f"ensemble: no run has '{label}'. {self._reason()}")
         return np.quantile(there, q)
+
+    def rank_correlations(self, label: str) -> dict[str, float]:
+        """How strongly a result goes with what was varied: 1 or -1 if it follows one alone.
+
+        Spearman's correlation of ranks over all runs that have the result, the strongest first.
+
+        Parameters
+        ----------
+        label : str
+            Of the result.
+
+        Returns
+        -------
+        dict of str to float
+            By the names of what was varied.
+
+        Raises
+        ------
+        OptionError
+            If fewer than three runs have this result.
+        """
+        values = self[label]
+        there = np.isfinite(values)
+        if there.sum() < 3:
+            raise OptionError(
+                f"ensemble: {there.sum()} runs have '{label}'; for correlations three are needed. "
+                f"{self._reason()}"
+            )
+        own = _ranks(values[there])
+        found = {n: _correlation(_ranks(self[n][there]), own) for n in self.names}
+        return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
+
+    def plot(self, labels: Sequence[str] | None = None) -> Figure:
+        """Histograms of results, those named or all, with medians and quantiles.
+
+        Parameters
+        ----------
+        labels : sequence of str, optional
+            Of the results.
+
+        Returns
+        -------
+        Figure
+        """
+        from lumped.plots import histograms
+
+        units = dict(zip(self.labels, self.units or [""] * len(self.labels), strict=True))
+        chosen = self.labels if labels is None else labels
+        return histograms(self.title, {k: (units.get(k, ""), self[k]) for k in chosen})
 
     def to_pandas(self) -> Any:
         """A DataFrame, one row for each run, with an empty ``failure`` where there is none.
@@ -126,3 +184,18 @@ class Ensemble:
             for reason, runs in list(counts.items())[:_TOLD]
         ]
         return "\n".join([head, table(columns, rows), *reasons])
+
+
+def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Ranks from 0 on; equal values share the mean of theirs."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    ends = np.cumsum(counts)
+    ranks: NDArray[np.float64] = (ends - 0.5 * (counts + 1))[inverse]
+    return ranks
+
+
+def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Of two series; zero if one of them is constant."""
+    a, b = a - a.mean(), b - b.mean()
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0 else 0.0

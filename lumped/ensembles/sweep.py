@@ -145,7 +145,16 @@ def sweep(
             failures[i] = f"{', '.join(missing)}: not a number"
     wall = clock.perf_counter() - begin
     return Ensemble(
-        names, varied.values, tuple(of), values, failures, varied.shape, count, wall, busy
+        names,
+        varied.values,
+        tuple(of),
+        values,
+        failures,
+        varied.shape,
+        count,
+        wall,
+        busy,
+        system.name,
     )
 
 
@@ -182,6 +191,7 @@ def _with_functionals(
         failures=failures,
         seconds=first.seconds + second.seconds,
         busy=first.busy + second.busy,
+        units=tuple(dict(zip(first.labels, first.units, strict=True)).get(k, "") for k in of),
     )
 
 

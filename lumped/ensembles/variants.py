@@ -35,7 +35,7 @@ _STEPS = {"sobol": 2.0**-30}
 """Steps in which points come; those of the others are steps of rounding."""
 _RISK = 1e-12
 """Probability of a value out of range that is as good as none."""
-_ADVICE = "Cut a distribution off with lumped.truncated(distribution, low, high)."
+_ADVICE = "Cut a distribution off with lumped.distributions.truncated(distribution, low, high)."
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,8 +203,8 @@ class _Asked:
         drawn = [self.system.key(name) for name, value in given.items() if is_distribution(value)]
         if drawn:
             self.refuse(
-                f"lumped.paired takes values, but {drawn[0]} has a distribution. Give "
-                "distributions without it, one for each parameter."
+                f"lumped.distributions.paired takes values, but {drawn[0]} has a distribution. "
+                "Give distributions without it, one for each parameter."
             )
         found = {name: _flat(values) for name, values in given.items()}
         if len({len(values) for values in found.values()}) > 1:
@@ -256,7 +256,7 @@ class _Asked:
             self.refuse(
                 f"over has distributions (of {', '.join(drawn)}) and values (of "
                 f"{', '.join(listed)}). Give distributions of all, or values of all that belong "
-                "together by lumped.paired."
+                "together by lumped.distributions.paired."
             )
         return bool(drawn)
 

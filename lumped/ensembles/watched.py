@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, nearest
-from lumped.kernel.watch import ALL, ANY, COUNT, INSTANT, LOSS, TIMED, VALUE, Watch
+from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 from lumped.simulation.functional_kinds import (
     At,
     AtEvent,
@@ -99,6 +99,8 @@ class Watched:
             for name, t in tables.items()
             if t.rows
         }
+        if self._extremes.rows:
+            self.functions["end_value"] = _with_slopes(system, self._extremes.quantities)
         counts = [len(t.rows) for t in (self._integrals, self._extremes, self._points)]
         self._first = np.cumsum([0, *counts, len(self._finals.rows)]).tolist()
         self.width = self._first[-1] + 2 * len(self._events.rows)
@@ -156,14 +158,9 @@ class Watched:
             kind, side = VALUE, int(wanted.side == "after")
             of = self._event_points.add(product(self.system, wanted.names))
         elif isinstance(wanted, Impact):
-            kind = LOSS
-            if wanted.kind == "impulse":
-                raise OptionError(
-                    f"{self.system.name}: {wanted}: impulses are not collected in many runs; take "
-                    "lumped.functionals.loss, or lumped.gradient for one run."
-                )
+            kind = LOSS if wanted.kind == "loss" else IMPULSE
         row = self._events.add(ca.SX(0), kind, ALL if number is None else number, side, of)
-        self._match(wanted, wanted.component, after, row, timed=kind != LOSS)
+        self._match(wanted, wanted.component, after, row, timed=kind not in (LOSS, IMPULSE))
         return row
 
     def _match(self, wanted: object, component: str, after: str, row: int, timed: bool) -> None:
@@ -228,7 +225,6 @@ class Watched:
         ends = np.array(parts).reshape(-1, 2)
         watch.begin[:], watch.end[:] = ends[:, 0], ends[:, 1]
         watch.sign[:] = [int(row[2]) for row in self._extremes.rows]
-        watch.looks_inside = bool(parts)
         times = sorted(self._times)
         watch.times = len(times)
         watch.time = np.array([t for t, _ in times], dtype=float)
@@ -292,3 +288,11 @@ class Watched:
         if component:
             return f"{label}: this event of {component} does not happen in this run"
         return f"{label}: not a number"
+
+
+def _with_slopes(system: System, quantities: Sequence[ca.SX]) -> ca.Function:
+    """Quantities, then their derivatives by time along a run: (x, p, t, m) -> (2 k,)."""
+    x, _, t, _ = system.inputs
+    y = ca.vertcat(*quantities)
+    along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+    return ca.Function("end_value", system.inputs, [ca.densify(ca.vertcat(y, along))])

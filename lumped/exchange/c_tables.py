@@ -12,6 +12,7 @@ import numpy as np
 from lumped.code.emit_c import c_text, declaration
 from lumped.code.operations import Operations, operations_of
 from lumped.code.to_c import as_c, header
+from lumped.code.trigonometry import cosine, sine
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.exchange.c_memory import Memory
@@ -42,8 +43,10 @@ _ENTRIES: dict[str, Any] = {
     "kernel_watch_redundancy": watch_redundancy,
     "kernel_must_jump": must_jump,
     "kernel_is_unfit": is_unfit,
+    "lumped_sin": sine,
+    "lumped_cos": cosine,
 }
-"""What of the time loop the interface calls."""
+"""What of the time loop the interface and the functions of a model call."""
 
 _LIMITS = ("MOST_LEVERAGE", "MOST_JUMP", "STORM_WITHIN")
 """Limits of the loop that words of faults name."""

@@ -4,4 +4,3 @@ from lumped.gradients.hessian import Hessian as Hessian
 from lumped.gradients.hessian import hessian as hessian
 from lumped.gradients.sensitivity import Sensitivity as Sensitivity
 from lumped.gradients.sensitivity import sensitivity as sensitivity
-from lumped.simulation import functionals as functionals

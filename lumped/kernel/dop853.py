@@ -14,7 +14,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
-__all__ = ["dense_error", "dense_output", "interpolate", "step"]
+__all__ = ["dense_error", "dense_output", "integrals_by_stages", "interpolate", "step"]
 
 
 def _sum(weights: Iterable[float]) -> str:
@@ -65,12 +65,12 @@ _errors = _loop(
     "run: Run, x: Numbers, new: Numbers, last: Numbers",
     "e6 = e5 = e3 = steep = moved = 0.0",
     [
-        "scale = run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i]))",
-        f"s = ({_sum(tableau.E6)}) / scale",
-        f"a = ({_sum(tableau.E5)}) / scale",
-        f"b = ({_sum(tableau.E3)}) / scale",
-        "c = (k[12 * n + i] - k[11 * n + i]) / scale",
-        "d = (new[i] - last[i]) / scale",
+        "weight = 1.0 / (run.atol[i] + run.rtol * max(abs(x[i]), abs(new[i])))",
+        f"s = ({_sum(tableau.E6)}) * weight",
+        f"a = ({_sum(tableau.E5)}) * weight",
+        f"b = ({_sum(tableau.E3)}) * weight",
+        "c = (k[12 * n + i] - k[11 * n + i]) * weight",
+        "d = (new[i] - last[i]) * weight",
         "e6 += s * s",
         "e5 += a * a",
         "e3 += b * b",
@@ -81,12 +81,53 @@ _errors = _loop(
 )
 
 
+_LOOKED = (0, 5, 6, 7, 8, 9, 10, 11)
+"""Stages that have a weight in the step or in its error."""
+
+
+def _over_looks(weights: Iterable[float]) -> str:
+    """A sum over these stages, written out."""
+    whole = list(weights)
+    return " + ".join(f"{float(whole[j])!r} * v[{r} * n + i]" for r, j in enumerate(_LOOKED))
+
+
+integrals_by_stages = written(
+    "integrals_by_stages",
+    f"""def integrals_by_stages(run: Run, h: float) -> float:
+    watch, worst = run.watch, 0.0
+    n, v = watch.integrands, watch.at_stages
+    for i in range(n):
+        watch.parts[i] = h * ({_over_looks(tableau.B)})
+        a, b = {_over_looks(tableau.E5)}, {_over_looks(tableau.E3)}
+        size = abs(v[i])
+        for r in range(1, {len(_LOOKED)}):
+            size = max(size, abs(v[r * n + i]))
+        error = a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300))
+        worst = max(worst, error / max(run.rtol * size, 1e-300))
+    return worst
+""",
+    globals(),
+)
+"""Integrals over a step from values at its stages; gives the error of the worst of them, relative
+to the tolerance."""
+
+
+@kernel
+def _look(run: Run, x: Numbers, t: float, row: int) -> None:
+    """Values at a stage of what is integrated."""
+    if run.watches:
+        watch = run.watch
+        if watch.integrands > 0:
+            evaluate(watch.integrand, run, x, t, run.m, watch.at_stages[row * watch.integrands :])
+
+
 @kernel
 def step(run: Run, h: float) -> float:
     """Compute new states and their derivatives; gives the error relative to the tolerance."""
     plant, t, m = run.plant, run.t, run.m
     n, f = plant.states, plant.rates
     x, k, a, new = run.x, run.stages, run.argument, run.new
+    _look(run, x, t, 0)
     _1(x, a, k, n, h)
     evaluate(f, run, a, t + _C[1] * h, m, k[n:])
     _2(x, a, k, n, h)
@@ -97,18 +138,25 @@ def step(run: Run, h: float) -> float:
     evaluate(f, run, a, t + _C[4] * h, m, k[4 * n :])
     _5(x, a, k, n, h)
     evaluate(f, run, a, t + _C[5] * h, m, k[5 * n :])
+    _look(run, a, t + _C[5] * h, 1)
     _6(x, a, k, n, h)
     evaluate(f, run, a, t + _C[6] * h, m, k[6 * n :])
+    _look(run, a, t + _C[6] * h, 2)
     _7(x, a, k, n, h)
     evaluate(f, run, a, t + _C[7] * h, m, k[7 * n :])
+    _look(run, a, t + _C[7] * h, 3)
     _8(x, a, k, n, h)
     evaluate(f, run, a, t + _C[8] * h, m, k[8 * n :])
+    _look(run, a, t + _C[8] * h, 4)
     _9(x, a, k, n, h)
     evaluate(f, run, a, t + _C[9] * h, m, k[9 * n :])
+    _look(run, a, t + _C[9] * h, 5)
     _10(x, a, k, n, h)
     evaluate(f, run, a, t + _C[10] * h, m, k[10 * n :])
+    _look(run, a, t + _C[10] * h, 6)
     _11(x, a, k, n, h)
     evaluate(f, run, a, t + _C[11] * h, m, k[11 * n :])
+    _look(run, a, t + _C[11] * h, 7)
     _NEW(x, new, k, n, h)
     evaluate(f, run, new, t + h, m, k[12 * n :])
     run.evaluations += 12

@@ -100,8 +100,8 @@ def time_loop() -> Code:
     return built(code_cache.own(), list(ARGUMENTS), lambda: as_llvm(_kernels()), name)
 
 
-LANES = 4
-"""Runs side by side: as many as two registers of 128 bits hold, or one of 256."""
+LANES = 8
+"""Runs side by side: as many numbers as one register of 512 bits holds, or two of 256."""
 
 
 @_once

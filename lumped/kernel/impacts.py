@@ -262,10 +262,11 @@ def _impact(run: Run, seen: Look) -> bool:
         if not is_found:
             return False
         for h in range(plant.holds):
-            instant.work[h] = 0.0
+            instant.work[h] = instant.push[h] = 0.0
             if instant.is_member[h]:
+                instant.push[h] = _impulse(run, h)
                 twice_mean = seen.speed[h] + _speed_after(run, seen, h)
-                instant.work[h] = 0.5 * _impulse(run, h) * twice_mean
+                instant.work[h] = 0.5 * instant.push[h] * twice_mean
         _strike(run)
         if not (_bounces(run) and _end_short_bounces(run)):
             break
@@ -297,6 +298,7 @@ def collide(run: Run, seen: Look) -> int:
     for h in range(plant.holds):
         if instant.is_member[h]:
             instant.loss[h] += instant.work[h]
+            instant.impulse[h] -= instant.push[h]
             instant.is_struck[h] = 1
         if not instant.is_closing[h]:
             continue

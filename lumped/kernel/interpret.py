@@ -9,6 +9,7 @@ from __future__ import annotations
 import casadi as ca
 
 from lumped.code.operations import PARAMETER, RESULT, SETTING, STATE, TIME
+from lumped.code.trigonometry import cosine, sine
 from lumped.code.words import (
     Numbers,
     acos,
@@ -21,7 +22,6 @@ from lumped.code.words import (
     call,
     ceil,
     copysign,
-    cos,
     cosh,
     erf,
     exp,
@@ -36,7 +36,6 @@ from lumped.code.words import (
     log1p,
     power,
     remainder,
-    sin,
     sinh,
     sqrt,
     tan,
@@ -119,9 +118,9 @@ def _interpret(
         elif op == ca.OP_OR:
             w[to] = 1.0 if w[a] != 0.0 or w[b] != 0.0 else 0.0
         elif op == ca.OP_SIN:
-            w[to] = sin(w[a])
+            w[to] = sine(w[a])
         elif op == ca.OP_COS:
-            w[to] = cos(w[a])
+            w[to] = cosine(w[a])
         elif op == ca.OP_SQRT:
             w[to] = sqrt(w[a])
         elif op == ca.OP_FABS:

@@ -28,8 +28,12 @@ class LaneWatch(Record):
     begin: Annotated[Numbers, "integrands + extremes"]
     end: Annotated[Numbers, "integrands + extremes"]
     sums: Annotated[Wides, "lanes * integrands"]
+    at_stages: Annotated[Wides, "lanes * 8 * integrands"]
+    parts: Annotated[Wides, "lanes * integrands"]
     extremes: int
     extreme: Function
+    end_value: Function
+    ends: Annotated[Wides, "lanes * 4 * extremes"]
     sign: Annotated[Integers, "extremes"]
     samples: Annotated[Wides, "lanes * 5 * extremes"]
     best: Annotated[Wides, "lanes * extremes"]
@@ -74,6 +78,7 @@ class Lanes(Record):
 
     parameters: int
     looks_inside: int
+    watches: int
     chooses_method: int
     max_steps: float
     rtol: float
@@ -97,6 +102,8 @@ class Lanes(Record):
     is_fresh: Annotated[Wide, "lanes"]
     mark: Annotated[Wide, "lanes"]
     look_mark: Annotated[Wide, "lanes"]
+    may_rise: Annotated[Wide, "lanes"]
+    is_rough: Annotated[Wide, "lanes"]
 
     evaluations: int
     x: Annotated[Wides, "lanes * states"]

@@ -27,6 +27,8 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.observe import (
     bound,
+    end_bound,
+    has_border,
     highest_sample,
     integrate,
     is_first_with_its_part,
@@ -153,6 +155,12 @@ def _unload_step(lanes: Lanes, k: int) -> Variants:
     """Give a run back in the middle of an accepted step."""
     variants = _unload(lanes, k)
     run, count, n = variants.run, lanes.count, lanes.plant.states
+    own = lanes.watch
+    if own.extremes > 0:
+        run.watch.may_rise = int(flat(lanes.may_rise)[k])
+    if own.integrands > 0:
+        run.watch.is_rough = int(flat(lanes.is_rough)[k])
+        _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)
     _copy_out(flat(lanes.new), n, count, k, run.new)
     _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
     _copy_out(flat(lanes.stages)[12 * n * count :], n, count, k, run.stages[12 * n :])
@@ -303,13 +311,19 @@ def _observe(lanes: Lanes, is_on: Wide) -> None:
     """Take what functionals need from the step."""
     watch = lanes.watch
     lanes.look_mark = 1.0 if is_on > 0.5 and lanes.next_look < lanes.t_new else 0.0
-    _note_extremes(lanes, is_on)
+    if watch.extremes > 0:
+        may_rise = is_on * lanes.may_rise
+        if any_lane(may_rise > 0.5):
+            _note_extremes(lanes, may_rise)
     alone = lanes.look_mark
     for k in range(watch.integrands):
-        if is_first_with_its_part(watch.begin, watch.end, 0, k):
-            begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
-            end = end if is_on > 0.5 and alone < 0.5 else begin
-            integrate(lanes, k, begin, end)
+        begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
+        is_whole = begin == lanes.t and end == lanes.t_new and lanes.is_rough < 0.5
+        is_own = is_on > 0.5 and alone < 0.5
+        watch.sums[k] = watch.sums[k] + watch.parts[k] if is_own and is_whole else watch.sums[k]
+        is_part = is_own and not is_whole and end > begin
+        if is_first_with_its_part(watch.begin, watch.end, 0, k) and any_lane(is_part):
+            integrate(lanes, k, begin, end if is_part else begin)
     if any_lane(alone > 0.5):
         _look_alone(lanes)
 
@@ -322,6 +336,9 @@ def _move_on(lanes: Lanes, accepted: Wide) -> None:
     for i in range(n):
         x[i] = lanes.new[i] if is_accepted else x[i]
         k[i] = k[12 * n + i] if is_accepted else k[i]
+    ends, n = lanes.watch.ends, 2 * lanes.watch.extremes
+    for i in range(n):
+        ends[i] = ends[n + i] if is_accepted else ends[i]
     lanes.t = lanes.t_new if is_accepted else lanes.t
     lanes.is_fresh = 0.0 if is_accepted else lanes.is_fresh
 
@@ -363,13 +380,46 @@ def _leave(lanes: Lanes) -> None:
 
 
 @kernel
+def _note_rises_between_ends(lanes: Lanes, is_good: Wide) -> None:
+    """Note in which of some lanes an extreme may rise in the step."""
+    watch = lanes.watch
+    n, ends, rises = watch.extremes, watch.ends, is_good * 0.0
+    if any_lane(lanes.is_fresh * lanes.is_on > 0.5):
+        evaluate_wide(watch.end_value, lanes, lanes.x, lanes.t, lanes.m, ends)
+    evaluate_wide(watch.end_value, lanes, lanes.new, lanes.t_new, lanes.m, ends[2 * n :])
+    for k in range(n):
+        best = watch.best[k]
+        if watch.sign[k] >= 0:
+            rises = 1.0 if end_bound(lanes, k, 1.0) > best else rises
+        if watch.sign[k] <= 0:
+            rises = 1.0 if end_bound(lanes, k, -1.0) > best else rises
+    lanes.may_rise = rises * is_good
+
+
+@kernel
+def _note_rough(lanes: Lanes, is_good: Wide) -> None:
+    """Note in which of some lanes integrals over the step need values inside it."""
+    watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
+    rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0 * t
+    for k in range(watch.integrands):
+        rough = 1.0 if has_border(watch.begin[k], watch.end[k], t, t_new) else rough
+    lanes.is_rough = rough * is_good
+
+
+@kernel
 def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
     error = dop853.step(lanes, h)
     error = error if error < HOPELESS else HOPELESS
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
+    is_good = 1.0 if is_dense else lanes.t * 0.0
+    if lanes.watch.extremes > 0:
+        _note_rises_between_ends(lanes, is_good)
+    if lanes.watch.integrands > 0:
+        _note_rough(lanes, is_good)
     if not lanes.looks_inside:
-        is_dense = is_dense and lanes.next_look < lanes.t_new
+        is_wanted = lanes.may_rise > 0.5 or lanes.is_rough > 0.5
+        is_dense = is_dense and (is_wanted or lanes.next_look < lanes.t_new)
     lanes.mark = 1.0 if is_dense else 0.0
     if any_lane(is_dense):
         dop853.dense_output(lanes, h)

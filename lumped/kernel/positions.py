@@ -270,11 +270,15 @@ def _prepare(run: Run) -> None:
     for h in range(plant.holds):
         instant.was_stuck[h] = is_held(plant, instant.before, h)
         instant.is_halted[h] = instant.is_struck[h] = instant.was_let_go[h] = 0
-        instant.loss[h] = 0.0
+        instant.loss[h] = instant.impulse[h] = 0.0
         if instant.was_stuck[h]:
             stop(plant, instant, h)  # implicit steps leave rounding there
     for k in range(plant.conditions):
-        instant.is_exempt[k] = instant.has_jumped[k] = 0
+        # one that changed at practically the same time may stay although its sides are equal
+        if run.t - instant.prepared_at > run.soon:
+            instant.is_exempt[k] = 0
+        instant.has_jumped[k] = 0
+    instant.prepared_at = run.t
     for k in range(plant.jumps):
         instant.was_true[k] = instant.before[plant.jump_setting[k]] > 0.5
     instant.has_moved = 0

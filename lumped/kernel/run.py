@@ -111,16 +111,20 @@ class InstantSearch(Record):
     fired: Annotated[Integers, "margins"]
     fired_count: int
 
-    # conditions that may stay although both sides are equal; those that made states jump
+    # when it was begun; conditions that may stay although both sides are equal; those that made
+    # states jump
+    prepared_at: float
     is_exempt: Annotated[Integers, "conditions"]
     has_jumped: Annotated[Integers, "conditions"]
     was_true: Annotated[Integers, "jumps"]
 
-    # holds that stuck before, come to a standstill now, are struck by an impact; energy lost in it
+    # holds that stuck before, come to a standstill now, are struck by an impact; energy lost in it,
+    # its impulse
     was_stuck: Annotated[Integers, "holds"]
     is_halted: Annotated[Integers, "holds"]
     is_struck: Annotated[Integers, "holds"]
     loss: Annotated[Numbers, "holds"]
+    impulse: Annotated[Numbers, "holds"]
     has_moved: int
     fastest: float
 
@@ -133,7 +137,7 @@ class InstantSearch(Record):
     next_position: Annotated[Integers, "holds"]
 
     # impacts: holds that close, may take part, take part, must change that; restitution, speed
-    # with which a hold leaves, change of speed that is demanded, work of the impulse
+    # with which a hold leaves, change of speed that is demanded, work of the impulse, the impulse
     is_closing: Annotated[Integers, "holds"]
     may_join: Annotated[Integers, "holds"]
     is_member: Annotated[Integers, "holds"]
@@ -142,6 +146,7 @@ class InstantSearch(Record):
     leaving: Annotated[Numbers, "holds"]
     demand: Annotated[Numbers, "holds"]
     work: Annotated[Numbers, "holds"]
+    push: Annotated[Numbers, "holds"]
     rest_speed: Annotated[Numbers, "holds"]
     x_before: Annotated[Numbers, "states"]
     speed_at_begin: Annotated[Numbers, "holds"]

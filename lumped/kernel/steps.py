@@ -55,7 +55,8 @@ _FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
 
 HOPELESS = 1e3
 """Largest error that is used: such a step is shortened as far as one attempt may."""
-SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.2, 8.0
+SAFETY, _EXPLICIT_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.8, 0.2, 8.0
+"""Part of the step that the tolerance allows; with 0.9 a fifth of explicit steps is rejected."""
 _IMPLICIT_POWER = 0.2
 SHORTEST = 1e-14
 """Step, relative to the time, below which a run is given up."""
@@ -105,6 +106,8 @@ def _begin(run: Run) -> bool:
     n, t, length = run.plant.states, run.t, run.end - run.t
     x, f, a, later = run.x, run.stages, run.argument, run.new
     run.sampled_to = math.inf
+    if run.watches:
+        run.watch.ends_at = -math.inf
     run.was_rejected = run.stiff_steps = 0
     if run.next_patience == 0:
         run.next_patience = _FIRST_PATIENCE
@@ -160,8 +163,11 @@ def _is_dense_wanted(run: Run) -> bool:
     """Whether a value inside the step is needed."""
     output = run.output
     if run.plant.states == 0:
+        if run.watches:
+            run.watch.is_rough = run.watch.may_rise = 1
         return False
-    if run.plant.margins > 0 or (run.watches and is_inside_wanted(run)):
+    is_watched = run.watches and is_inside_wanted(run)
+    if run.plant.margins > 0 or is_watched:
         return True
     return output.grid_next < output.grid_size and output.grid[output.grid_next] < run.t_new
 
@@ -234,7 +240,7 @@ def _bounded(run: Run, growth: float) -> float:
 @kernel
 def explicit_growth(run: Run, error: float, is_dense: bool) -> float:
     """The same for a step of order eight."""
-    growth = _bounded(run, SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
+    growth = _bounded(run, _EXPLICIT_SAFETY / sqrt(sqrt(sqrt(max(error, 1e-12)))))
     # beyond the limit of stability the interpolation fails first, and the step is repeated
     stable = min(growth, max(1.0, _DENSE_LIMIT / max(run.stiffness, 1e-300)))
     return stable if is_dense else growth

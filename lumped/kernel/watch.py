@@ -13,10 +13,11 @@ from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
 from lumped.kernel.plant import Function
 
-__all__ = ["ALL", "ANY", "COUNT", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
+__all__ = ["ALL", "ANY", "COUNT", "IMPULSE", "INSTANT", "LOSS", "TIMED", "VALUE", "Watch"]
 
-COUNT, INSTANT, LOSS, VALUE = range(4)
-"""What is taken from an event: that it happened, when, the energy lost, a value beside it."""
+COUNT, INSTANT, LOSS, IMPULSE, VALUE = range(5)
+"""What is taken from an event: that it happened, when, the energy lost, the impulse, a value
+beside it."""
 
 TIMED = 2
 """Kind of an event that a function of time makes; 0 and 1 are those of conditions and holds. Its
@@ -34,15 +35,22 @@ class Watch(Record):
 
     Attributes
     ----------
-    looks_inside : int
-        Whether values inside all steps are needed.
     integrand, extreme, point, final, event_point : Function
         Quantities that are integrated; whose extremes, values at given instants, at the end, and
         beside events are wanted.
+    end_value : Function
+        Quantities whose extremes are wanted, then their derivatives by time along the run.
+    ends, ends_at : Numbers, float
+        These at the begin and at the end of the step, and the time of the end, s.
+    may_rise : int
+        Whether an extreme may rise in the step.
     begin, end : Numbers
         Part of the run in which each integral is taken, then that of each extreme, s.
     sums : Numbers
         Integrals so far.
+    at_stages, parts, is_rough : Numbers, Numbers, int
+        What is integrated at the stages of a step, its integrals over the step, and whether these
+        are not good enough.
     sign : Integers
         1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
         largest size.
@@ -64,7 +72,6 @@ class Watch(Record):
         Where the latest ones of each wanted event begin in `ring`.
     """
 
-    looks_inside: int
     x: Annotated[Numbers, "states"]
 
     integrands: int
@@ -73,9 +80,16 @@ class Watch(Record):
     begin: Annotated[Numbers, "integrands + extremes"]
     end: Annotated[Numbers, "integrands + extremes"]
     sums: Annotated[Numbers, "integrands"]
+    at_stages: Annotated[Numbers, "8 * integrands"]
+    parts: Annotated[Numbers, "integrands"]
+    is_rough: int
 
     extremes: int
     extreme: Function
+    end_value: Function
+    ends: Annotated[Numbers, "4 * extremes"]
+    ends_at: float
+    may_rise: int
     sign: Annotated[Integers, "extremes"]
     samples: Annotated[Numbers, "5 * extremes"]
     best: Annotated[Numbers, "extremes"]

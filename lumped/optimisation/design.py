@@ -55,6 +55,8 @@ class Optimum:
         output times too, relative to their values there.
     solution : Solution
         Status, iterations, evaluations, residual, violation, condition, seconds.
+    others : tuple of (float, dict)
+        What searches from other starts found: objective and parameters, the best first.
     """
 
     run: Trajectory | Modes
@@ -65,6 +67,7 @@ class Optimum:
     active: tuple[str, ...]
     error: float
     solution: Solution
+    others: tuple[tuple[float, dict[str, float]], ...] = ()
 
     @property
     def system(self) -> System:
@@ -90,6 +93,9 @@ class Optimum:
             table(("", "start", "optimum", "unit"), rows),
             "active: " + (", ".join(self.active) or "nothing"),
         ]
+        if self.others:
+            told = ", ".join(number(objective, 9) for objective, _ in self.others[:6])
+            lines.append(f"searches from other starts found {told}")
         if isinstance(self.run, Trajectory):
             lines.append(f"values as in a run of their own to {self.error:.1e}")
         return "\n".join(lines)

@@ -64,6 +64,7 @@ def optimise(
     parameters: Changes | None = None,
     start: Changes | None = None,
     rtol: float = 1e-8,
+    starts: int = 1,
 ) -> Optimum:
     """Parameters for which a run is best, or natural frequencies are where they are wanted.
 
@@ -108,6 +109,10 @@ def optimise(
     until, parameters, start, rtol
         For a system, as for `gradient`; the search begins with `parameters`. `rtol` is tighter
         than elsewhere: near the optimum a search compares runs that hardly differ.
+    starts : int
+        For a system: number of searches. The first begins with `parameters`, the others at the
+        best of 128 designs each between the bounds, run by `ensemble` and far from each other.
+        The best result counts; ``others`` has the rest, so local minima show.
 
     Returns
     -------
@@ -155,6 +160,11 @@ def optimise(
         raise OptionError(
             "optimise: until, parameters and start belong to a system; a run and modes have theirs."
         )
+    if starts < 1 or (starts > 1 and not isinstance(run, System)):
+        raise OptionError(
+            f"optimise: starts = {starts}: at least one search is needed, and several for a system "
+            "only."
+        )
     if isinstance(run, Modes):
         return best_modes(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
     if isinstance(run, System):
@@ -162,6 +172,7 @@ def optimise(
             raise OptionError("optimise: a system is simulated for each design; give until=, s.")
         until = in_seconds(until, "until")
         scene: Any = {"until": until, "parameters": parameters, "start": start, "rtol": rtol}
+        scene["starts"] = starts
         return best_runs(run, vary, cast(Any, weights), cast(Any, subject_to or {}), **scene)
     bounds = cast(Mapping[Designed | str, Bounds], subject_to or {})
     wanted = cast(dict[Designed | str, float], weights)

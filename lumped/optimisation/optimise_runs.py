@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError
+from lumped.errors import LumpedError, OptionError
 from lumped.gradients.gradient import Gradient, gradient
+from lumped.numerics.nlp import Solution
 from lumped.numerics.sqp import bounded, sqp
 from lumped.optimisation.design import Bounds, Key, Optimum, bounds_of, varied
+from lumped.optimisation.first_designs import first_designs
 from lumped.points.start import start_point
 from lumped.simulation.functionals import Functional
 
@@ -30,6 +32,7 @@ def best_runs(
     parameters: Changes | None = None,
     start: Changes | None = None,
     rtol: float = 1e-8,
+    starts: int = 1,
 ) -> Optimum:
     """The part of `optimise` for whole runs: one run and one sweep back for each design."""
     options: dict[str, Any] = {"until": until, "start": start, "rtol": rtol}
@@ -78,10 +81,22 @@ def best_runs(
         values, slopes, labels = zip(*found, strict=True) if found else ((), (), ())
         return np.array(values), np.array(slopes).reshape(-1, len(w)), list(labels)
 
-    scaled = box / scale[:, None]
-    solution, active = sqp(
-        system.name, names, scaled, objective, rows, lambda: count, max(1e-12, rtol)
-    )
+    begins = [box[:, 0]]
+    if starts > 1:
+        scene = {**options, "parameters": parameters, "rtol": max(rtol, 1e-6)}
+        limits = cast(dict[Functional, Bounds], dict(subject_to))
+        begins += [*first_designs(system, names, box, weights, limits, starts - 1, scene)]
+    found: list[tuple[Solution, tuple[str, ...]]] = []
+    for begin in begins:
+        scaled = np.column_stack([begin, box[:, 1:]]) / scale[:, None]
+        try:
+            search = objective, rows, lambda: count
+            found.append(sqp(system.name, names, scaled, *search, max(1e-12, rtol)))
+        except LumpedError:
+            if begin is begins[-1] and not found:
+                raise
+    found.sort(key=lambda pair: pair[0].objective)
+    solution, active = found[0]
     best = at(solution.w)
     values: dict[Key, float] = {k: float(v) for k, v in zip(of, best.values, strict=True)}
     return Optimum(
@@ -93,4 +108,8 @@ def best_runs(
         active,
         0.0,
         solution,
+        tuple(
+            (other.objective, dict(zip(names, (other.w * scale).tolist(), strict=True)))
+            for other, _ in found[1:]
+        ),
     )

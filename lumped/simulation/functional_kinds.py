@@ -268,6 +268,10 @@ class Swing:
     def __str__(self) -> str:
         return f"swing({self.name})"
 
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
+
 
 @dataclass(frozen=True)
 class Frequency:

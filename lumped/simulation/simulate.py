@@ -25,7 +25,7 @@ from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
 
-__all__ = ["check_options", "simulate"]
+__all__ = ["Method", "check_options", "simulate"]
 
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")

@@ -116,6 +116,12 @@ def same(received, wanted):
     np.testing.assert_array_equal(received, wanted)
 
 
+def close(received, wanted):
+    """Equal but for the last digits of sines, which are computed here and not in the C library."""
+    size = np.abs(wanted[np.isfinite(wanted)]).max(initial=0.0)
+    np.testing.assert_allclose(received, wanted, rtol=1e-12, atol=1e-13 * size)
+
+
 @pytest.fixture
 def symbols():
     return [ca.SX.sym("x", 2), ca.SX.sym("p", 1), ca.SX.sym("t"), ca.SX.sym("m", 1)]
@@ -129,7 +135,31 @@ def test_operations_of_one_number(name, symbols):
     numbers = [*np.random.default_rng(1).uniform(-3, 3, 30), *SPECIAL]
     for number in numbers:
         arguments = ([number, 0.0], [number / 3], 0.0, [0.0])
-        same(ways(*arguments), expected(function, *arguments))
+        (close if name in ("sin", "cos") else same)(
+            ways(*arguments), expected(function, *arguments)
+        )
+
+
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_sines_are_right_to_two_units_in_the_last_place(name, symbols):
+    x, p, _, _ = symbols
+    ways = Ways(ca.Function("f", symbols, [ca.vertcat(ONE[name](x[0]), ONE[name](p))]))
+    rng, worst = np.random.default_rng(5), 0.0
+    quarters = np.arange(-40, 41) * (np.pi / 2)
+    numbers = [
+        *quarters,
+        *(s * v for s in (1e-9, 1.0, 10.0, 1e3, 1e6) for v in rng.uniform(-1, 1, 99)),
+    ]
+    for number in numbers:
+        received = ways([number, 0.0], [-number], 0.0, [0.0], ("python",))
+        for found, angle in zip(received, (number, -number), strict=True):
+            true = getattr(np, name)(np.longdouble(angle))
+            worst = max(worst, float(abs(found - true) / np.spacing(abs(float(true)))))
+    print(f"{name}: {worst:.2f} units in the last place")
+    assert worst < 2.0
+    for number in (1e7, -3e15, 1e300):
+        arguments = ([number, 0.0], [number / 3], 0.0, [0.0])
+        same(ways(*arguments), [getattr(np, name)(number), getattr(np, name)(number / 3)])
 
 
 @pytest.mark.parametrize("name", TWO)
@@ -158,7 +188,7 @@ def test_a_function_longer_than_a_chunk_hands_its_numbers_on(on_stack, symbols, 
     function = ca.Function("f", symbols, [chosen, ca.sum1(chosen)])
     ways = Ways(function)
     arguments = (rng.normal(size=2), rng.normal(size=1), 0.3, rng.normal(size=1))
-    same(ways(*arguments), expected(function, *arguments))
+    close(ways(*arguments), expected(function, *arguments))
 
 
 def test_what_is_not_made_of_scalar_operations_is_refused(symbols):
@@ -185,4 +215,4 @@ def test_functions_of_the_machines(name):
             arguments = (x, run.theta, piece.t[k], piece.settings[k])
             for each, function in functions.items():
                 engines = ("llvm", "c", "python") if k == 0 else ("llvm", "c")
-                same(ways[each](*arguments, engines), expected(function, *arguments))
+                close(ways[each](*arguments, engines), expected(function, *arguments))

@@ -52,20 +52,29 @@ def truncated_normal(mean, std, low, high):
     [
         (lp.normal(30.0, 0.5), (30.0, 0.25)),
         (lp.uniform(2.0, 5.0), (3.5, 9 / 12)),
-        (lp.triangular(1.0, 2.0, 6.0), (3.0, (1 + 4 + 36 - 2 - 6 - 12) / 18)),
-        (lp.triangular(1.0, 1.0, 6.0), (8 / 3, 25 / 18)),
-        (lp.triangular(1.0, 6.0, 6.0), (13 / 3, 25 / 18)),
+        (lp.distributions.triangular(1.0, 2.0, 6.0), (3.0, (1 + 4 + 36 - 2 - 6 - 12) / 18)),
+        (lp.distributions.triangular(1.0, 1.0, 6.0), (8 / 3, 25 / 18)),
+        (lp.distributions.triangular(1.0, 6.0, 6.0), (13 / 3, 25 / 18)),
         (
-            lp.lognormal(3.0, 0.2),
+            lp.distributions.lognormal(3.0, 0.2),
             (3 * math.exp(0.02), 9 * (math.exp(0.04) - 1) * math.exp(0.04)),
         ),
-        (lp.truncated(lp.normal(1.0, 2.0), 0.0, 4.0), truncated_normal(1.0, 2.0, 0.0, 4.0)),
-        (lp.truncated(lp.normal(1.0, 2.0), 0.0, None), truncated_normal(1.0, 2.0, 0.0, math.inf)),
-        (lp.truncated(lp.normal(1.0, 2.0), None, 4.0), truncated_normal(1.0, 2.0, -math.inf, 4.0)),
-        (lp.truncated(lp.uniform(0.0, 10.0), 2.0, 5.0), (3.5, 9 / 12)),
-        (lp.scaled(lp.normal(1.1, 0.05)), (110.0, 25.0)),
+        (
+            lp.distributions.truncated(lp.normal(1.0, 2.0), 0.0, 4.0),
+            truncated_normal(1.0, 2.0, 0.0, 4.0),
+        ),
+        (
+            lp.distributions.truncated(lp.normal(1.0, 2.0), 0.0, None),
+            truncated_normal(1.0, 2.0, 0.0, math.inf),
+        ),
+        (
+            lp.distributions.truncated(lp.normal(1.0, 2.0), None, 4.0),
+            truncated_normal(1.0, 2.0, -math.inf, 4.0),
+        ),
+        (lp.distributions.truncated(lp.uniform(0.0, 10.0), 2.0, 5.0), (3.5, 9 / 12)),
+        (lp.distributions.scaled(lp.normal(1.1, 0.05)), (110.0, 25.0)),
         (scipy.stats.gamma(4.0, scale=2.0), (8.0, 16.0)),
-        (lp.truncated(scipy.stats.expon(), 0.0, None), (1.0, 1.0)),
+        (lp.distributions.truncated(scipy.stats.expon(), 0.0, None), (1.0, 1.0)),
     ],
 )
 def test_mean_and_variance_are_those_of_the_closed_form(distribution, expected):
@@ -75,11 +84,11 @@ def test_mean_and_variance_are_those_of_the_closed_form(distribution, expected):
 DISTRIBUTIONS = [
     lp.normal(30.0, 0.5),
     lp.uniform(2.0, 5.0),
-    lp.triangular(1.0, 2.0, 6.0),
-    lp.lognormal(3.0, 0.2),
-    lp.truncated(lp.normal(1.0, 2.0), 0.0, 4.0),
-    lp.truncated(lp.triangular(1.0, 2.0, 6.0), 1.5, None),
-    lp.scaled(lp.triangular(0.9, 1.0, 1.2)),
+    lp.distributions.triangular(1.0, 2.0, 6.0),
+    lp.distributions.lognormal(3.0, 0.2),
+    lp.distributions.truncated(lp.normal(1.0, 2.0), 0.0, 4.0),
+    lp.distributions.truncated(lp.distributions.triangular(1.0, 2.0, 6.0), 1.5, None),
+    lp.distributions.scaled(lp.distributions.triangular(0.9, 1.0, 1.2)),
     scipy.stats.weibull_min(2.0),
 ]
 
@@ -90,7 +99,7 @@ def test_probabilities_are_inverse_to_quantiles(distribution, own):
     parameter = Parameter("shaft.c", "N.m/rad", own)
     one = law(distribution, parameter)
     u = np.linspace(0.01, 0.99, 99)
-    falls = isinstance(distribution, type(lp.scaled(lp.normal(1.0, 1.0)))) and own < 0
+    falls = isinstance(distribution, type(lp.distributions.scaled(lp.normal(1.0, 1.0)))) and own < 0
     expected = 1 - u if falls else u
     x = one.quantile(u)
     assert [one.below(v) for v in x] == pytest.approx(expected, abs=1e-12)
@@ -110,7 +119,7 @@ def test_a_truncated_normal_is_that_of_scipy():
     for low, high in ((-1.0, 3.0), (4.0, 5.0), (-5.0, -4.0)):
         expected = scipy.stats.truncnorm(low, high, loc=10.0, scale=2.0).ppf(u)
         ends = (10 + 2 * low, 10 + 2 * high)
-        received = law(lp.truncated(lp.normal(10.0, 2.0), *ends)).quantile(u)
+        received = law(lp.distributions.truncated(lp.normal(10.0, 2.0), *ends)).quantile(u)
         assert received == pytest.approx(expected, rel=1e-10)
         assert (received >= ends[0]).all()
         assert (received <= ends[1]).all()
@@ -120,7 +129,7 @@ def test_a_discrete_distribution_keeps_its_ends():
     die = scipy.stats.randint(1, 7)
     u = (np.arange(600) + 0.5) / 600
     assert np.bincount(law(die).quantile(u).astype(int)).tolist() == [0] + 6 * [100]
-    one = law(lp.truncated(die, 2.0, 4.0))
+    one = law(lp.distributions.truncated(die, 2.0, 4.0))
     assert np.bincount(one.quantile(u).astype(int)).tolist() == [0, 0, 200, 200, 200]
     assert (one.below(2.0), one.above(4.0)) == (0.0, 0.0)
     assert one.below(3.0) == pytest.approx(1 / 3)
@@ -137,15 +146,15 @@ def test_a_discrete_distribution_keeps_its_ends():
         (lp.normal("30 kN.m/deg", 500.0), lp.normal(30e3 * 180 / math.pi, 500.0)),
         (lp.uniform("1 kN.m/rad", 2000.0), lp.uniform(1000.0, 2000.0)),
         (
-            lp.triangular("1 kN.m/rad", "2 kN.m/rad", "3 kN.m/rad"),
-            lp.triangular(1e3, 2e3, 3e3),
+            lp.distributions.triangular("1 kN.m/rad", "2 kN.m/rad", "3 kN.m/rad"),
+            lp.distributions.triangular(1e3, 2e3, 3e3),
         ),
-        (lp.lognormal("3 kN.m/rad", "10 %"), lp.lognormal(3e3, 0.1)),
+        (lp.distributions.lognormal("3 kN.m/rad", "10 %"), lp.distributions.lognormal(3e3, 0.1)),
         (
-            lp.truncated(lp.normal(1e3, 200.0), "0.9 kN.m/rad", "1.2 kN.m/rad"),
-            lp.truncated(lp.normal(1e3, 200.0), 900.0, 1200.0),
+            lp.distributions.truncated(lp.normal(1e3, 200.0), "0.9 kN.m/rad", "1.2 kN.m/rad"),
+            lp.distributions.truncated(lp.normal(1e3, 200.0), 900.0, 1200.0),
         ),
-        (lp.scaled(lp.uniform("90 %", "110 %")), lp.uniform(90.0, 110.0)),
+        (lp.distributions.scaled(lp.uniform("90 %", "110 %")), lp.uniform(90.0, 110.0)),
     ],
 )
 def test_values_with_units_are_converted_to_that_of_the_parameter(distribution, expected):
@@ -179,21 +188,49 @@ def test_a_standard_deviation_is_a_difference_of_temperatures():
             r"low = 3 N\.m/rad must be less than high = 1 N\.m/rad\. Give the smaller one first",
         ),
         (lp.uniform(3.0, 3.0), OptionError, "must be less than high"),
-        (lp.triangular(3.0, 2.0, 1.0), OptionError, "low = 3 N.m/rad must be less than high = 1"),
-        (lp.triangular(1.0, 5.0, 3.0), OptionError, "mode = 5 N.m/rad must lie between low = 1"),
-        (lp.lognormal(-1.0, 0.1), OptionError, "median = -1 N.m/rad must be greater than zero"),
-        (lp.lognormal(1.0, 0.0), OptionError, "sigma = 0 must be greater than zero"),
-        (lp.truncated(lp.normal(1.0, 1.0), 3.0, 2.0), OptionError, "low = 3 N.m/rad must be less"),
         (
-            lp.truncated(lp.normal(1.0, 1.0), 20.0, 30.0),
+            lp.distributions.triangular(3.0, 2.0, 1.0),
+            OptionError,
+            "low = 3 N.m/rad must be less than high = 1",
+        ),
+        (
+            lp.distributions.triangular(1.0, 5.0, 3.0),
+            OptionError,
+            "mode = 5 N.m/rad must lie between low = 1",
+        ),
+        (
+            lp.distributions.lognormal(-1.0, 0.1),
+            OptionError,
+            "median = -1 N.m/rad must be greater than zero",
+        ),
+        (lp.distributions.lognormal(1.0, 0.0), OptionError, "sigma = 0 must be greater than zero"),
+        (
+            lp.distributions.truncated(lp.normal(1.0, 1.0), 3.0, 2.0),
+            OptionError,
+            "low = 3 N.m/rad must be less",
+        ),
+        (
+            lp.distributions.truncated(lp.normal(1.0, 1.0), 20.0, 30.0),
             OptionError,
             r"share of 0 between low = 20 N\.m/rad and high = 30 N\.m/rad; 1e-09 is needed",
         ),
-        (lp.scaled(lp.uniform(2.0, 1.0)), OptionError, r"shaft\.c: factor: low = 2 must be less"),
-        (lp.scaled(lp.scaled(lp.normal(1.0, 0.1))), OptionError, "cannot be scaled again"),
+        (
+            lp.distributions.scaled(lp.uniform(2.0, 1.0)),
+            OptionError,
+            r"shaft\.c: factor: low = 2 must be less",
+        ),
+        (
+            lp.distributions.scaled(lp.distributions.scaled(lp.normal(1.0, 0.1))),
+            OptionError,
+            "cannot be scaled again",
+        ),
         (lp.normal("30 kg", 1.0), UnitError, r"shaft\.c: mean = '30 kg': the unit must be of the"),
         (lp.normal(30.0, "1 kg"), UnitError, r"shaft\.c: std = '1 kg': the unit must be of the"),
-        (lp.scaled(lp.normal("1 kg", 0.1)), UnitError, r"shaft\.c: factor: mean = '1 kg'"),
+        (
+            lp.distributions.scaled(lp.normal("1 kg", 0.1)),
+            UnitError,
+            r"shaft\.c: factor: mean = '1 kg'",
+        ),
         (lp.normal("nan N.m/rad", 1.0), ParameterError, "mean = nan N.m/rad must be a finite"),
         (scipy.stats.norm(0.0, -1.0), OptionError, "median .* is nan, which is no finite number"),
         (scipy.stats.norm([1.0, 2.0], 1.0), OptionError, r"median .* is \[1\.0, 2\.0\]"),
@@ -206,7 +243,7 @@ def test_what_is_no_distribution_of_the_parameter_is_refused(distribution, kind,
 
 def test_a_value_of_zero_cannot_be_scaled():
     with pytest.raises(OptionError, match=r"part\.x: its value is zero, which no factor changes"):
-        law(lp.scaled(lp.normal(1.0, 0.1)), Parameter("part.x", "m", 0.0))
+        law(lp.distributions.scaled(lp.normal(1.0, 0.1)), Parameter("part.x", "m", 0.0))
 
 
 @pytest.mark.parametrize(
@@ -215,13 +252,22 @@ def test_a_value_of_zero_cannot_be_scaled():
         (lambda: lp.normal(math.nan, 1.0), "normal: mean = nan: a finite number or a text"),
         (lambda: lp.uniform(0.0, math.inf), "uniform: high = inf: a finite number or a text"),
         (lambda: lp.normal(1.0), "normal: missing a required argument: 'std'"),
-        (lambda: lp.scaled(3.0), r"scaled: distribution = 3\.0: a distribution such as lumped\."),
-        (lambda: lp.truncated(None, 1.0, 2.0), "truncated: distribution = None: a distribution"),
         (
-            lambda: lp.scaled(scipy.stats.norm),
+            lambda: lp.distributions.scaled(3.0),
+            r"scaled: distribution = 3\.0: a distribution such as lumped\.",
+        ),
+        (
+            lambda: lp.distributions.truncated(None, 1.0, 2.0),
+            "truncated: distribution = None: a distribution",
+        ),
+        (
+            lambda: lp.distributions.scaled(scipy.stats.norm),
             r"scaled: distribution = scipy\.stats\.norm: give the distribution its arguments",
         ),
-        (lambda: lp.paired([1.0]), r"paired: values = \[1\.0\]: a dictionary with names as keys"),
+        (
+            lambda: lp.distributions.paired([1.0]),
+            r"paired: values = \[1\.0\]: a dictionary with names as keys",
+        ),
     ],
 )
 def test_what_is_no_distribution_at_all_is_refused_at_once(make, text):
@@ -248,7 +294,7 @@ TWO = {"shaft.c": lp.normal(100.0, 1.0), "body.J": lp.normal(1.0, 0.1)}
 )
 def test_what_is_no_correlation_matrix_is_refused(distributions, correlation, text):
     with pytest.raises(OptionError, match=text):
-        lp.correlated(distributions, correlation)
+        lp.distributions.correlated(distributions, correlation)
 
 
 def test_correlations_that_contradict_each_other_are_refused():
@@ -256,5 +302,5 @@ def test_correlations_that_contradict_each_other_are_refused():
     names = {f"shaft[{i}].c": lp.normal(100.0, 1.0) for i in range(3)}
     matrix = np.full((3, 3), -0.6) + 1.6 * np.eye(3)
     with pytest.raises(OptionError, match=r"least eigenvalue of the matrix is -0\.2"):
-        lp.correlated(names, matrix)
-    lp.correlated(names, np.full((3, 3), -0.5) + 1.5 * np.eye(3))
+        lp.distributions.correlated(names, matrix)
+    lp.distributions.correlated(names, np.full((3, 3), -0.5) + 1.5 * np.eye(3))

@@ -25,19 +25,19 @@ def system():
     return lp.assemble(model)
 
 
-@pytest.mark.parametrize("wrap", [dict, lp.paired])
+@pytest.mark.parametrize("wrap", [dict, lp.distributions.paired])
 def test_values_out_of_range_are_counted_and_the_first_is_told(system, wrap):
     c = np.full(30_000, 100.0)
     c[[7, 19, 29_999]] = -1.0, 0.0, np.nan
     inertia = np.full(30_000, 2.0)
     inertia[20_001] = np.inf
-    over = wrap({C: c, J: inertia}) if wrap is lp.paired else {C: c}
+    over = wrap({C: c, J: inertia}) if wrap is lp.distributions.paired else {C: c}
     with pytest.raises(ParameterError) as caught:
         variants_of(system, over)
     text = "shaft.c = -1 N.m/rad (torsional stiffness) must be greater than 0: run 7 and 2 more"
     lines = str(caught.value).splitlines()
     assert text + " of 30000 runs" in lines[1]
-    if wrap is lp.paired:
+    if wrap is lp.distributions.paired:
         assert "body.J = inf kg.m2 (moment of inertia) must be a finite number" in lines[2]
         assert "run 20001 of 30000 runs" in lines[2]
         assert lines[0] == "ensemble: 2 parameter faults:"
@@ -49,16 +49,16 @@ def test_values_out_of_range_are_counted_and_the_first_is_told(system, wrap):
         (lp.normal(10.0, 5.0), NormalDist().cdf(-2.0)),
         (lp.normal(10.0, 1.5), NormalDist().cdf(-10 / 1.5)),
         (lp.uniform(-1.0, 3.0), 0.25),
-        (lp.triangular(-1.0, 1.0, 3.0), 1 / 8),
-        (lp.scaled(lp.normal(1.0, 0.5)), NormalDist().cdf(-2.0)),
-        (lp.truncated(lp.uniform(-3.0, 3.0), -1.0, 1.0), 0.5),
+        (lp.distributions.triangular(-1.0, 1.0, 3.0), 1 / 8),
+        (lp.distributions.scaled(lp.normal(1.0, 0.5)), NormalDist().cdf(-2.0)),
+        (lp.distributions.truncated(lp.uniform(-3.0, 3.0), -1.0, 1.0), 0.5),
         (scipy.stats.norm(10.0, 5.0), NormalDist().cdf(-2.0)),
     ],
 )
 def test_a_distribution_that_reaches_out_of_range_is_refused(system, distribution, probability):
     text = (
         r"shaft\.c \(torsional stiffness\) must be greater than 0 N\.m/rad; its distribution has "
-        rf"other values with a probability of {probability:.3g}\n.*lumped\.truncated"
+        rf"other values with a probability of {probability:.3g}\n.*lumped\.distributions\.truncated"
     )
     with pytest.raises(ParameterError, match=text):
         variants_of(system, {C: distribution}, runs=1)
@@ -67,11 +67,11 @@ def test_a_distribution_that_reaches_out_of_range_is_refused(system, distributio
 @pytest.mark.parametrize(
     "distribution",
     [
-        lp.truncated(lp.normal(10.0, 5.0), 0.01, None),
-        lp.truncated(lp.normal(10.0, 5.0), 1.0, 40.0),
+        lp.distributions.truncated(lp.normal(10.0, 5.0), 0.01, None),
+        lp.distributions.truncated(lp.normal(10.0, 5.0), 1.0, 40.0),
         lp.uniform(0.0, 10.0),
         lp.normal(10.0, 10 / 7.5),  # 3e-14 below zero
-        lp.lognormal(10.0, 2.0),
+        lp.distributions.lognormal(10.0, 2.0),
         scipy.stats.expon(),
     ],
 )
@@ -136,7 +136,9 @@ def test_a_run_is_out_of_range_if_its_own_check_says_so(frame):
 
 
 def test_a_range_that_depends_on_another_varied_parameter_is_checked_run_by_run(frame):
-    over = lp.paired({"left.low": [0.0, 3.0, 5.0, 6.0], "left.high": [1.0, 4.0, 5.0, 5.5]})
+    over = lp.distributions.paired(
+        {"left.low": [0.0, 3.0, 5.0, 6.0], "left.high": [1.0, 4.0, 5.0, 5.5]}
+    )
     text = (
         r"left\.high = 5 N \(upper end\) must be greater than left\.low = 5 N \(lower end\): run 2 "
         r"and 1 more of 4 runs"
@@ -160,7 +162,7 @@ def test_drawn_values_out_of_a_range_that_depends_on_others_are_counted(frame):
     with pytest.raises(ParameterError) as caught:
         variants_of(frame, over, runs=1000, seed=9)
     assert text in str(caught.value)
-    assert "lumped.truncated(distribution, low, high)" in str(caught.value)
+    assert "lumped.distributions.truncated(distribution, low, high)" in str(caught.value)
 
 
 def test_both_ends_of_a_range_are_told(frame):
@@ -171,7 +173,7 @@ def test_both_ends_of_a_range_are_told(frame):
 
 def test_a_negative_value_is_scaled_within_its_range(frame):
     """A factor above one makes a negative value smaller."""
-    over = {"left.low": lp.scaled(lp.uniform(0.5, 2.0))}
+    over = {"left.low": lp.distributions.scaled(lp.uniform(0.5, 2.0))}
     u = np.random.default_rng(0).random((20, 1))
     received = variants_of(frame, over, runs=20, parameters={"left.low": -2.0}).values
     assert received == pytest.approx(-2.0 * (0.5 + 1.5 * u), rel=1e-15)

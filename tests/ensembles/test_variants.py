@@ -54,7 +54,7 @@ def test_a_grid_has_every_combination_and_the_last_varies_fastest(system):
 def test_values_may_have_units(system, values):
     expected = pytest.approx(np.array([[50.0], [2000.0]]), rel=1e-15)
     assert variants_of(system, {C: values}).values == expected
-    assert variants_of(system, lp.paired({MODEL.shaft.c: values})).values == expected
+    assert variants_of(system, lp.distributions.paired({MODEL.shaft.c: values})).values == expected
     if values.__class__ is list:
         assert variants_of(system, [{C: value} for value in values]).values == expected
 
@@ -73,7 +73,7 @@ def test_the_parameters_of_each_run_are_those_given(system):
         ({C: c, J: inertia} for c, inertia in rows),
         [{MODEL.shaft.c: c, MODEL.body.J: inertia} for c, inertia in rows],
         [{C: 50.0, J: 1.0}, {J: 3.0, MODEL.shaft.c: 70.0}, {MODEL.body.J: 2.0, C: 60.0}],
-        lp.paired({C: [50.0, 70.0, 60.0], J: np.array([1, 3, 2])}),
+        lp.distributions.paired({C: [50.0, 70.0, 60.0], J: np.array([1, 3, 2])}),
     ]
     for way in ways:
         received = variants_of(system, way)
@@ -163,7 +163,9 @@ def test_halton_points_hit_each_stratum_once(system):
 @pytest.mark.parametrize("rho", [-0.95, -0.3, 0.0, 0.7])
 def test_drawn_normal_parameters_have_the_correlation(system, rho):
     """The correlation of a sample has the standard deviation (1 - rho^2) / sqrt(n)."""
-    over = lp.correlated({C: lp.normal(100.0, 3.0), J: lp.normal(2.0, 0.1)}, [[1, rho], [rho, 1]])
+    over = lp.distributions.correlated(
+        {C: lp.normal(100.0, 3.0), J: lp.normal(2.0, 0.1)}, [[1, rho], [rho, 1]]
+    )
     n = 40_000
     received = variants_of(system, over, runs=n, seed=1).values
     assert abs(np.corrcoef(received.T)[0, 1] - rho) < 5 * (1 - rho**2) / math.sqrt(n)
@@ -174,7 +176,7 @@ def test_drawn_normal_parameters_have_the_correlation(system, rho):
 def test_correlation_is_that_of_the_normal_variables_behind_other_distributions(system):
     """For uniform variables, whose correlation is that of ranks: 6/pi asin(rho/2) (Kruskal)."""
     rho, n = 0.8, 40_000
-    over = lp.correlated(UNIFORM, [[1, rho], [rho, 1]])
+    over = lp.distributions.correlated(UNIFORM, [[1, rho], [rho, 1]])
     received = variants_of(system, over, runs=n, seed=2).values
     expected = 6 / math.pi * math.asin(rho / 2)
     assert abs(np.corrcoef(received.T)[0, 1] - expected) < 5 / math.sqrt(n)
@@ -185,7 +187,7 @@ THREE = {C: lp.normal(100.0, 3.0), J: lp.normal(2.0, 0.1), "shaft.phi_rel0": lp.
 
 def test_correlated_parameters_are_those_of_a_factor_written_by_hand(system):
     a, b, c = 0.5, -0.3, 0.2
-    over = lp.correlated(THREE, [[1, a, b], [a, 1, c], [b, c, 1]])
+    over = lp.distributions.correlated(THREE, [[1, a, b], [a, 1, c], [b, c, 1]])
     received = variants_of(system, over, runs=200, seed=3).values
     z = np.vectorize(NormalDist().inv_cdf)(np.random.default_rng(3).random((200, 3)))
     second = a * z[:, 0] + math.sqrt(1 - a**2) * z[:, 1]
@@ -196,7 +198,7 @@ def test_correlated_parameters_are_those_of_a_factor_written_by_hand(system):
 
 
 def test_parameters_may_follow_from_each_other_wholly(system):
-    over = lp.correlated(THREE, [[1, -1, 0.6], [-1, 1, -0.6], [0.6, -0.6, 1]])
+    over = lp.distributions.correlated(THREE, [[1, -1, 0.6], [-1, 1, -0.6], [0.6, -0.6, 1]])
     received = variants_of(system, over, runs=1000).values
     first, second, third = ((received - [100.0, 2.0, 0.0]) / [3.0, 0.1, 1.0]).T
     assert second == pytest.approx(-first, abs=1e-9)
@@ -205,7 +207,7 @@ def test_parameters_may_follow_from_each_other_wholly(system):
 
 def test_a_factor_is_that_of_the_value_in_the_call(system):
     u = np.random.default_rng(0).random((50, 1))
-    over = {C: lp.scaled(lp.uniform(0.9, 1.1))}
+    over = {C: lp.distributions.scaled(lp.uniform(0.9, 1.1))}
     for parameters, own in ((None, 100.0), ({C: "0.4 kN.m/rad"}, 400.0), ({J: 1.0}, 100.0)):
         received = variants_of(system, over, runs=50, parameters=parameters).values
         assert received == pytest.approx(own * (0.9 + 0.2 * u), rel=1e-15)
@@ -223,7 +225,7 @@ NORMAL = lp.normal(100.0, 3.0)
         ([], {}, OptionError, "there is nothing to vary"),
         ([{}], {}, OptionError, "there is nothing to vary"),
         ({C: []}, {}, OptionError, "there is nothing to vary"),
-        (lp.paired({}), {}, OptionError, "there is nothing to vary"),
+        (lp.distributions.paired({}), {}, OptionError, "there is nothing to vary"),
         (5.0, {}, OptionError, r"over = 5\.0: what varies is needed, such as"),
         ("shaft.c", {}, OptionError, r"over = 'shaft\.c': what varies is needed"),
         ({3: [1.0]}, {}, UnknownNameError, "3 is neither a name nor a reference"),
@@ -253,15 +255,15 @@ NORMAL = lp.normal(100.0, 3.0)
             {C: NORMAL, J: [1.0]},
             {"runs": 3},
             OptionError,
-            r"distributions \(of shaft\.c\) and values \(of body\.J\)\. .* lumped\.paired",
+            r"distributions \(of shaft\.c\) and values \(of body\.J\)\. .* lumped\..*paired",
         ),
         (
-            lp.paired({C: [1.0, 2.0], J: [1.0]}),
+            lp.distributions.paired({C: [1.0, 2.0], J: [1.0]}),
             {},
             OptionError,
             r"equally many values, but shaft\.c has 2, body\.J has 1\. .* parameters=",
         ),
-        (lp.paired({C: NORMAL}), {}, OptionError, r"but shaft\.c has a distribution"),
+        (lp.distributions.paired({C: NORMAL}), {}, OptionError, r"but shaft\.c has a distribution"),
         ({C: ["1 kg"]}, {}, UnitError, r"shaft\.c = '1 kg': the unit must be of the kind N\.m/rad"),
         ({C: [True]}, {}, ParameterError, r"shaft\.c = True: a number in N\.m/rad is needed"),
         ({C: [[1.0, 2.0], [3.0]]}, {}, ParameterError, r"shaft\.c = \[1\.0, 2\.0\]: a number"),

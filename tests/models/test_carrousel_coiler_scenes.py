@@ -65,10 +65,10 @@ class TestElasticStrip:
         assert str(caught.value).startswith("The strip loses")
 
     def test_a_coarse_run_asks_for_a_tighter_one_before_it_blames_the_drive(self):
-        """At rtol = 0.2 the strip seems to lose its tension; it keeps 77 kN."""
-        text = r"^At rtol = 0\.2 this may be the error of the run itself; .* The strip loses its"
+        """At rtol = 0.5 the strip seems to lose its tension; it keeps 77 kN."""
+        text = r"^At rtol = 0\.5 this may be the error of the run itself; .* The strip loses its"
         with pytest.raises(SolverError, match=text):
-            scenes.elastic_winding(0.9, until=8.0, rtol=0.2)
+            scenes.elastic_winding(0.9, until=8.0, rtol=0.5)
         run = scenes.elastic_winding(0.9, until=8.0)
         assert run["strip.T"].min() > 7e4
 

@@ -219,7 +219,8 @@ def test_a_hundred_turns_of_a_crank_from_its_dead_centre_keep_energy_and_rod(rod
     limit = rtol * run.steps
     print(cost(run))
     assert within(10 * EPS, np.hypot(s - r * np.cos(phi), r * np.sin(phi)), rod_ratio * r, "rod")
-    assert within(20 * EPS, v, slope(phi) * w, "speed of the piston")
+    # the sines of NumPy differ in the last digit; the shortest rod magnifies it
+    assert within(50 * EPS, v, slope(phi) * w, "speed of the piston")
     found = (J * w**2 + m * v**2) / 2
     # at one step in some thousands DOP853's estimate of the error vanishes by accident, SciPy's too
     changes = np.diff(found, prepend=energy)

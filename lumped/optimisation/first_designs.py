@@ -1,0 +1,92 @@
+"""Designs from which searches begin: the best of many, far from each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import System
+from lumped.ensembles.distributions import uniform
+from lumped.ensembles.ensemble import ensemble
+from lumped.errors import LumpedError, OptionError
+from lumped.optimisation.design import Bounds, bounds_of
+from lumped.simulation.functionals import Functional
+
+__all__ = ["first_designs"]
+
+_TRIED = 128
+"""Designs that are run for each search."""
+_APART = 0.15
+"""Least distance of designs from which searches begin, over the diagonal of the bounds."""
+
+
+def first_designs(
+    system: System,
+    names: list[str],
+    box: np.ndarray,
+    weights: Mapping[Functional | str, float],
+    subject_to: Mapping[Functional, Bounds],
+    count: int,
+    scene: Mapping[str, Any],
+) -> np.ndarray:
+    """Designs between bounds whose runs are best, or miss their constraints least.
+
+    Parameters
+    ----------
+    names : list of str
+        What varies.
+    box : ndarray, shape (k, 3)
+        Start, lower and upper bound of each.
+    weights, subject_to
+        As for `optimise`.
+    count : int
+        How many designs.
+    scene : mapping of str
+        Options of the runs, as for `ensemble`.
+
+    Returns
+    -------
+    ndarray, shape (at most count, k)
+
+    Raises
+    ------
+    OptionError
+        If a bound is missing.
+    """
+    low, high = box[:, 1], box[:, 2]
+    for name, *ends in zip(names, low, high, strict=True):
+        if not np.isfinite(ends).all():
+            raise OptionError(
+                f"optimise: starts needs both bounds of {name}; designs are tried between them."
+            )
+    of = [k for k in (*weights, *subject_to) if not isinstance(k, str)]
+    labels = {str(f): f for f in of}
+    over: dict[Any, Any] = {
+        name: uniform(*ends) for name, *ends in zip(names, low, high, strict=True)
+    }
+    tried: dict[str, Any] = {"runs": _TRIED * count, "sampling": "sobol"}
+    try:
+        found = ensemble(system, over=over, of=labels, **tried, **scene)
+    except LumpedError:
+        return np.zeros((0, len(names)))  # the search from the start says what is wrong
+    points = found.points
+    worth = np.zeros(len(points))
+    for key, weight in weights.items():
+        worth = worth + weight * (found[key] if isinstance(key, str) else found[str(key)])
+    missed = np.zeros(len(points))
+    for key, given in subject_to.items():
+        least, most = bounds_of(str(key), given)
+        value = found[str(key)]
+        size = max([abs(b) for b in (least, most) if np.isfinite(b)], default=0.0) or 1.0
+        missed += np.maximum(np.maximum(least - value, value - most), 0.0) / size
+    order = np.lexsort((worth, missed))
+    chosen: list[np.ndarray] = []
+    for i in order[np.isfinite(worth[order]) & np.isfinite(missed[order])].tolist():
+        place = (points[i] - low) / (high - low)
+        far = [np.linalg.norm(place - other) / np.sqrt(len(names)) for other in chosen]
+        if len(chosen) < count and min(far, default=1.0) > _APART:
+            chosen.append(place)
+    begins: np.ndarray = low + (high - low) * np.array(chosen).reshape(-1, len(names))
+    return begins

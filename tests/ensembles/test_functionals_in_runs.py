@@ -1,0 +1,286 @@
+"""Functionals that the time loop collects, against closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Fixed, Inertia, Position, Spring, Torque
+from lumped.ops import sin, where
+
+paired = lp.ensembles.paired
+
+
+def check(what, found, expected, limit):
+    """Compare all runs, relative to the largest expected value, and print the figure."""
+    found, expected = np.asarray(found), np.broadcast_to(expected, np.shape(found))
+    missing = np.isnan(expected)
+    assert (np.isnan(found) == missing).all(), f"{what}: {found} instead of {expected}"
+    size = max(np.abs(expected[~missing]).max(initial=0.0), 1e-3)
+    error = np.abs(found - expected)[~missing].max(initial=0.0) / size
+    print(f"{what}: {error:.1e}")
+    assert error < limit, f"{what}: {found} instead of {expected}"
+
+
+# -- an oscillator ---------------------------------------------------------------------------------
+
+SPEED, END = 1.5, 2.0
+C = np.linspace(30.0, 300.0, 12)
+J = np.linspace(0.4, 2.5, 12)[::-1] ** 2
+RATE = np.sqrt(C / J)
+SIZE = SPEED / RATE
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    """A body with a speed on a spring: phi = SIZE sin(RATE t)."""
+    model = lp.compose(
+        ground=Fixed(),
+        shaft=Spring(c=100.0),
+        body=Inertia(J=1.0, phi=0.0, w=SPEED),
+        connections=lambda m: lp.chain(m.ground, m.shaft, m.body),
+    )
+    return lp.assemble(model)
+
+
+def swung(oscillator, of, rtol=1e-9, until=END, **options):
+    over = paired({"shaft.c": C, "body.J": J})
+    return lp.ensemble(oscillator, over=over, until=until, of=of, rtol=rtol, **options)
+
+
+def phi(t):
+    return SIZE * np.sin(RATE * t)
+
+
+def sine_integral(a, b, rate=RATE):
+    return (np.cos(rate * a) - np.cos(rate * b)) / rate
+
+
+def square_integral(a, b, rate=RATE):
+    return (b - a) / 2 - (np.sin(2 * rate * b) - np.sin(2 * rate * a)) / (4 * rate)
+
+
+def sine_extremes(a, b):
+    """Greatest and least value of the sine from a to b, for each variant."""
+    found = []
+    for sign in (1.0, -1.0):
+        first = np.ceil((RATE * a / np.pi - sign / 2) / 2)
+        crest = np.pi * (2 * first + sign / 2) <= RATE * b
+        ends = np.maximum(sign * np.sin(RATE * a), sign * np.sin(RATE * b))
+        found.append(np.where(crest, 1.0, ends) * sign)
+    return found
+
+
+PARTS = [None, (0.0, 0.3), (0.31, 0.5), (1.0, 1.9), (0.7, END)]
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_integrals_of_a_sine(oscillator, part):
+    a, b = part or (0.0, END)
+    of = {
+        "integral": fun.integral("shaft.phi_rel", between=part),
+        "mean": fun.mean("shaft.tau", between=part),
+        "rms": fun.rms("shaft.phi_rel", between=part),
+        "work": fun.integral("shaft.tau", "body.w", between=part),
+        "power": fun.mean("shaft.tau", "body.w", between=part),
+        "rms of power": fun.rms("shaft.tau", "body.w", between=part),
+        "cube": fun.integral(*["body.w"] * 3, between=part),
+    }
+    found = swung(oscillator, of)
+    work = 0.5 * C * (phi(b) ** 2 - phi(a) ** 2)
+    sine = np.sin(RATE * b) - np.sin(RATE * a)
+    cube = np.sin(RATE * b) ** 3 - np.sin(RATE * a) ** 3
+    expected = {
+        "integral": SIZE * sine_integral(a, b),
+        "mean": C * SIZE * sine_integral(a, b) / (b - a),
+        "rms": SIZE * np.sqrt(square_integral(a, b) / (b - a)),
+        "work": work,
+        "power": work / (b - a),
+        "rms of power": 0.5 * C * SIZE * SPEED * np.sqrt(square_integral(a, b, 2 * RATE) / (b - a)),
+        "cube": SPEED**3 * (sine - cube / 3) / RATE,
+    }
+    for name, value in expected.items():
+        check(f"{name} {part}", found[name], value, 2e-8)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_extremes_of_a_sine(oscillator, part):
+    of = {
+        "peak": fun.peak("shaft.phi_rel", between=part),
+        "highest": fun.highest("shaft.phi_rel", between=part),
+        "lowest": fun.lowest("shaft.tau", between=part),
+        "swing": fun.swing("shaft.tau"),
+        "least speed": fun.lowest("body.w", between=part),
+    }
+    found = swung(oscillator, of)
+    high, low = sine_extremes(*(part or (0.0, END)))
+    check(f"highest {part}", found["highest"], SIZE * high, 1e-8)
+    check(f"lowest {part}", found["lowest"], C * SIZE * low, 1e-8)
+    check(f"peak {part}", found["peak"], SIZE * np.maximum(high, -low), 1e-8)
+    high, low = sine_extremes(0.0, END)
+    check("swing", found["swing"], C * SIZE * (high - low), 1e-8)
+
+
+def test_values_at_instants_are_added(oscillator):
+    times = [0.7, 0.0, END, 0.2, 0.7]
+    of = {
+        "end": fun.final("shaft.tau"),
+        "one": fun.at(0.7, "shaft.phi_rel"),
+        "first": fun.at(0.0, "body.w"),
+        "last": fun.at(END, "body.w"),
+        "several": fun.at(times, "shaft.phi_rel"),
+        "product": fun.at(times, "shaft.tau", "body.w"),
+    }
+    found = swung(oscillator, of)
+    w = {t: SPEED * np.cos(RATE * t) for t in times}
+    check("final", found["end"], C * phi(END), 1e-8)
+    check("at one instant", found["one"], phi(0.7), 1e-8)
+    assert (found["first"] == SPEED).all()
+    check("at the end", found["last"], w[END], 1e-8)
+    check("at several", found["several"], sum(phi(t) for t in times), 1e-8)
+    check("products", found["product"], sum(C * phi(t) * w[t] for t in times), 1e-8)
+
+
+def test_what_else_is_taken_changes_no_more_than_the_tolerance(oscillator):
+    """Values between steps have an error of their own, which steps obey where they are wanted."""
+    of = {
+        "peak": fun.peak("shaft.tau"),
+        "part": fun.highest("shaft.tau", between=(0.3, 0.9)),
+        "rms": fun.rms("shaft.tau"),
+        "energy": fun.integral("body.w", "body.w", between=(0.3, 0.9)),
+    }
+    together = swung(oscillator, of, rtol=1e-6)
+    for name, one in of.items():
+        check(name, swung(oscillator, {name: one}, rtol=1e-6)[name], together[name], 2e-6)
+
+
+@pytest.mark.parametrize(("rtol", "limit"), [(1e-3, 5e-3), (1e-4, 5e-4), (1e-6, 5e-6)])
+def test_peaks_between_long_steps(oscillator, rtol, limit):
+    """A step is about a third of a period, so hardly any ends near a crest."""
+    of = {
+        "peak": fun.peak("shaft.phi_rel"),
+        "highest": fun.highest("shaft.phi_rel"),
+        "lowest": fun.lowest("shaft.phi_rel"),
+        "part": fun.highest("shaft.phi_rel", between=(0.4, 1.7)),
+        "torque": fun.peak("shaft.tau"),
+        "rms": fun.rms("body.w"),
+    }
+    found = swung(oscillator, of, rtol=rtol)
+    high, low = sine_extremes(0.0, END)
+    check("peak", found["peak"], SIZE * np.maximum(high, -low), limit)
+    check("highest", found["highest"], SIZE * high, limit)
+    check("lowest", found["lowest"], SIZE * low, limit)
+    check("part", found["part"], SIZE * sine_extremes(0.4, 1.7)[0], limit)
+    check("torque", found["torque"], C * SIZE * np.maximum(high, -low), limit)
+    check("rms", found["rms"], SPEED * np.sqrt(1 - square_integral(0, END) / END), limit)
+
+
+def test_peaks_at_the_begin_and_the_end_and_equal_ones(oscillator):
+    """The speed is greatest at the begin, and again after each period."""
+    period = 2 * np.pi / RATE[0]
+    of = {"w": fun.highest("body.w"), "peak": fun.peak("body.w"), "x": fun.highest("shaft.phi_rel")}
+    found = swung(oscillator, of, rtol=1e-7, until=2 * period)
+    assert (found["w"] >= SPEED).all()
+    assert (found["peak"] >= SPEED).all()
+    check("speed at the begin", found["w"], SPEED, 1e-6)
+    check("size of the speed", found["peak"], SPEED, 1e-6)
+    quarter = swung(oscillator, {**of, "end": fun.final("shaft.phi_rel")}, until=period / 4)
+    assert (quarter["x"] >= quarter["end"]).all()
+    check("crest at the end", quarter["x"][0], SIZE[0], 1e-9)
+    rising = RATE[0] > RATE
+    assert (quarter["x"] == quarter["end"])[rising].all()
+
+
+# -- functions of time alone -----------------------------------------------------------------------
+
+
+class Shaken(lp.Component):
+    """A body that is moved, and a torque that comes at an instant; nothing is a state."""
+
+    size: lp.Param = lp.param("rad", "amplitude", 0.5)
+    rate: lp.Param = lp.param("rad/s", "angular rate", 30.0)
+    comes: lp.Param = lp.param("s", "instant of the torque", 0.4)
+    drive: Position = Position(phi=size * sin(rate * lp.time))
+    body: Inertia = Inertia(J=2.0)
+    load: Torque = Torque(tau=where(lp.time >= comes, 3.0, 1.0))
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.body, self.load)
+
+
+def test_a_system_without_states_moves_as_its_functions_of_time():
+    system, until = lp.assemble(Shaken()), 1.3
+    assert not system.state_names
+    of = {
+        "peak": fun.peak("body.a"),
+        "highest": fun.highest("body.w"),
+        "late": fun.highest("body.phi", between=(0.8, until)),
+        "swing": fun.swing("body.phi"),
+        "integral": fun.integral("body.w"),
+        "rms": fun.rms("body.a"),
+        "at": fun.at([0.1, 0.2], "body.phi", "body.w"),
+        "final": fun.final("body.phi"),
+        "momentum": fun.integral("load.tau"),
+        "greatest": fun.highest("load.tau"),
+        "instant": fun.instant("load.tau"),
+        "angle": fun.at_event("body.phi", "load.tau"),
+        "before": fun.at_event("load.tau", "load.tau"),
+        "after": fun.at_event("load.tau", "load.tau", side="after"),
+    }
+    over = {"size": [0.2, 0.5], "rate": [9.0, 30.0, 400.0], "comes": [0.4, 0.95, 2.0]}
+    found = lp.ensemble(system, over=over, until=until, of=of)
+    A, w, comes = (found[name] for name in found.names)
+    begins = comes < until
+    expected = {
+        "peak": A * w**2,
+        "highest": A * w,
+        "late": A,
+        "swing": 2 * A,
+        "integral": A * np.sin(w * until),
+        "rms": A * w**2 * np.sqrt(0.5 - np.sin(2 * w * until) / (4 * w * until)),
+        "at": 0.5 * A**2 * w * (np.sin(0.2 * w) + np.sin(0.4 * w)),
+        "final": A * np.sin(w * until),
+        "momentum": until + 2 * np.maximum(until - comes, 0),
+        "greatest": np.where(begins, 3.0, 1.0),
+    }
+    for name, value in expected.items():
+        check(name, found[name], value, 1e-12)
+    late = {"instant": comes, "angle": A * np.sin(w * comes), "before": 1.0, "after": 3.0}
+    for name, value in late.items():
+        assert (np.isnan(found[name]) == ~begins).all()
+        check(name, found[name][begins], np.broadcast_to(value, A.shape)[begins], 1e-12)
+    assert sorted(found.failures) == np.flatnonzero(~begins).tolist()
+
+
+class Square(lp.Component):
+    """A torque that changes its sign with a sine, a clock that is not a straight line of time."""
+
+    rate: lp.Param = lp.param("rad/s", "angular rate", 10.0)
+    body: Inertia = Inertia(J=2.0, w=0.0, phi=0.0)
+    drive: Torque = Torque(tau=where(sin(rate * lp.time) > 0, 1.0, -1.0))
+
+    def connections(self):
+        yield from lp.chain(self.drive, self.body)
+
+
+def test_a_torque_that_changes_its_sign_with_a_sine_of_varied_rate():
+    rate, until = np.linspace(1.0, 90.0, 40), 1.0
+    of = {
+        "w": fun.final("body.w"),
+        "peak": fun.peak("body.w"),
+        "count": fun.count("drive.tau"),
+        "last": fun.instant("drive.tau", number=-1),
+        "sum": fun.at_event("body.w", "drive.tau", number=None),
+        "mean": fun.mean("drive.tau"),
+    }
+    found = lp.ensemble(lp.assemble(Square()), over={"rate": rate}, until=until, of=of)
+    half = np.pi / rate
+    count = np.floor(until / half)
+    rest = until - count * half
+    w = np.where(count % 2, half - rest, rest) / 2
+    check("speed", found["w"], w, 1e-12)
+    check("peak", found["peak"], np.where(count > 0, half, until) / 2, 1e-12)
+    assert (found["count"] == count).all()
+    check("last", found["last"], np.where(count > 0, count * half, np.nan), 1e-13)
+    check("sum", found["sum"], np.ceil(count / 2) * half / 2, 1e-12)
+    check("mean", found["mean"], 2 * w / until, 1e-12)

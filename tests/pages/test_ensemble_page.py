@@ -1,0 +1,44 @@
+"""What docs/analyses/ensemble.md shows is true."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.models.reversing_mill.stand import RATED, SHAFTS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "analyses" / "ensemble.md").read_text()
+(BLOCK,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+(OUTPUT,) = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_page_runs_and_its_runs_are_those_of_simulate(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):
+        exec(compile(BLOCK, "ensemble.md", "exec"), names)
+    assert told.getvalue() == OUTPUT
+    assert (tmp_path / "ensemble.png").stat().st_size > 5_000
+    found, system = names["found"], names["system"]
+    print(f"{names['seconds']:.2f} s for {len(found)} runs")
+    errors = []
+    for i in range(0, len(found), 2500):
+        run = lp.simulate(
+            system,
+            until=0.4,
+            start=dict.fromkeys(SHAFTS, RATED),
+            parameters=dict(zip(found.names, found.points[i].tolist(), strict=True)),
+            rtol=1e-9,
+            grid=4000,
+        )
+        skids = [e.time for e in run.events if e.component == "gap" and e.after == "forward"]
+        assert found["skids"][i] == len(skids)
+        assert found["first skid"][i] == pytest.approx(skids[0], rel=1e-6)
+        errors.append(found["peak"][i] / np.abs(run["upper.spindle.tau"]).max() - 1)
+    print("largest error of a peak:", np.abs(errors).max())
+    assert np.abs(errors).max() < 2e-5
