@@ -14,7 +14,8 @@ import random_drives
 
 import lumped as lp
 from lumped import functionals as fun
-from lumped.ensembles.native_runs import NativeRuns, RunOptions
+from lumped.ensembles.native_runs import NativeRuns
+from lumped.ensembles.run_records import RunOptions
 from lumped.errors import LumpedError
 
 paired = lp.ensembles.paired

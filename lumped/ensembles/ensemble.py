@@ -12,8 +12,9 @@ import numpy as np
 
 from lumped.compiler.system import Changes, System
 from lumped.ensembles.ensemble_file import EnsembleFile, heading
-from lumped.ensembles.native_runs import NativeRuns, RunOptions
+from lumped.ensembles.native_runs import NativeRuns
 from lumped.ensembles.outcome import Ensemble
+from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.spread import DIED, in_threads, on_cluster
 from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.ensembles.watched import Collected

@@ -12,7 +12,8 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.ensembles.line_file import LineFile
-from lumped.ensembles.native_runs import Batch, RunOptions
+from lumped.ensembles.native_runs import Batch
+from lumped.ensembles.run_records import RunOptions
 from lumped.ensembles.variants import Variants
 from lumped.ensembles.watched import Collected
 from lumped.kernel.run import FULL

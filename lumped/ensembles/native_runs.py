@@ -6,56 +6,22 @@ import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
-from lumped.code.functions import compiled_functions
-from lumped.code.operations import operations_of
 from lumped.code.records import address
-from lumped.compiler.system import Changes, System
-from lumped.ensembles.watched import Collected, Watched
+from lumped.compiler.system import System
+from lumped.ensembles.run_records import RunOptions, RunRecords
+from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError
 from lumped.kernel import engine
-from lumped.kernel.clocks import Clocks
-from lumped.kernel.lane_records import WAITING, Lanes, LaneWatch
-from lumped.kernel.plant import Function
-from lumped.kernel.run import DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run, RunOutput
-from lumped.kernel.variants import Queue, Variants
-from lumped.points.direct_start import DirectStart, direct_start
-from lumped.points.start import by_name, found_start
-from lumped.points.start_search import given_values
-from lumped.points.targets import TOLERANCE
+from lumped.kernel.lane_records import WAITING
+from lumped.kernel.run import DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
+from lumped.kernel.variants import Queue
 from lumped.simulation.simulate import simulate
 from lumped.support.optional_packages import extra
-from lumped.timeloop.executable import executable, remember, span
-from lumped.timeloop.instants import Instants, clocks, instants, modes_at
-from lumped.timeloop.moved_clocks import moved_clocks
-from lumped.timeloop.recorder import scale
-from lumped.timeloop.run import nominals
-from lumped.timeloop.settings import just_after
 
-__all__ = ["Batch", "NativeRuns", "RunOptions"]
-
-_EVER = 1 << 60
-_LOOKS = 4000
-"""Steps of a run without states."""
-_MOST_STATES = 500
-"""States up to which the stages of all lanes stay near the processor."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """What all runs have in common, as for `simulate`."""
-
-    until: float
-    begin: float = 0.0
-    start: Changes | None = None
-    rtol: float = 1e-6
-    atol: float | None = None
-    method: str = "steps"
-    max_steps: int = 1_000_000
+__all__ = ["Batch", "NativeRuns"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,19 +44,13 @@ class Batch:
     rejected: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
-class NativeRuns:
+class NativeRuns(RunRecords):
     """Runs that differ in their parameters; threads share it.
 
     Parameters
     ----------
-    system : System
-    names : sequence of str
-        Parameters that vary.
-    theta : ndarray
-        All parameters.
-    of : mapping of str to functional
-        What is wanted.
-    options : RunOptions
+    system, names, theta, of, options
+        As for `RunRecords`.
     """
 
     def __init__(
@@ -101,60 +61,10 @@ class NativeRuns:
         of: Mapping[str, Collected],
         options: RunOptions,
     ) -> None:
-        self.system, self.names, self.theta, self.options = system, tuple(names), theta, options
-        self.places = np.array(system.places(names), dtype=np.int64)
-        self.watched = Watched(system, of, options.begin, options.until)
-        self._code = executable(system)
-        self._code.compile()
-        changed = given_values(system, by_name(options.start))
-        self._start_values = np.array(list(changed.values()), dtype=float)
-        self._start = direct_start(system, tuple(changed))
-        functions = dict(self.watched.functions)
-        if self._start is not None:
-            functions["start"] = _with_inputs(system, self._start, len(changed))
-        varied = system.inputs[1][self.places.tolist()]
-        self._moved = moved_clocks(system, varied)
-        self.are_instants_same = self._moved.are_plain
-        if self._moved.numbers:
-            functions["at"] = self._moved.function
-        self._functions, self._nothing = self._compiled(functions), Function()
-        self._first_instants = self._instants(theta)
-        if self.has_lanes:
-            self._code.compile_lanes(engine.LANES)
-            engine.lanes()
-            self._compile_watch()
+        super().__init__(system, names, theta, of, options)
         self._own = threading.local()
         self._workers: list[_Worker] = []
         self.is_stopped = False
-
-    def _compiled(self, functions: Mapping[str, ca.Function]) -> dict[str, Function]:
-        operations = {name: operations_of(f) for name, f in functions.items()}
-        if not operations:
-            return {}
-        self._machine_code = compiled_functions(operations)
-        return {
-            name: Function(
-                address=self._machine_code.addresses[name],
-                count=len(operations[name].table),
-                operations=operations[name].table.ravel(),
-                constants=operations[name].constants,
-            )
-            for name in operations
-        }
-
-    def _compile_watch(self) -> None:
-        """Machine code of what is looked at inside steps, for several lanes side by side."""
-        names = [n for n in self._functions if n in ("integrand", "extreme", "end_value")]
-        if not names:
-            return
-        operations = {name: operations_of(self.watched.functions[name]) for name in names}
-        self._wide_code = compiled_functions(operations, engine.LANES)
-        for name in names:
-            self._functions[name].wide_address = self._wide_code.addresses[name]
-
-    def _instants(self, theta: np.ndarray) -> Instants:
-        options, moved = self.options, frozenset(self._moved.numbers)
-        return instants(self.system, theta, options.begin, options.until, moved)
 
     def run(self, values: np.ndarray) -> Batch:
         """Run variants in this thread.
@@ -207,175 +117,6 @@ class NativeRuns:
                 "runs at once cannot change; sweep with a function of a Trajectory instead."
             )
         return f"{system.name}: this run failed (status {status})."
-
-    # -- for a worker --------------------------------------------------------------------------
-
-    def new_run(self) -> Variants:
-        """Records for the runs of one lane."""
-        options, plant = self.options, self._code.plant
-        n = plant.states
-        run = self._code.new_run(
-            self.theta, options.begin, np.zeros(n), np.zeros(self.system.inputs[3].numel())
-        )
-        span(run, scale(options.begin, options.until))
-        run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
-        relative = max(options.rtol * 1e-3, 1e-12) if options.atol is None else options.atol
-        run.atol[:] = relative * nominals(self.system)
-        run.chooses_method = options.method == "steps"
-        if not n:
-            run.longest = (options.until - options.begin) / _LOOKS
-        run.output = _no_output()
-        run.watches = 1
-        run.watch = self.watched.record(self._columns)
-        for name in ("integrand", "extreme", "end_value", "point", "final", "event_point"):
-            setattr(run.watch, name, self._functions.get(name, self._nothing))
-        self._set_instants(run, self._first_instants)
-        if options.method == "implicit" and n:
-            self._code.add_matrix(run)
-            run.is_implicit = 1
-        run.t = options.begin
-        sizes = {"states": n, "settings": plant.settings}
-        variants = Variants(
-            sizes,
-            run=run,
-            clocks=self._clocks(run),
-            columns=len(self.names),
-            place=self.places,
-            parameters=len(self.theta),
-            nominal=self.theta.copy(),
-            starts=len(self._start_values),
-            start_values=self._start_values,
-            tolerated=TOLERANCE,
-            begins=bool(self.system.switching),
-            first_time=options.begin,
-            first_settings=self._first_settings(self.theta),
-            width=self.watched.width,
-        )
-        if self._start is not None:
-            count = sum(self._start.function.numel_out(i) for i in range(3))
-            variants.start, variants.start_count = self._functions["start"], count
-            variants.found_start = np.zeros(count)
-        remember(run)
-        return variants
-
-    def new_lanes(self, slots: Sequence[Variants]) -> Lanes:
-        """Records for several runs side by side."""
-        plant, run = self._code.plant, slots[0].run
-        watch = run.watch
-        sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
-        sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
-        sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes["extremes"] = watch.extremes
-        own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
-        own.integrand, own.extreme = watch.integrand, watch.extreme
-        own.end_value = watch.end_value
-        own.begin[:], own.end[:], own.sign[:] = watch.begin, watch.end, watch.sign
-        entries = engine.entry_addresses()
-        names = ("until_steps_of", "attempt_of", "crossing_of", "look_of", "end_of")
-        lanes = Lanes(
-            sizes,
-            plant=plant,
-            watch=own,
-            count=len(slots),
-            parameters=plant.parameters + plant.prepared,
-            looks_inside=plant.margins > 0,
-            watches=1,
-            chooses_method=run.chooses_method,
-            max_steps=float(run.max_steps),
-            rtol=run.rtol,
-            longest=run.longest,
-        )
-        for name in names:
-            setattr(lanes, name, entries[name])
-        lanes.slot[:] = [address(slot) for slot in slots]
-        lanes.atol[:] = run.atol
-        return lanes
-
-    @cached_property
-    def has_lanes(self) -> bool:
-        """Whether runs go side by side; the model decides, so it is the same every time."""
-        plant = self._code.plant
-        fits = 0 < plant.states <= _MOST_STATES and not plant.implicit
-        return fits and self.options.method != "implicit" and engine.is_compiled()
-
-    def _set_instants(self, run: Run, found: Instants) -> None:
-        edges = np.array([self.options.begin, *found.times.tolist(), self.options.until])
-        run.segments, run.edges = len(edges) - 1, edges
-        run.timed = len(found.places)
-        run.timed_setting = np.ascontiguousarray(found.places, dtype=np.int64)
-        run.timed_values = np.ascontiguousarray(found.modes).ravel()
-
-    @property
-    def _columns(self) -> dict[str, list[int]]:
-        """Places of the settings of each component among those of functions of time."""
-        found: dict[str, list[int]] = {}
-        place = 0
-        for clock in clocks(self.system):
-            found.setdefault(clock.condition.name, []).append(place)
-            place += len(clock.condition.modes)
-        return found
-
-    def _clocks(self, run: Run) -> Clocks:
-        """The record of clocks that move with what varies."""
-        moved, options, still = self._moved, self.options, self._first_instants
-        sizes = {"clocks": len(moved.numbers), "still": len(still.times), "timed": run.timed}
-        size = scale(options.begin, options.until)
-        found = Clocks(
-            sizes,
-            count=len(moved.numbers),
-            at=self._functions.get("at", self._nothing),
-            begin=options.begin,
-            end=options.until,
-            first=just_after(options.begin),
-            apart=1e-13 * size,
-            beyond=options.until + 1e-9 * max(options.until - options.begin, 1e-300),
-            still=len(still.times),
-            still_time=np.append(still.times, np.inf),
-            still_values=np.ascontiguousarray(still.modes).ravel(),
-        )
-        columns = still.places.tolist()
-        for k, (mode, is_strict) in enumerate(moved.relations):
-            found.setting[k], found.is_strict[k] = mode, is_strict
-            found.column[k] = columns.index(mode)
-        return found
-
-    def _first_settings(self, theta: np.ndarray) -> np.ndarray:
-        settings = np.zeros(self._code.plant.settings)
-        modes = modes_at(self.system, theta, just_after(self.options.begin))
-        settings[: len(modes)] = modes
-        return settings
-
-    def prepare(self, variants: Variants, values: np.ndarray) -> None:
-        """Set the instants of a variant, if they are its own."""
-        theta, run = self.theta.copy(), variants.run
-        theta[self.places] = values
-        if not self.are_instants_same:
-            run.memory[:] = run.memory_at_first
-            self._set_instants(run, self._instants(theta))
-            variants.first_settings = self._first_settings(theta)
-            remember(run)
-
-    @property
-    def is_start_direct(self) -> bool:
-        """Whether the loop finds the start itself."""
-        return self._start is not None
-
-    def started(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """States and settings at the start of a variant; None if there are none."""
-        theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
-        theta |= dict(zip(self.names, values.tolist(), strict=True))
-        try:
-            point = found_start(self.system, theta, self.options.start, (), self.options.begin)
-        except LumpedError:
-            return None
-        return point.x, point.settings
-
-    def add_matrix(self, run: Run) -> None:
-        """Let a run make implicit steps, this one and those after it."""
-        self._code.add_matrix(run)
-        for name in ("matrix", "has_matrix", "work"):
-            place = Run.fields[name].place
-            run.memory_at_first[place] = run.memory[place]
 
 
 class _Worker:
@@ -459,31 +200,3 @@ class _Worker:
 
 def _restored(payload: bytes) -> NativeRuns:
     return NativeRuns(*pickle.loads(payload))
-
-
-def _with_inputs(system: System, form: DirectStart, count: int) -> ca.Function:
-    """States at the start as a function of start values, parameters and time."""
-    _, p, t, m = system.inputs
-    values = ca.SX.sym("values", count)
-    results = form.function(p, t, values)
-    return ca.Function("start", [values, p, t, m], list(results))
-
-
-def _no_output() -> RunOutput:
-    """Room for no points at all."""
-    none = np.zeros(8)
-    return RunOutput(
-        t=none,
-        x=none,
-        implicit=none,
-        most_rows=8,
-        piece_row=np.zeros(1, dtype=np.int64),
-        piece_settings=none,
-        most_pieces=1,
-        change=np.zeros(1, dtype=np.int64),
-        change_time=none,
-        most_changes=_EVER,
-        grid=none,
-        is_on_grid=1,
-        is_short=1,
-    )

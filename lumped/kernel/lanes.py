@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lumped.code.words import (
-    Numbers,
     Wide,
     Wides,
     any_lane,
@@ -23,18 +22,17 @@ from lumped.code.words import (
 )
 from lumped.kernel import dop853
 from lumped.kernel.crossing import inside, may_dip
-from lumped.kernel.interpret import evaluate
-from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
-from lumped.kernel.observe import (
+from lumped.kernel.extremes import (
     bound,
     end_bound,
-    has_border,
     highest_sample,
-    integrate,
-    is_first_with_its_part,
     rough_bound,
     sample_extremes,
 )
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
+from lumped.kernel.lane_transfer import hand_over, load, load_sums, unload_step
+from lumped.kernel.observe import has_border, integrate, is_first_with_its_part
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
     DONE,
@@ -68,8 +66,6 @@ if TYPE_CHECKING:
 else:
     from lumped.kernel.lane_records import Lanes
 
-_NEVER = 1e300
-
 
 @kernel
 def evaluate_wide(
@@ -77,102 +73,6 @@ def evaluate_wide(
 ) -> None:
     """Write the results of a function at a point of each lane."""
     call_wide(function.wide_address, x, lanes.p, t, m, out)
-
-
-# -- between a lane and its run ----------------------------------------------------------------
-
-
-@kernel
-def _copy_in(wide: Numbers, count: int, lanes: int, lane: int, given: Numbers) -> None:
-    for i in range(count):
-        wide[i * lanes + lane] = given[i]
-
-
-@kernel
-def _copy_out(wide: Numbers, count: int, lanes: int, lane: int, out: Numbers) -> None:
-    for i in range(count):
-        out[i] = wide[i * lanes + lane]
-
-
-@kernel
-def _load_sums(lanes: Lanes, run: Run, k: int) -> None:
-    """What functionals have taken from a run so far."""
-    own, watch, count = lanes.watch, run.watch, lanes.count
-    _copy_in(flat(own.sums), own.integrands, count, k, watch.sums)
-    _copy_in(flat(own.best), own.extremes, count, k, watch.best)
-    has_more = watch.next_time < watch.times
-    flat(lanes.next_look)[k] = watch.time[watch.next_time] if has_more else _NEVER
-
-
-@kernel
-def _load(lanes: Lanes, k: int) -> None:
-    """Take over a run that is due for a step."""
-    variants = record_at(Variants, lanes.slot[k])
-    run, plant, count = variants.run, lanes.plant, lanes.count
-    n = plant.states
-    _copy_in(flat(lanes.p), lanes.parameters, count, k, run.p)
-    _copy_in(flat(lanes.m), plant.settings, count, k, run.m)
-    _copy_in(flat(lanes.x), n, count, k, run.x)
-    _copy_in(flat(lanes.stages), n, count, k, run.stages)
-    flat(lanes.t)[k] = run.t
-    flat(lanes.end)[k] = run.end
-    flat(lanes.h)[k] = run.h
-    flat(lanes.was_rejected)[k] = float(run.was_rejected)
-    flat(lanes.stiff_steps)[k] = float(run.stiff_steps)
-    flat(lanes.patience)[k] = float(run.patience)
-    flat(lanes.untried_steps)[k] = float(run.untried_steps)
-    flat(lanes.steps)[k] = float(run.steps)
-    flat(lanes.rejected)[k] = float(run.rejected)
-    flat(lanes.is_on)[k] = 1.0
-    flat(lanes.is_fresh)[k] = 1.0
-    _load_sums(lanes, run, k)
-    lanes.state[k] = STEPPING
-
-
-@kernel
-def _unload(lanes: Lanes, k: int) -> Variants:
-    """Give a run back, where it stands between two steps."""
-    variants = record_at(Variants, lanes.slot[k])
-    run, count, n = variants.run, lanes.count, lanes.plant.states
-    own = lanes.watch
-    _copy_out(flat(lanes.x), n, count, k, run.x)
-    _copy_out(flat(lanes.stages), n, count, k, run.stages)
-    run.t, run.h = flat(lanes.t)[k], flat(lanes.h)[k]
-    run.was_rejected = int(flat(lanes.was_rejected)[k])
-    run.stiff_steps = int(flat(lanes.stiff_steps)[k])
-    run.patience = int(flat(lanes.patience)[k])
-    run.untried_steps = int(flat(lanes.untried_steps)[k])
-    run.steps, run.rejected = int(flat(lanes.steps)[k]), int(flat(lanes.rejected)[k])
-    _copy_out(flat(own.sums), own.integrands, count, k, run.watch.sums)
-    _copy_out(flat(own.best), own.extremes, count, k, run.watch.best)
-    flat(lanes.is_on)[k] = 0.0
-    lanes.state[k] = WAITING
-    return variants
-
-
-@kernel
-def _unload_step(lanes: Lanes, k: int) -> Variants:
-    """Give a run back in the middle of an accepted step."""
-    variants = _unload(lanes, k)
-    run, count, n = variants.run, lanes.count, lanes.plant.states
-    own = lanes.watch
-    if own.extremes > 0:
-        run.watch.may_rise = int(flat(lanes.may_rise)[k])
-    if own.integrands > 0:
-        run.watch.is_rough = int(flat(lanes.is_rough)[k])
-        _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)
-    _copy_out(flat(lanes.new), n, count, k, run.new)
-    _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
-    _copy_out(flat(lanes.stages)[12 * n * count :], n, count, k, run.stages[12 * n :])
-    run.t_new = flat(lanes.t_new)[k]
-    return variants
-
-
-@kernel
-def _hand_over(lanes: Lanes, k: int, by: int) -> Variants:
-    """Let a run go on alone, by an entry of the time loop."""
-    lanes.entry[k] = by
-    return _unload(lanes, k)
 
 
 @kernel
@@ -188,7 +88,7 @@ def _fill(lanes: Lanes) -> int:
             lanes.entry[k] = lanes.until_steps_of
             status = enter(by, record_at(Variants, lanes.slot[k]))
             if status == GOES_ON:
-                _load(lanes, k)
+                load(lanes, k)
             elif status == DONE:
                 lanes.state[k] = IDLE
             else:
@@ -214,7 +114,7 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     lanes.mark = 1.0 if is_due else 0.0
     for k in range(lanes.count):
         if flat(lanes.mark)[k] > 0.5:
-            _hand_over(lanes, k, lanes.attempt_of)
+            hand_over(lanes, k, lanes.attempt_of)
     return True
 
 
@@ -259,7 +159,7 @@ def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
         if flat(lanes.mark)[k] > 0.5:
-            _unload_step(lanes, k)
+            unload_step(lanes, k)
             lanes.entry[k] = lanes.crossing_of
     return accepted if mark < 0.5 else 0.0
 
@@ -299,9 +199,9 @@ def _look_alone(lanes: Lanes) -> None:
     """Let runs take themselves what functionals need from the step."""
     for k in range(lanes.count):
         if flat(lanes.look_mark)[k] > 0.5:
-            variants = _unload_step(lanes, k)
+            variants = unload_step(lanes, k)
             enter(lanes.look_of, variants)
-            _load_sums(lanes, variants.run, k)
+            load_sums(lanes, variants.run, k)
             flat(lanes.is_on)[k] = 1.0
             lanes.state[k] = STEPPING
 
@@ -354,7 +254,7 @@ def _end_unfit(lanes: Lanes, accepted: Wide) -> None:
     if any_lane(lanes.mark > 0.5):
         for k in range(lanes.count):
             if flat(lanes.mark)[k] > 0.5:
-                variants = _hand_over(lanes, k, lanes.end_of)
+                variants = hand_over(lanes, k, lanes.end_of)
                 variants.why = UNFIT
 
 
@@ -372,10 +272,10 @@ def _leave(lanes: Lanes) -> None:
         if lanes.state[k] == STEPPING:
             found = flat(lanes.mark)[k]
             if found > 1.5:
-                variants = _hand_over(lanes, k, lanes.end_of)
+                variants = hand_over(lanes, k, lanes.end_of)
                 variants.why = GIVEN_UP if found > 2.5 else TOO_MANY
             elif found > 0.5:
-                variants = _hand_over(lanes, k, lanes.until_steps_of)
+                variants = hand_over(lanes, k, lanes.until_steps_of)
                 variants.run.phase = LEAVE_SEGMENT
 
 

@@ -5,25 +5,21 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853
 from lumped.kernel.crossing import inside
+from lumped.kernel.extremes import LOWEST, may_rise, raise_all
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
 __all__ = [
     "begin_watch",
-    "bound",
-    "end_bound",
     "end_watch",
     "has_border",
-    "highest_sample",
     "integrate",
     "is_first_with_its_part",
     "is_inside_wanted",
     "observe",
     "observe_clocks",
     "observe_event",
-    "rough_bound",
-    "sample_extremes",
 ]
 
 _NODES = (
@@ -48,63 +44,23 @@ _WEIGHTS = (
 )
 """Gauss's rule on (0, 1): exact for the square of what the interpolation of a step gives."""
 
-_REACH = 0.3
-"""How far a quantity may rise above its ends in a step, over the way that its ends tell."""
-_FINE = 16
-_FINEST = 4.0 / _FINE
-"""Parts of a step in which the curve through five samples is looked at, over a part between two."""
-_DOUBT = 0.1
-"""Error of that curve over its fourth difference: 0.03 for a curve that goes on so, and more."""
-_CLOSE = 1e-4
-"""Way of a vertex over the step from which on the next one would change nothing."""
-_SEARCHES = 5
-_LOWEST = -1.7976931348623157e308
-
 
 @kernel
 def begin_watch(run: Run) -> None:
     """Nothing has been taken yet."""
     watch = run.watch
     watch.next_time = 0
-    watch.ends_at = _LOWEST
+    watch.ends_at = LOWEST
     for k in range(watch.integrands):
         watch.sums[k] = 0.0
     for k in range(watch.extremes):
-        watch.best[k] = _LOWEST
+        watch.best[k] = LOWEST
     for k in range(watch.points):
         watch.totals[k] = 0.0
     for k in range(watch.wanted_events):
         watch.happened[k] = 0
         watch.taken[k] = 0.0
-        watch.told[k] = _LOWEST
-
-
-@kernel
-def end_bound(run: Run, k: int, sign: float) -> float:
-    """Height that a quantity does not exceed in a step, from its values and slopes at both ends.
-
-    A sine that turns by up to five radians in the step rises above its ends by less.
-    """
-    n, v = run.watch.extremes, run.watch.ends[k:]
-    way = abs(v[2 * n] - v[0]) + (run.t_new - run.t) * (abs(v[n]) + abs(v[3 * n]))
-    return max(sign * v[0], sign * v[2 * n]) + _REACH * way
-
-
-@kernel
-def _may_rise(run: Run) -> bool:
-    """Whether an extreme may rise in the present step."""
-    watch = run.watch
-    n, ends = watch.extremes, watch.ends
-    if watch.ends_at != run.t:
-        evaluate(watch.end_value, run, run.x, run.t, run.m, ends)
-        watch.ends_at = run.t
-    evaluate(watch.end_value, run, run.new, run.t_new, run.m, ends[2 * n :])
-    for k in range(n):
-        if watch.sign[k] >= 0 and end_bound(run, k, 1.0) > watch.best[k]:
-            return True
-        if watch.sign[k] <= 0 and end_bound(run, k, -1.0) > watch.best[k]:
-            return True
-    return False
+        watch.told[k] = LOWEST
 
 
 @kernel
@@ -129,7 +85,7 @@ def _is_rough(run: Run) -> bool:
 def is_inside_wanted(run: Run) -> bool:
     """Whether a functional needs values inside the present step."""
     watch = run.watch
-    watch.may_rise = watch.extremes > 0 and _may_rise(run)
+    watch.may_rise = watch.extremes > 0 and may_rise(run)
     watch.is_rough = watch.integrands > 0 and _is_rough(run)
     if watch.is_rough or watch.may_rise:
         return True
@@ -160,147 +116,6 @@ def is_first_with_its_part(begin: Numbers, end: Numbers, first: int, k: int) -> 
 
 
 @kernel
-def _height(run: Run, k: int, sign: float, part: float) -> float:
-    """A quantity at a part of the step, with a sign."""
-    watch = run.watch
-    t = run.t + part * (run.t_new - run.t)
-    inside(run, part, watch.x)
-    evaluate(watch.extreme, run, watch.x, t, run.m, watch.value)
-    return sign * watch.value[k]
-
-
-@kernel
-def _highest(run: Run, k: int, sign: float, low: float, width: float, near: int) -> float:
-    """Greatest height near one of the fine points: vertices of ever narrower parabolas."""
-    high, reach = low + width, width / _FINE
-    u = low + reach * min(max(near, 1), _FINE - 1)
-    best = _LOWEST
-    for _ in range(_SEARCHES):
-        a, c = max(u - reach, low), min(u + reach, high)
-        fa, fb, fc = _height(run, k, sign, a), _height(run, k, sign, u), _height(run, k, sign, c)
-        best = max(max(best, fa), max(fb, fc))
-        p, q = (u - a) * (fb - fc), (u - c) * (fb - fa)
-        if not p > q:
-            break
-        x = min(max(u - 0.5 * ((u - a) * p - (u - c) * q) / (p - q), low), high)
-        is_close = abs(x - u) <= _CLOSE * width
-        u = x
-        reach *= 0.0625
-        if is_close:
-            break
-    return max(best, _height(run, k, sign, u))
-
-
-@kernel
-def _curve(run: Run, k: int, s: float) -> float:
-    """The polynomial through five samples (Newton's form), with s from 0 to 4."""
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    a0, a1, a2, a3 = v[n] - v[0], v[2 * n] - v[n], v[3 * n] - v[2 * n], v[4 * n] - v[3 * n]
-    b0, b1, b2 = a1 - a0, a2 - a1, a3 - a2
-    c0, c1 = b1 - b0, b2 - b1
-    rest = c0 / 6.0 + (s - 3.0) / 24.0 * (c1 - c0)
-    return v[0] + s * (a0 + (s - 1.0) * (0.5 * b0 + (s - 2.0) * rest))
-
-
-@kernel
-def _fourth(run: Run, k: int) -> float:
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    return abs(v[0] - 4.0 * v[n] + 6.0 * v[2 * n] - 4.0 * v[3 * n] + v[4 * n])
-
-
-@kernel
-def _bend(run: Run, k: int) -> float:
-    """Largest second difference of the samples."""
-    n, v, bend = run.watch.extremes, run.watch.samples[k:], 0.0
-    for j in range(1, 4):
-        bend = max(bend, abs(v[(j - 1) * n] - 2.0 * v[j * n] + v[(j + 1) * n]))
-    return bend
-
-
-@kernel
-def _doubt(run: Run, k: int) -> float:
-    """How far the curve may be from the quantity between samples."""
-    # between two of the fine points the curve rises by an eighth of its second difference there
-    return _DOUBT * _fourth(run, k) + 0.125 * _FINEST * _FINEST * _bend(run, k)
-
-
-@kernel
-def highest_sample(run: Run, k: int, sign: float) -> float:
-    """Greatest of the samples, with a sign."""
-    n, v = run.watch.extremes, run.watch.samples[k:]
-    top = sign * v[0]
-    for j in range(1, 5):
-        top = max(top, sign * v[j * n])
-    return top
-
-
-@kernel
-def rough_bound(run: Run, k: int, sign: float) -> float:
-    """Height that the curve and its doubt do not exceed, from differences alone."""
-    bend, fourth = _bend(run, k), _fourth(run, k)
-    # the second derivative of the curve is below three times the bend and the fourth difference
-    most = highest_sample(run, k, sign) + 0.375 * bend + 0.125 * fourth
-    return most + _doubt(run, k)
-
-
-@kernel
-def bound(run: Run, k: int, sign: float) -> float:
-    """Height that the quantity does not exceed in the samples' part of the step."""
-    top = sign * _curve(run, k, 0.0)
-    for i in range(1, _FINE + 1):
-        top = max(top, sign * _curve(run, k, _FINEST * i))
-    return top + _doubt(run, k)
-
-
-@kernel
-def _raise(run: Run, k: int, sign: float, low: float, width: float) -> None:
-    """Raise the best height of a quantity by what a part of the step gives."""
-    watch = run.watch
-    if rough_bound(run, k, sign) <= watch.best[k]:
-        return
-    best = max(watch.best[k], highest_sample(run, k, sign))
-    least = best - _doubt(run, k)
-    for i in range(_FINE + 1):
-        here = sign * _curve(run, k, _FINEST * i)
-        if here > least:
-            before = sign * _curve(run, k, _FINEST * (i - 1))
-            after = sign * _curve(run, k, _FINEST * (i + 1))
-            if (i == 0 or here >= before) and (i == _FINE or here > after):
-                best = max(best, _highest(run, k, sign, low, width, i))
-    watch.best[k] = best
-
-
-@kernel
-def sample_extremes(run: Run, begin: float, end: float) -> None:
-    """Quantities whose extremes are wanted at five points of a part of the step."""
-    watch, length = run.watch, run.t_new - run.t
-    low = (begin - run.t) / length
-    width = (end - begin) / length
-    for j in range(5):
-        part = low + 0.25 * j * width
-        t = run.t + part * length
-        inside(run, part, watch.x)
-        evaluate(watch.extreme, run, watch.x, t, run.m, watch.samples[j * watch.extremes :])
-
-
-@kernel
-def _raise_all(run: Run, first: int, begin: float, end: float) -> None:
-    """Extremes over a part of the step: of a quantity and of all others with the same part."""
-    watch, length = run.watch, run.t_new - run.t
-    n, i = watch.extremes, watch.integrands
-    low = (begin - run.t) / length
-    width = (end - begin) / length
-    sample_extremes(run, begin, end)
-    for k in range(first, n):
-        has_same_begin = watch.begin[i + k] == watch.begin[i + first]
-        if has_same_begin and watch.end[i + k] == watch.end[i + first]:
-            if watch.sign[k] >= 0:
-                _raise(run, k, 1.0, low, width)
-            if watch.sign[k] <= 0:
-                _raise(run, k, -1.0, low, width)
-
-
-@kernel
 def observe(run: Run, until: float) -> None:
     """Take what functionals need from an accepted step, up to a time."""
     watch = run.watch
@@ -318,8 +133,8 @@ def observe(run: Run, until: float) -> None:
                 and end >= begin
                 and is_first_with_its_part(watch.begin, watch.end, n, k)
             ):
-                _raise_all(run, k - n, begin, end)
-    watch.ends_at = run.t_new if until == run.t_new else _LOWEST
+                raise_all(run, k - n, begin, end)
+    watch.ends_at = run.t_new if until == run.t_new else LOWEST
     for i in range(2 * watch.extremes):
         watch.ends[i] = watch.ends[2 * watch.extremes + i]
     k = watch.next_time

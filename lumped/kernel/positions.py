@@ -360,6 +360,7 @@ def _begin_positions(run: Run) -> int:
         instant.speed_at_begin[h] = instant.seen.speed[h]
     copy_settings(plant, run.m, instant.before)
     instant.fired_count = 0
+    instant.prepared_at = -_INFINITE
     watch_redundancy(run)
     return GOES_ON
 

@@ -76,6 +76,7 @@ def settled(
     run = executable(system).at(theta, time, x, settings)
     run.instant.before[:] = settings
     run.instant.fired_count = 0
+    run.instant.prepared_at = -np.inf
     engine.call("watched", run)
     _check(system, run, engine.call("find_positions", run))
     found, positions = run.instant.m.copy(), system.switching.positions
