@@ -137,7 +137,7 @@ def event_functionals(system):
 def all_functionals(system, until):
     """Every kind, of several states, in the whole run and in parts of it."""
     of, part = {}, (0.2 * until, 0.7 * until)
-    names = states(system)[:4]
+    names = states(system)[:3]
     for i, name in enumerate(names):
         of |= {
             f"final {name}": fun.final(name),

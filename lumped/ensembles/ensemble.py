@@ -149,7 +149,10 @@ def ensemble(
                 busy += spent
                 done += len(which)
                 progress.at(done)
+    except KeyboardInterrupt:
+        made.stop()
     finally:
+        work.close()
         file.close()
     failures = _failures(made, varied.values, values, status)
     wall = clock.perf_counter() - begun
@@ -180,7 +183,12 @@ def _fixed(system: System, parameters: Changes | None) -> np.ndarray:
 
 def _labelled(of: Mapping[str, Collected] | Iterable[Collected]) -> dict[str, Collected]:
     """Functionals by their labels."""
-    wanted = dict(of) if isinstance(of, Mapping) else {str(f): f for f in of}
+    wanted: dict[str, Collected] = dict(of) if isinstance(of, Mapping) else {}
+    for functional in () if isinstance(of, Mapping) else dict.fromkeys(of):
+        label, number = str(functional), 2
+        while label in wanted:  # a text may leave out instants
+            label, number = f"{functional} ({number})", number + 1
+        wanted[label] = functional
     if not wanted:
         raise OptionError(
             "ensemble: name what to take from each run, such as "

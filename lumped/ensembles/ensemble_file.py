@@ -38,7 +38,8 @@ def heading(
         "parameters": system.parameters,
         "until": options.until,
         "points": [*variants.names, hashlib.sha256(values.tobytes()).hexdigest()[:16]],
-        "of": {label: str(functional) for label, functional in of.items()},
+        "runs": len(values),
+        "of": {label: repr(functional) for label, functional in of.items()},
         "options": {**told, "parameters": str(parameters)},
     }
 
@@ -74,8 +75,11 @@ class EnsembleFile(LineFile):
         """Take over a chunk that was written before."""
         status = np.frombuffer(base64.b64decode(entry["status"]), "<i8").astype(np.int64)
         values = np.frombuffer(base64.b64decode(entry["values"]), "<f8").astype(float)
+        first = int(entry["first"])
+        if not 0 <= first <= first + len(status) <= self._head["runs"]:
+            raise ValueError(f"there are no runs {first} to {first + len(status) - 1}")
         batch = Batch(values.reshape(len(status), len(self._head["of"])), status)
-        self.known.append((int(entry["first"]), batch))
+        self.known.append((first, batch))
 
 
 def _packed(numbers: np.ndarray) -> str:

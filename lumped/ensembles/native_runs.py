@@ -147,10 +147,9 @@ class _Worker:
         found = np.full((count, runs.watched.width), np.nan)
         status = np.full(count, FULL, dtype=np.int64)
         steps, rejected = (np.zeros(count, dtype=np.int64) for _ in range(2))
-        reached = np.zeros(count)
         for slot in self._slots:
             slot.values, slot.found, slot.status = values.ravel(), found.ravel(), status
-            slot.steps, slot.rejected, slot.reached = steps, rejected, reached
+            slot.steps, slot.rejected = steps, rejected
             slot.is_begun = 0
         self._queue.next = 0
         if runs.are_instants_same and runs.is_start_direct:

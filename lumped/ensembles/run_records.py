@@ -21,6 +21,7 @@ from lumped.kernel.lane_records import Lanes, LaneWatch
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, RunOutput
 from lumped.kernel.variants import Variants
+from lumped.kernel.watch import Watch
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, found_start
 from lumped.points.start_search import given_values
@@ -145,7 +146,7 @@ class RunRecords:
             run.longest = (options.until - options.begin) / _LOOKS
         run.output = _no_output()
         run.watches = 1
-        run.watch = self.watched.record(self._columns)
+        run.watch = self._watch()
         for name in ("integrand", "extreme", "end_value", "point", "final", "event_point"):
             setattr(run.watch, name, self._functions.get(name, self._nothing))
         self._set_instants(run, self._first_instants)
@@ -162,7 +163,6 @@ class RunRecords:
             place=self.places,
             parameters=len(self.theta),
             nominal=self.theta.copy(),
-            starts=len(self._start_values),
             start_values=self._start_values,
             tolerated=TOLERANCE,
             begins=bool(self.system.switching),
@@ -224,15 +224,19 @@ class RunRecords:
         run.timed_setting = np.ascontiguousarray(found.places, dtype=np.int64)
         run.timed_values = np.ascontiguousarray(found.modes).ravel()
 
-    @property
-    def _columns(self) -> dict[str, list[int]]:
-        """Places of the settings of each component among those of functions of time."""
-        found: dict[str, list[int]] = {}
-        place = 0
-        for clock in clocks(self.system):
-            found.setdefault(clock.condition.name, []).append(place)
-            place += len(clock.condition.modes)
-        return found
+    def _watch(self) -> Watch:
+        """The record of functionals."""
+        columns: dict[str, list[int]] = {}
+        counts = [len(clock.condition.modes) for clock in clocks(self.system)]
+        first = np.cumsum([0, *counts]).tolist()
+        for clock, place in zip(clocks(self.system), first, strict=False):
+            columns.setdefault(clock.condition.name, []).append(place)
+        needs = [
+            (place, first[need])
+            for clock, place in zip(clocks(self.system), first, strict=False)
+            for need in clock.needs
+        ]
+        return self.watched.record(columns, needs)
 
     def _clocks(self, run: Run) -> Clocks:
         """The record of clocks that move with what varies."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Generator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any
 
@@ -26,7 +26,7 @@ Done = tuple[int, Batch, float]
 """First run of a chunk, its results, seconds of work."""
 
 
-def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Iterator[Done]:
+def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Generator[Done, None, None]:
     """Chunks of runs in the order in which they are done.
 
     After an interrupt (Ctrl-C) what was done by then is given and no more.
@@ -67,7 +67,7 @@ def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Iterator[Don
                     yield future.result()
 
 
-def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Iterator[Done]:
+def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[Done, None, None]:
     """The same on a cluster of Dask; chunks of a worker that dies are made by another one."""
     from dask.distributed import as_completed
 
@@ -87,7 +87,9 @@ def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Iterator[Do
                 batch, spent = _lost(runs, len(points[first : first + size])), 0.0
             yield first, batch, spent
     except KeyboardInterrupt:
-        client.cancel(list(futures))
+        return
+    finally:
+        client.cancel([future for future in futures if not future.done()])
 
 
 def _work(runs: NativeRuns, points: np.ndarray) -> tuple[Batch, float]:

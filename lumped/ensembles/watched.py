@@ -201,13 +201,17 @@ class Watched:
             for mode in range(2 if c.pieces is None else c.pieces.count)
         ]
 
-    def record(self, columns: Mapping[str, Sequence[int]]) -> Watch:
+    def record(
+        self, columns: Mapping[str, Sequence[int]], needs: Sequence[tuple[int, int]]
+    ) -> Watch:
         """The record that a run writes; its functions are set apart.
 
         Parameters
         ----------
         columns : mapping of str to sequence of int
             Places of the settings of each component among those of functions of time.
+        needs : sequence of (int, int)
+            Such places that change because others do.
         """
         sizes = {
             "states": len(self.system.state_names),
@@ -239,6 +243,7 @@ class Watched:
         timed = [(TIMED, k, ANY, row) for name, row in self._timed for k in columns[name]]
         match = np.array(self._matches + timed, dtype=np.int64)
         watch.match, watch.matches = match.ravel(), len(match)
+        watch.need, watch.needs = np.array(needs, dtype=np.int64).ravel(), len(needs)
         return watch
 
     # -- what the loop gives -------------------------------------------------------------------

@@ -12,12 +12,16 @@ __all__ = [
     "bound",
     "end_bound",
     "highest_sample",
+    "is_unresolved",
     "may_rise",
     "raise_all",
+    "raise_at",
     "rough_bound",
     "sample_extremes",
 ]
 
+_MOST_PARTS = 64
+"""Parts of a step, for a function of time that is faster than all states."""
 _REACH = 0.3
 """How far a quantity may rise above its ends in a step, over the way that its ends tell."""
 _FINE = 16
@@ -128,7 +132,11 @@ def bound(run: Run, k: int, sign: float) -> float:
 def _raise(run: Run, k: int, sign: float, low: float, width: float) -> None:
     """Raise the best height of a quantity by what a part of the step gives."""
     watch = run.watch
-    if rough_bound(run, k, sign) <= watch.best[k]:
+    for j in range(5):
+        value = watch.samples[j * watch.extremes + k]
+        if value != value:
+            watch.best[k] = value
+    if watch.best[k] != watch.best[k] or rough_bound(run, k, sign) <= watch.best[k]:
         return
     best = max(watch.best[k], highest_sample(run, k, sign))
     least = best - _doubt(run, k)
@@ -156,20 +164,52 @@ def sample_extremes(run: Run, begin: float, end: float) -> None:
 
 
 @kernel
+def is_unresolved(run: Run, k: int) -> bool:
+    """Whether five samples are too few: a sine turns by more than a radian between two of them."""
+    n, v = run.watch.extremes, run.watch.samples[k:]
+    fourth, size = _fourth(run, k), abs(v[0])
+    for j in range(1, 5):
+        size = max(size, abs(v[j * n]))
+    return fourth > _bend(run, k) and fourth > run.rtol * size
+
+
+@kernel
+def _has_same_part(run: Run, k: int, first: int) -> bool:
+    watch, n = run.watch, run.watch.integrands
+    return watch.begin[n + k] == watch.begin[n + first] and watch.end[n + k] == watch.end[n + first]
+
+
+@kernel
+def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: int) -> bool:
+    """Whether samples are too few in one of equal parts; one part was sampled before."""
+    width = (end - begin) / parts
+    for j in range(parts):
+        if parts > 1:
+            sample_extremes(run, begin + j * width, begin + (j + 1) * width)
+        for k in range(first, run.watch.extremes):
+            if _has_same_part(run, k, first) and is_unresolved(run, k):
+                return True
+    return False
+
+
+@kernel
 def raise_all(run: Run, first: int, begin: float, end: float) -> None:
     """Extremes over a part of the step: of a quantity and of all others with the same part."""
-    watch, length = run.watch, run.t_new - run.t
-    n, i = watch.extremes, watch.integrands
-    low = (begin - run.t) / length
-    width = (end - begin) / length
+    watch, length, parts = run.watch, run.t_new - run.t, 1
     sample_extremes(run, begin, end)
-    for k in range(first, n):
-        has_same_begin = watch.begin[i + k] == watch.begin[i + first]
-        if has_same_begin and watch.end[i + k] == watch.end[i + first]:
-            if watch.sign[k] >= 0:
-                _raise(run, k, 1.0, low, width)
-            if watch.sign[k] <= 0:
-                _raise(run, k, -1.0, low, width)
+    while parts < _MOST_PARTS and _is_any_unresolved(run, first, begin, end, parts):
+        parts *= 2
+    width = (end - begin) / parts
+    for j in range(parts):
+        low = begin + j * width
+        if parts > 1:
+            sample_extremes(run, low, low + width)
+        for k in range(first, watch.extremes):
+            if _has_same_part(run, k, first):
+                if watch.sign[k] >= 0:
+                    _raise(run, k, 1.0, (low - run.t) / length, width / length)
+                if watch.sign[k] <= 0:
+                    _raise(run, k, -1.0, (low - run.t) / length, width / length)
 
 
 @kernel
@@ -193,8 +233,25 @@ def may_rise(run: Run) -> bool:
         watch.ends_at = run.t
     evaluate(watch.end_value, run, run.new, run.t_new, run.m, ends[2 * n :])
     for k in range(n):
-        if watch.sign[k] >= 0 and end_bound(run, k, 1.0) > watch.best[k]:
+        # what is no number may rise too, so that it is noticed
+        if watch.sign[k] >= 0 and not end_bound(run, k, 1.0) <= watch.best[k]:
             return True
-        if watch.sign[k] <= 0 and end_bound(run, k, -1.0) > watch.best[k]:
+        if watch.sign[k] <= 0 and not end_bound(run, k, -1.0) <= watch.best[k]:
             return True
     return False
+
+
+@kernel
+def raise_at(run: Run) -> None:
+    """Extremes where a run stands: a jump may be the last that happens."""
+    watch, n = run.watch, run.watch.integrands
+    evaluate(watch.extreme, run, run.x, run.t, run.m, watch.value)
+    for k in range(watch.extremes):
+        if watch.begin[n + k] <= run.t and run.t <= watch.end[n + k]:
+            value = watch.value[k]
+            if value != value:
+                watch.best[k] = value
+            if watch.sign[k] >= 0:
+                watch.best[k] = max(watch.best[k], value)
+            if watch.sign[k] <= 0:
+                watch.best[k] = max(watch.best[k], -value)

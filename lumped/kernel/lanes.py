@@ -26,13 +26,14 @@ from lumped.kernel.extremes import (
     bound,
     end_bound,
     highest_sample,
+    is_unresolved,
     rough_bound,
     sample_extremes,
 )
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
 from lumped.kernel.lane_transfer import hand_over, load, load_sums, unload_step
-from lumped.kernel.observe import has_border, integrate, is_first_with_its_part
+from lumped.kernel.observe import has_border, is_first_with_its_part
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
     DONE,
@@ -174,10 +175,13 @@ def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
         is_same = is_same and watch.end[n + k] == watch.end[n + first]
         if is_same and watch.sign[k] * sign >= 0.0:
             best = watch.best[k]
-            may_rise = is_on > 0.5 and rough_bound(lanes, k, sign) > best
+            is_unresolved_here = is_unresolved(lanes, k)
+            may_rise = is_unresolved_here or not rough_bound(lanes, k, sign) <= best
+            may_rise = is_on > 0.5 and may_rise
             if any_lane(may_rise):
-                rises = highest_sample(lanes, k, sign) > best or bound(lanes, k, sign) > best
-                lanes.look_mark = 1.0 if may_rise and rises else lanes.look_mark
+                stays = highest_sample(lanes, k, sign) <= best and bound(lanes, k, sign) <= best
+                stays = stays and not is_unresolved_here
+                lanes.look_mark = 1.0 if may_rise and not stays else lanes.look_mark
 
 
 @kernel
@@ -215,15 +219,13 @@ def _observe(lanes: Lanes, is_on: Wide) -> None:
         may_rise = is_on * lanes.may_rise
         if any_lane(may_rise > 0.5):
             _note_extremes(lanes, may_rise)
+    if watch.integrands > 0:
+        lanes.look_mark = 1.0 if is_on > 0.5 and lanes.is_rough > 0.5 else lanes.look_mark
     alone = lanes.look_mark
     for k in range(watch.integrands):
-        begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
-        is_whole = begin == lanes.t and end == lanes.t_new and lanes.is_rough < 0.5
+        is_whole = lanes.t >= watch.begin[k] and lanes.t_new <= watch.end[k]
         is_own = is_on > 0.5 and alone < 0.5
         watch.sums[k] = watch.sums[k] + watch.parts[k] if is_own and is_whole else watch.sums[k]
-        is_part = is_own and not is_whole and end > begin
-        if is_first_with_its_part(watch.begin, watch.end, 0, k) and any_lane(is_part):
-            integrate(lanes, k, begin, end if is_part else begin)
     if any_lane(alone > 0.5):
         _look_alone(lanes)
 
@@ -290,9 +292,9 @@ def _note_rises_between_ends(lanes: Lanes, is_good: Wide) -> None:
     for k in range(n):
         best = watch.best[k]
         if watch.sign[k] >= 0:
-            rises = 1.0 if end_bound(lanes, k, 1.0) > best else rises
+            rises = rises if end_bound(lanes, k, 1.0) <= best else 1.0
         if watch.sign[k] <= 0:
-            rises = 1.0 if end_bound(lanes, k, -1.0) > best else rises
+            rises = rises if end_bound(lanes, k, -1.0) <= best else 1.0
     lanes.may_rise = rises * is_good
 
 

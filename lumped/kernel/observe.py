@@ -5,16 +5,15 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853
 from lumped.kernel.crossing import inside
-from lumped.kernel.extremes import LOWEST, may_rise, raise_all
+from lumped.kernel.extremes import LOWEST, may_rise, raise_all, raise_at
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
-from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
+from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
 
 __all__ = [
     "begin_watch",
     "end_watch",
     "has_border",
-    "integrate",
     "is_first_with_its_part",
     "is_inside_wanted",
     "observe",
@@ -43,6 +42,7 @@ _WEIGHTS = (
     0.05061426814518813,
 )
 """Gauss's rule on (0, 1): exact for the square of what the interpolation of a step gives."""
+_MOST_PARTS = 64
 
 
 @kernel
@@ -93,17 +93,48 @@ def is_inside_wanted(run: Run) -> bool:
 
 
 @kernel
-def integrate(run: Run, k: int, begin: float, end: float) -> None:
-    """Add an integral over a part of the step to its sum, and all others with the same part."""
-    watch, length = run.watch, run.t_new - run.t
-    for j in range(8):
-        t = begin + _NODES[j] * (end - begin)
-        inside(run, (t - run.t) / length, watch.x)
-        evaluate(watch.integrand, run, watch.x, t, run.m, watch.value)
-        for i in range(k, watch.integrands):
-            if watch.begin[i] == watch.begin[k] and watch.end[i] == watch.end[k]:
-                part = _WEIGHTS[j] * (end - begin) * watch.value[i]
-                watch.sums[i] += part if end > begin else 0.0
+def _gauss(run: Run, begin: float, end: float, parts: int, sums: Numbers) -> None:
+    """Integrals by Gauss's rule in equal parts, and those of the sizes."""
+    watch, length, width = run.watch, run.t_new - run.t, (end - begin) / parts
+    for i in range(watch.integrands):
+        sums[i] = watch.sizes[i] = 0.0
+    for k in range(parts):
+        for j in range(8):
+            t = begin + (k + _NODES[j]) * width
+            inside(run, (t - run.t) / length, watch.x)
+            evaluate(watch.integrand, run, watch.x, t, run.m, watch.value)
+            for i in range(watch.integrands):
+                part = _WEIGHTS[j] * width * watch.value[i]
+                sums[i] += part
+                watch.sizes[i] += abs(part)
+
+
+@kernel
+def _has_same_part(watch: Watch, i: int, k: int) -> bool:
+    return watch.begin[i] == watch.begin[k] and watch.end[i] == watch.end[k]
+
+
+@kernel
+def _integrate(run: Run, k: int, begin: float, end: float) -> None:
+    """Add an integral over a part of the step to its sum, and all others with the same part.
+
+    The parts are halved until nothing changes; a function of time may be faster than all states.
+    """
+    watch = run.watch
+    n, coarse, fine, parts, is_close = watch.integrands, watch.coarse, watch.fine, 1, False
+    _gauss(run, begin, end, 1, fine)
+    while not is_close and parts < _MOST_PARTS:
+        for i in range(n):
+            coarse[i] = fine[i]
+        parts *= 2
+        _gauss(run, begin, end, parts, fine)
+        is_close = True
+        for i in range(k, n):
+            if _has_same_part(watch, i, k) and abs(fine[i] - coarse[i]) > run.rtol * watch.sizes[i]:
+                is_close = False
+    for i in range(k, n):
+        if _has_same_part(watch, i, k):
+            watch.sums[i] += fine[i]
 
 
 @kernel
@@ -127,7 +158,7 @@ def observe(run: Run, until: float) -> None:
                 if end == run.t_new and begin == run.t and not watch.is_rough:
                     watch.sums[k] += watch.parts[k]
                 elif end > begin and is_first_with_its_part(watch.begin, watch.end, 0, k):
-                    integrate(run, k, begin, end)
+                    _integrate(run, k, begin, end)
             elif (
                 watch.may_rise
                 and end >= begin
@@ -156,6 +187,8 @@ def end_watch(run: Run) -> None:
         evaluate(watch.point, run, run.x, run.t, run.m, watch.value)
         watch.totals[watch.time_of[k]] += watch.value[watch.time_of[k]]
         watch.next_time = k + 1
+    if watch.extremes > 0:
+        raise_at(run)
     if watch.finals > 0:
         evaluate(watch.final, run, run.x, run.t, run.m, watch.last)
 
@@ -209,10 +242,20 @@ def observe_event(run: Run, kind: int, number: int, after: int, loss: float) -> 
 
 
 @kernel
+def _has_changed(run: Run, i: int) -> bool:
+    """Whether a setting of a function of time is another one in this segment."""
+    now = run.segment * run.timed + i
+    return run.timed_values[now] != run.timed_values[now - run.timed]
+
+
+@kernel
 def observe_clocks(run: Run) -> None:
     """Take what functionals need where functions of time change their settings."""
-    n = run.timed
-    for i in range(n):
-        now = run.segment * n + i
-        if run.timed_values[now] != run.timed_values[now - n]:
+    watch = run.watch
+    for i in range(run.timed):
+        is_own = _has_changed(run, i)
+        for j in range(watch.needs):
+            if watch.need[2 * j] == i and _has_changed(run, watch.need[2 * j + 1]):
+                is_own = False
+        if is_own:
             observe_event(run, TIMED, i, 0, 0.0)

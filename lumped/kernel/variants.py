@@ -68,8 +68,8 @@ class Variants(Record):
     start : Function
         Gives states, start values that must hold, and how far the worst is missed, from values of
         start values.
-    starts, start_values, found_start : int, Numbers, Numbers
-        Number of these, their values, and room for what `start` gives.
+    start_values, found_start, start_count : Numbers, Numbers, int
+        These values, room for what `start` gives, and how much that is.
     tolerated : float
         By how much a start value may be missed.
     first_settings : Numbers
@@ -82,8 +82,8 @@ class Variants(Record):
         Begin of the runs, s.
     width, found : int, Numbers
         What is taken from each run.
-    status, reached, steps, rejected : Integers, Numbers, Integers, Integers
-        How each ended, when, s, and its numbers of steps.
+    status, steps, rejected : Integers
+        How each ended, and its numbers of steps.
     """
 
     run: Run
@@ -98,7 +98,6 @@ class Variants(Record):
     parameters: int
     nominal: Numbers
     start: Function
-    starts: int
     start_values: Numbers
     found_start: Numbers
     start_count: int
@@ -114,7 +113,6 @@ class Variants(Record):
     width: int
     found: Numbers
     status: Integers
-    reached: Numbers
     steps: Integers
     rejected: Integers
 
@@ -221,7 +219,6 @@ def _end_variant(variants: Variants, status: int) -> None:
     watch = run.watch
     variants.is_begun = 0
     variants.status[k] = status
-    variants.reached[k] = run.t
     variants.steps[k], variants.rejected[k] = run.steps, run.rejected
     if status != DONE:
         return

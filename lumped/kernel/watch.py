@@ -51,6 +51,8 @@ class Watch(Record):
     at_stages, parts, is_rough : Numbers, Numbers, int
         What is integrated at the stages of a step, its integrals over the step, and whether these
         are not good enough.
+    coarse, fine, sizes : Numbers
+        Integrals over a step, in parts and in twice as many, and those of the sizes.
     sign : Integers
         1 for the greatest value of an extreme, -1 for the least (with its sign turned), 0 for the
         largest size.
@@ -68,6 +70,8 @@ class Watch(Record):
         Whether a value is that after the event, and of which quantity.
     happened, told : Integers, Numbers
         How often each happened, and when last, s.
+    needs, need : int, Integers
+        Settings of functions of time that change because others do: pairs of their places.
     latest : Integers
         Where the latest ones of each wanted event begin in `ring`.
     """
@@ -82,6 +86,9 @@ class Watch(Record):
     sums: Annotated[Numbers, "integrands"]
     at_stages: Annotated[Numbers, "8 * integrands"]
     parts: Annotated[Numbers, "integrands"]
+    coarse: Annotated[Numbers, "integrands"]
+    fine: Annotated[Numbers, "integrands"]
+    sizes: Annotated[Numbers, "integrands"]
     is_rough: int
 
     extremes: int
@@ -120,3 +127,5 @@ class Watch(Record):
     taken: Annotated[Numbers, "wanted_events"]
     latest: Annotated[Integers, "wanted_events"]
     ring: Numbers
+    needs: int
+    need: Integers

@@ -81,7 +81,6 @@ def test_runs_that_fail_are_set_apart_with_their_reasons(fussy):
         assert found.failures[i] == str(alone.value)
 
 
-@pytest.mark.xfail(strict=True, reason="extremes pass over what is no number")
 def test_an_extreme_of_what_is_no_number_is_told(fussy):
     """The root is no number from t = 1 / (2 k) on; before it falls to zero."""
     of = {"late": fun.highest("y", between=(0.9, 1.0)), "lowest": fun.lowest("y")}
@@ -228,7 +227,6 @@ def test_functionals_in_a_list_are_labelled_by_what_they_are(system):
         named["c"]
 
 
-@pytest.mark.xfail(strict=True, reason="a label tells three instants only")
 def test_functionals_that_differ_have_labels_that_differ(system):
     of = [fun.at([0.1, 0.2, 0.3, last], "body.w") for last in (0.4, 0.6)]
     assert len(ran(system, of=of).labels) == 2

@@ -313,7 +313,6 @@ def test_extremes_hold_both_sides_of_a_jump(side):
     check("part", found["part"], [0.0, 2.5, 2.5], 1e-14)
 
 
-@pytest.mark.xfail(strict=True, reason="the value after a jump at the very end is left out")
 def test_extremes_hold_the_value_at_the_end():
     of = {"final": fun.final("body.a"), "highest": fun.highest("body.a")}
     over = paired({"on": [0.999, 1.0], "off": [2.0, 2.0]})
