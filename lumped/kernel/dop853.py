@@ -103,13 +103,14 @@ integrals_by_stages = written(
         for r in range(1, {len(_LOOKED)}):
             size = max(size, abs(v[r * n + i]))
         error = a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300))
-        worst = max(worst, error / max(run.rtol * size, 1e-300))
+        size = max(h * size, abs(watch.sums[i]))
+        worst = max(worst, h * error / max(run.rtol * size, 1e-300))
     return worst
 """,
     globals(),
 )
 """Integrals over a step from values at its stages; gives the error of the worst of them, relative
-to the tolerance."""
+to the tolerance of what has come together so far, as for a state."""
 
 
 @kernel

@@ -130,7 +130,8 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
         _gauss(run, begin, end, parts, fine)
         is_close = True
         for i in range(k, n):
-            if _has_same_part(watch, i, k) and abs(fine[i] - coarse[i]) > run.rtol * watch.sizes[i]:
+            size = max(watch.sizes[i], abs(watch.sums[i]))
+            if _has_same_part(watch, i, k) and abs(fine[i] - coarse[i]) > run.rtol * size:
                 is_close = False
     for i in range(k, n):
         if _has_same_part(watch, i, k):
