@@ -130,6 +130,8 @@ def ensemble(
     head = {} if store is None else heading(system, varied, parameters, wanted, options)
     file = EnsembleFile(store, head)
     count = workers or os.cpu_count() or 1
+    if client is not None:
+        count = sum(client.nthreads().values())
     begun, busy = clock.perf_counter(), 0.0
     values = np.full((len(varied.values), len(wanted)), np.nan)
     status = np.full(len(values), FULL, dtype=np.int64)

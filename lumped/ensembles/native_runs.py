@@ -192,8 +192,7 @@ class _Worker:
         for slot in self._slots:
             runs.prepare(slot, values)
             if point is not None:
-                slot.knows_start = 1
-                slot.x_known[:], slot.m_known[:] = point
+                runs.tell_start(slot, point)
         self._go(k + 1)
 
 

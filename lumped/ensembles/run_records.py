@@ -13,7 +13,7 @@ from lumped.code.functions import compiled_functions
 from lumped.code.operations import operations_of
 from lumped.code.records import address
 from lumped.compiler.system import Changes, System
-from lumped.ensembles.watched import Collected, Watched
+from lumped.ensembles.watched import POSITIONS, Collected, Watched
 from lumped.errors import LumpedError
 from lumped.kernel import engine
 from lumped.kernel.clocks import Clocks
@@ -27,9 +27,11 @@ from lumped.points.start import by_name, found_start
 from lumped.points.start_search import given_values
 from lumped.points.targets import TOLERANCE
 from lumped.timeloop.executable import executable, remember, span
+from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, clocks, instants, modes_at
 from lumped.timeloop.moved_clocks import moved_clocks
 from lumped.timeloop.recorder import scale
+from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.timeloop.settings import just_after
 
@@ -283,15 +285,26 @@ class RunRecords:
         """Whether the loop finds the start itself."""
         return self._start is not None
 
-    def started(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """States and settings at the start of a variant; None if there are none."""
+    def started(self, values: np.ndarray) -> OperatingPoint | None:
+        """The start of a variant, found by a search; None if there is none."""
         theta = dict(zip(self.system.parameters, self.theta.tolist(), strict=True))
         theta |= dict(zip(self.names, values.tolist(), strict=True))
         try:
-            point = found_start(self.system, theta, self.options.start, (), self.options.begin)
+            return found_start(self.system, theta, self.options.start, (), self.options.begin)
         except LumpedError:
             return None
-        return point.x, point.settings
+
+    def tell_start(self, variants: Variants, point: OperatingPoint) -> None:
+        """Let a variant begin at a point, with what collides there."""
+        variants.knows_start = 1
+        variants.x_known[:], variants.m_known[:] = point.x, point.settings
+        s, hits = self.system.switching, []
+        for change in point.collisions:
+            hold = s.names.index(change.component)
+            hits.append((hold, POSITIONS[hold_words(s, hold).index(change.after)]))
+        variants.collision = np.array(hits, dtype=np.int64).ravel()
+        variants.collision_loss = np.array([change.loss for change in point.collisions])
+        variants.collisions = len(hits)
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps, this one and those after it."""

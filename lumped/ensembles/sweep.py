@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.system import System
+from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
 from lumped.ensembles.outcome import Ensemble
 from lumped.ensembles.sweep_file import SweepFile, heading
@@ -31,6 +32,7 @@ from lumped.timeloop.result import Trajectory
 
 __all__ = ["sweep"]
 
+_DRAWN = ("runs", "seed", "sampling")
 _MANY = 20
 """Runs from which machine code of the system pays."""
 
@@ -77,7 +79,8 @@ def sweep(
     client : dask.distributed.Client, optional
         Run on its cluster instead; functions and model classes travel by cloudpickle.
     **options
-        As for `simulate`; its `parameters` hold in all runs, unless varied.
+        As for `simulate`; its `parameters` hold in all runs, unless varied. `runs`, `seed` and
+        `sampling` where runs are drawn, as for `ensemble`.
 
     Returns
     -------
@@ -96,12 +99,16 @@ def sweep(
     """
     functionals = {label: f for label, f in of.items() if isinstance(f, Collected)}
     measures = {label: f for label, f in of.items() if not isinstance(f, Collected)}
-    if functionals:
-        together = {"over": over, "until": until, "workers": workers, "client": client}
-        return _with_functionals(system, functionals, of, together | options, store)
-    _check_options(options)
+    drawn = {name: options.pop(name) for name in _DRAWN if name in options}
+    if not functionals:
+        _check_options(options)
     fixed = options.get("parameters")
-    varied = variants_of(system, over, parameters=fixed, analysis="sweep")
+    varied = variants_of(system, over, parameters=fixed, analysis="sweep", **drawn)
+    if functionals:
+        points: Any = dict(zip(varied.names, varied.values.T, strict=True))
+        together = {"over": paired(points), "until": until, "workers": workers, "client": client}
+        summed = _with_functionals(system, functionals, of, together | options, store)
+        return replace(summed, shape=varied.shape)
     names = varied.names
     points = [dict(zip(names, row, strict=True)) for row in varied.values.tolist()]
     if not of:

