@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Generator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextvars import copy_context
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,8 @@ def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Generator[Do
                 while first < len(points) and len(running) < 2 * count:
                     left = -(-(len(points) - first) // count)
                     end = min(first + max(1, min(size, left)), len(points))
-                    running.add(pool.submit(work, first, end))
+                    # the engine chosen here is chosen in the thread
+                    running.add(pool.submit(copy_context().run, work, first, end))
                     first = end
                 done, running = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
