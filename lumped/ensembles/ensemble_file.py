@@ -14,7 +14,7 @@ from lumped.compiler.system import System
 from lumped.ensembles.line_file import LineFile
 from lumped.ensembles.native_runs import Batch
 from lumped.ensembles.run_records import RunOptions
-from lumped.ensembles.variants import Variants
+from lumped.ensembles.variants import ParameterSets
 from lumped.ensembles.watched import Collected
 from lumped.kernel.run import FULL
 from lumped.timeloop.fingerprint import fingerprint
@@ -24,7 +24,7 @@ __all__ = ["EnsembleFile", "heading"]
 
 def heading(
     system: System,
-    variants: Variants,
+    variants: ParameterSets,
     parameters: object,
     of: Mapping[str, Collected],
     options: RunOptions,

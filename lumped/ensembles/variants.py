@@ -18,7 +18,7 @@ from lumped.errors import OptionError, ParameterError, shown
 from lumped.language.quantity import Param
 from lumped.support.units import amount, has_unit
 
-__all__ = ["Over", "Sampling", "Variants", "variants_of"]
+__all__ = ["Over", "ParameterSets", "Sampling", "variants_of"]
 
 if TYPE_CHECKING:
     Over = Mapping[Name, Any] | Iterable[Mapping[Name, Any]] | Paired | Correlated
@@ -39,7 +39,7 @@ _ADVICE = "Cut a distribution off with lumped.distributions.truncated(distributi
 
 
 @dataclass(frozen=True, eq=False)
-class Variants:
+class ParameterSets:
     """Parameters of many runs.
 
     Attributes
@@ -66,7 +66,7 @@ def variants_of(
     sampling: Sampling = "random",
     parameters: Changes | None = None,
     analysis: str = "ensemble",
-) -> Variants:
+) -> ParameterSets:
     """Parameters of each run, all checked.
 
     Drawn values are quantiles of probabilities ``u``, shape (runs, k), of the k parameters in
@@ -95,7 +95,7 @@ def variants_of(
 
     Returns
     -------
-    Variants
+    ParameterSets
 
     Raises
     ------
@@ -170,7 +170,7 @@ class _Asked:
         *,
         shape: tuple[int, ...] | None = None,
         advice: str = "",
-    ) -> Variants:
+    ) -> ParameterSets:
         """Values of parameters, column by column, if they are in range."""
         if not columns or not len(columns[0]):
             self.refuse("there is nothing to vary; give values of at least one parameter.")
@@ -183,7 +183,7 @@ class _Asked:
         self.theta[places] = values[0]
         self.parameters.check(self.theta, self.system.name)
         keys = tuple(self.system.key(name) for name in names)
-        return Variants(keys, values, shape or (len(values),))
+        return ParameterSets(keys, values, shape or (len(values),))
 
     # -- values --------------------------------------------------------------------------------
 

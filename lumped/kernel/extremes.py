@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from lumped.code.words import kernel
+from lumped.code.words import Numbers, kernel
 from lumped.kernel.crossing import inside
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
 __all__ = [
     "LOWEST",
+    "MOST_PARTS",
     "bound",
     "end_bound",
+    "has_same_part",
     "highest_sample",
     "is_unresolved",
     "may_rise",
@@ -20,7 +22,7 @@ __all__ = [
     "sample_extremes",
 ]
 
-_MOST_PARTS = 64
+MOST_PARTS = 64
 """Parts of a step, for a function of time that is faster than all states."""
 _REACH = 0.3
 """How far a quantity may rise above its ends in a step, over the way that its ends tell."""
@@ -174,20 +176,22 @@ def is_unresolved(run: Run, k: int) -> bool:
 
 
 @kernel
-def _has_same_part(run: Run, k: int, first: int) -> bool:
-    watch, n = run.watch, run.watch.integrands
-    return watch.begin[n + k] == watch.begin[n + first] and watch.end[n + k] == watch.end[n + first]
+def has_same_part(begin: Numbers, end: Numbers, i: int, k: int) -> bool:
+    """Whether two integrals or extremes are taken over the same part of the run."""
+    return begin[i] == begin[k] and end[i] == end[k]
 
 
 @kernel
 def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: int) -> bool:
     """Whether samples are too few in one of equal parts; one part was sampled before."""
-    width = (end - begin) / parts
+    watch, width = run.watch, (end - begin) / parts
+    n = watch.integrands
     for j in range(parts):
         if parts > 1:
             sample_extremes(run, begin + j * width, begin + (j + 1) * width)
-        for k in range(first, run.watch.extremes):
-            if _has_same_part(run, k, first) and is_unresolved(run, k):
+        for k in range(first, watch.extremes):
+            is_meant = has_same_part(watch.begin, watch.end, n + k, n + first)
+            if is_meant and is_unresolved(run, k):
                 return True
     return False
 
@@ -196,8 +200,9 @@ def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: in
 def raise_all(run: Run, first: int, begin: float, end: float) -> None:
     """Extremes over a part of the step: of a quantity and of all others with the same part."""
     watch, length, parts = run.watch, run.t_new - run.t, 1
+    n = watch.integrands
     sample_extremes(run, begin, end)
-    while parts < _MOST_PARTS and _is_any_unresolved(run, first, begin, end, parts):
+    while parts < MOST_PARTS and _is_any_unresolved(run, first, begin, end, parts):
         parts *= 2
     width = (end - begin) / parts
     for j in range(parts):
@@ -205,7 +210,7 @@ def raise_all(run: Run, first: int, begin: float, end: float) -> None:
         if parts > 1:
             sample_extremes(run, low, low + width)
         for k in range(first, watch.extremes):
-            if _has_same_part(run, k, first):
+            if has_same_part(watch.begin, watch.end, n + k, n + first):
                 if watch.sign[k] >= 0:
                     _raise(run, k, 1.0, (low - run.t) / length, width / length)
                 if watch.sign[k] <= 0:

@@ -25,6 +25,7 @@ from lumped.kernel.crossing import inside, may_dip
 from lumped.kernel.extremes import (
     bound,
     end_bound,
+    has_same_part,
     highest_sample,
     is_unresolved,
     rough_bound,
@@ -171,8 +172,7 @@ def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
     watch = lanes.watch
     n = watch.integrands
     for k in range(first, watch.extremes):
-        is_same = watch.begin[n + k] == watch.begin[n + first]
-        is_same = is_same and watch.end[n + k] == watch.end[n + first]
+        is_same = has_same_part(watch.begin, watch.end, n + k, n + first)
         if is_same and watch.sign[k] * sign >= 0.0:
             best = watch.best[k]
             is_unresolved_here = is_unresolved(lanes, k)

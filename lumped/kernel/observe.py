@@ -5,10 +5,17 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel import dop853
 from lumped.kernel.crossing import inside
-from lumped.kernel.extremes import LOWEST, may_rise, raise_all, raise_at
+from lumped.kernel.extremes import (
+    LOWEST,
+    MOST_PARTS,
+    has_same_part,
+    may_rise,
+    raise_all,
+    raise_at,
+)
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
-from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE, Watch
+from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
 __all__ = [
     "begin_watch",
@@ -42,7 +49,6 @@ _WEIGHTS = (
     0.05061426814518813,
 )
 """Gauss's rule on (0, 1): exact for the square of what the interpolation of a step gives."""
-_MOST_PARTS = 64
 
 
 @kernel
@@ -110,11 +116,6 @@ def _gauss(run: Run, begin: float, end: float, parts: int, sums: Numbers) -> Non
 
 
 @kernel
-def _has_same_part(watch: Watch, i: int, k: int) -> bool:
-    return watch.begin[i] == watch.begin[k] and watch.end[i] == watch.end[k]
-
-
-@kernel
 def _integrate(run: Run, k: int, begin: float, end: float) -> None:
     """Add an integral over a part of the step to its sum, and all others with the same part.
 
@@ -123,7 +124,7 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
     watch = run.watch
     n, coarse, fine, parts, is_close = watch.integrands, watch.coarse, watch.fine, 1, False
     _gauss(run, begin, end, 1, fine)
-    while not is_close and parts < _MOST_PARTS:
+    while not is_close and parts < MOST_PARTS:
         for i in range(n):
             coarse[i] = fine[i]
         parts *= 2
@@ -131,10 +132,11 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
         is_close = True
         for i in range(k, n):
             size = max(watch.sizes[i], abs(watch.sums[i]))
-            if _has_same_part(watch, i, k) and abs(fine[i] - coarse[i]) > run.rtol * size:
+            is_meant = has_same_part(watch.begin, watch.end, i, k)
+            if is_meant and abs(fine[i] - coarse[i]) > run.rtol * size:
                 is_close = False
     for i in range(k, n):
-        if _has_same_part(watch, i, k):
+        if has_same_part(watch.begin, watch.end, i, k):
             watch.sums[i] += fine[i]
 
 
@@ -142,7 +144,7 @@ def _integrate(run: Run, k: int, begin: float, end: float) -> None:
 def is_first_with_its_part(begin: Numbers, end: Numbers, first: int, k: int) -> bool:
     """Whether no integral or extreme before another is taken over the same part of the run."""
     for i in range(first, k):
-        if begin[i] == begin[k] and end[i] == end[k]:
+        if has_same_part(begin, end, i, k):
             return False
     return True
 
@@ -222,7 +224,8 @@ def observe_event(run: Run, kind: int, number: int, after: int, loss: float) -> 
         if row[0] == kind and row[1] == number and (row[2] == ANY or row[2] == after):
             if is_told:
                 continue
-            watch.told[k] = run.t
+            if kind == TIMED:
+                watch.told[k] = run.t
             what = watch.event_kind[k]
             if what == COUNT:
                 _take(run, k, 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 from lumped.compiler.system import System
 from lumped.ensembles.distributions import uniform
 from lumped.ensembles.ensemble import ensemble
-from lumped.errors import LumpedError, OptionError
+from lumped.errors import OptionError
 from lumped.optimisation.design import Bounds, bounds_of
 from lumped.simulation.functionals import Functional
 
@@ -54,6 +54,10 @@ def first_designs(
     ------
     OptionError
         If a bound is missing.
+    ParameterError
+        If a design between the bounds is out of range.
+    SolverError
+        If the run of every design fails.
     """
     low, high = box[:, 1], box[:, 2]
     for name, *ends in zip(names, low, high, strict=True):
@@ -61,24 +65,24 @@ def first_designs(
             raise OptionError(
                 f"optimise: starts needs both bounds of {name}; designs are tried between them."
             )
-    of = [k for k in (*weights, *subject_to) if not isinstance(k, str)]
-    labels = {str(f): f for f in of}
+    of = list(dict.fromkeys(k for k in (*weights, *subject_to) if not isinstance(k, str)))
+    labels = {f"{number}": f for number, f in enumerate(of)}
     over: dict[Any, Any] = {
         name: uniform(*ends) for name, *ends in zip(names, low, high, strict=True)
     }
     tried: dict[str, Any] = {"runs": _TRIED * count, "sampling": "sobol"}
-    try:
-        found = ensemble(system, over=over, of=labels, **tried, **scene)
-    except LumpedError:
-        return np.zeros((0, len(names)))  # the search from the start says what is wrong
-    points = found.points
+    found = ensemble(system, over=over, of=labels, **tried, **scene)
+    points, results = found.points, dict(zip(of, found.values.T, strict=True))
     worth = np.zeros(len(points))
     for key, weight in weights.items():
-        worth = worth + weight * (found[key] if isinstance(key, str) else found[str(key)])
+        if not isinstance(key, str):
+            worth += weight * results[key]
+        elif system.key(key) in names:  # another parameter is the same in all runs
+            worth += weight * found[system.key(key)]
     missed = np.zeros(len(points))
     for key, given in subject_to.items():
         least, most = bounds_of(str(key), given)
-        value = found[str(key)]
+        value = results[key]
         size = max([abs(b) for b in (least, most) if np.isfinite(b)], default=0.0) or 1.0
         missed += np.maximum(np.maximum(least - value, value - most), 0.0) / size
     order = np.lexsort((worth, missed))
