@@ -2,7 +2,8 @@
 
 A function becomes ``void name(const double* x, const double* p, double t, const double* m,
 double* out)``. Operations keep their order and rounding. For several lanes each number is a vector
-of as many, and the time is handed over by its address.
+of as many, and the time is handed over by its address. A function of columns is linear in its last
+states, which are vectors, as its results are; all else are single numbers.
 """
 
 from __future__ import annotations
@@ -54,8 +55,15 @@ _LIBRARY = {
 } | {ca.OP_CONSTPOW: "pow"}
 
 
-def assembly(function: Operations, name: str, lanes: int = 1) -> str:
+def assembly(
+    function: Operations, name: str, lanes: int = 1, columns_from: int | None = None
+) -> str:
     """LLVM assembly of a function.
+
+    Parameters
+    ----------
+    columns_from : int, optional
+        The first of the states that have several columns, as many as lanes.
 
     Raises
     ------
@@ -67,15 +75,17 @@ def assembly(function: Operations, name: str, lanes: int = 1) -> str:
     work, parts = function.work, []
     count = max(1, -(-len(rows) // _CHUNK))
     needed: set[str] = set()
-    time = "double" if lanes == 1 else "ptr"
+    time = "double" if lanes == 1 or columns_from is not None else "ptr"
     given = _ARGUMENTS.format(time)
+    wide: set[int] = set()
     for k in range(count):
         part = rows[k * _CHUNK : (k + 1) * _CHUNK]
         after = live[min((k + 1) * _CHUNK, len(rows))]
-        body = _Body(function.constants.tolist(), needed, lanes).lines(part, after)
+        body = _body(function.constants.tolist(), needed, lanes, columns_from, wide)
+        lines = body.lines(part, after)
         parts.append(
             f"define internal void @{name}_{k}({given}, ptr noalias %w) noinline {{\n"
-            + "\n".join(body)
+            + "\n".join(lines)
             + "\n  ret void\n}"
         )
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %w"
@@ -107,6 +117,18 @@ def _live(rows: list[list[int]]) -> dict[int, set[int]]:
     return found
 
 
+def _body(
+    constants: list[float],
+    needed: set[str],
+    lanes: int,
+    columns_from: int | None,
+    wide: set[int],
+) -> _Body:
+    if columns_from is None:
+        return _Body(constants, needed, lanes)
+    return _ColumnBody(constants, needed, lanes, columns_from, wide)
+
+
 class _Body:
     """Instructions of a chunk.
 
@@ -134,27 +156,48 @@ class _Body:
 
         def get(place: int) -> str:
             if place not in held:
-                held[place] = self._load("w", place)
+                held[place] = self._kept(place)
             return held[place]
 
         for op, written, a, b in rows:
             if op == RESULT:
-                self._store(get(a), "out", written)
+                self._give(get(a), written)
                 continue
             if op == ca.OP_CONST:
-                found = self._constant(self._constants[a])
+                found = self._fixed(self._constants[a])
             elif op == TIME:
-                found = "%t" if self._lanes == 1 else self._load("t", 0)
+                found = self._time()
             elif op in _INPUTS:
-                found = self._load(_INPUTS[op], a)
+                found = self._input(_INPUTS[op], a)
             else:
                 arguments = [get(place) for place in ((a, b) if op in TWO else (a,))]
                 found = self._operation(op, arguments)
             held[written] = found
             changed.add(written)
         for place in sorted(changed & live):
-            self._store(held[place], "w", place)
+            self._keep(held[place], place)
         return self._text
+
+    def _kept(self, place: int) -> str:
+        """A number that a chunk before this one has kept."""
+        return self._load("w", place)
+
+    def _keep(self, value: str, place: int) -> None:
+        self._store(value, "w", place)
+
+    def _give(self, value: str, place: int) -> None:
+        """Write a result."""
+        self._store(value, "out", place)
+
+    def _fixed(self, value: float) -> str:
+        """A constant of the function."""
+        return self._constant(value)
+
+    def _time(self) -> str:
+        return "%t" if self._lanes == 1 else self._load("t", 0)
+
+    def _input(self, base: str, index: int) -> str:
+        return self._load(base, index)
 
     def _put(self, expression: str) -> str:
         symbol = f"%v{self._count}"
@@ -241,3 +284,96 @@ class _Body:
             low = self._put(f"fcmp olt {kind} {a}, {zero}")
             return self._select(low, self._constant(-1.0), sign)
         raise UnsupportedError(f"operation {op} of CasADi")
+
+
+class _ColumnBody(_Body):
+    """Instructions of a chunk, in which only what depends on columns is wide.
+
+    Parameters
+    ----------
+    constants, needed, lanes
+        As for `_Body`.
+    columns_from : int
+        The first of the states that have columns.
+    wide : set of int
+        Places kept for later chunks that hold wide numbers.
+    """
+
+    def __init__(
+        self,
+        constants: list[float],
+        needed: set[str],
+        lanes: int,
+        columns_from: int,
+        wide: set[int],
+    ) -> None:
+        super().__init__(constants, needed, 1)
+        self._columns, self._from, self._wide_places = lanes, columns_from, wide
+        self._wide: set[str] = set()
+
+    def _turn(self, is_wide: bool) -> None:
+        """Write wide instructions, or single ones."""
+        lanes = self._columns if is_wide else 1
+        self._lanes = lanes
+        self._number = "double" if lanes == 1 else f"<{lanes} x double>"
+        self._truth = "i1" if lanes == 1 else f"<{lanes} x i1>"
+        self._suffix = "f64" if lanes == 1 else f"v{lanes}f64"
+
+    def _moved(self, base: str, index: int, is_wide: bool) -> str:
+        """Address of a number among single ones."""
+        self._turn(False)
+        place = self._at(base, index)
+        self._turn(is_wide)
+        return place
+
+    def _widened(self, value: str) -> str:
+        if value in self._wide:
+            return value
+        kind = f"<{self._columns} x double>"
+        one = self._put(f"insertelement {kind} undef, double {value}, i32 0")
+        zeros = f"<{self._columns} x i32> zeroinitializer"
+        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
+
+    def _kept(self, place: int) -> str:
+        is_wide = place in self._wide_places
+        at = self._moved("w", self._columns * place, is_wide)
+        found = self._put(f"load {self._number}, ptr {at}, align 8")
+        if is_wide:
+            self._wide.add(found)
+        return found
+
+    def _keep(self, value: str, place: int) -> None:
+        is_wide = value in self._wide
+        (self._wide_places.add if is_wide else self._wide_places.discard)(place)
+        at = self._moved("w", self._columns * place, is_wide)
+        self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
+
+    def _give(self, value: str, place: int) -> None:
+        value = self._widened(value)
+        at = self._moved("out", self._columns * place, True)
+        self._text.append(f"  store {self._number} {value}, ptr {at}, align 8")
+
+    def _time(self) -> str:
+        return "%t"
+
+    def _fixed(self, value: float) -> str:
+        return literal(value)
+
+    def _input(self, base: str, index: int) -> str:
+        is_wide = base == "x" and index >= self._from
+        if is_wide:
+            index = self._from + self._columns * (index - self._from)
+        at = self._moved(base, index, is_wide)
+        found = self._put(f"load {self._number}, ptr {at}, align 8")
+        if is_wide:
+            self._wide.add(found)
+        return found
+
+    def _operation(self, op: int, arguments: list[str]) -> str:
+        is_wide = any(a in self._wide for a in arguments)
+        self._turn(is_wide)
+        if not is_wide:
+            return super()._operation(op, arguments)
+        found = super()._operation(op, [self._widened(a) for a in arguments])
+        self._wide.add(found)
+        return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from lumped.code import code_cache
@@ -13,7 +13,7 @@ from lumped.code.operations import Operations
 from lumped.code.to_llvm import as_llvm
 from lumped.code.trigonometry import cosine, sine
 
-__all__ = ["compiled_functions", "known_functions"]
+__all__ = ["compiled_columns", "compiled_functions", "known_columns", "known_functions"]
 
 
 _OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
@@ -27,22 +27,28 @@ def _source(functions: Mapping[str, Operations], lanes: int = 1) -> str:
 
 def _text(functions: Mapping[str, Operations], lanes: int) -> str:
     parts = [assembly(function, name, lanes) for name, function in functions.items()]
-    lines = "\n".join(parts).split("\n")
     if lanes > 1:
-        lines += _own_text(functions, lanes).split("\n")
-    own = [f"declare double @{name}(double)" for name in _used(functions) if lanes == 1]
+        parts.append(_own_text(functions, lanes))
+    return _declared_once("\n".join(parts), functions.values() if lanes == 1 else ())
+
+
+def _declared_once(text: str, calling: Iterable[Operations]) -> str:
+    """Assembly with each declaration once, also of functions of ours that are called."""
+    lines = text.split("\n")
+    own = [f"declare double @{name}(double)" for name in _used(calling)]
     declared = sorted({line for line in lines if line.startswith("declare")} | {*own})
     return "\n".join([*(line for line in lines if not line.startswith("declare")), *declared])
 
 
-def _used(functions: Mapping[str, Operations]) -> list[str]:
+def _used(functions: Iterable[Operations]) -> list[str]:
     """Functions of ours that are called."""
-    used = {int(op) for function in functions.values() for op in function.table[:, 0]}
+    used = {int(op) for function in functions for op in function.table[:, 0]}
     return [name for op, name in OWN.items() if op in used]
 
 
 def _own_text(functions: Mapping[str, Operations], lanes: int) -> str:
-    own = {name: _OWN[name].widened if lanes > 1 else _OWN[name] for name in _used(functions)}
+    used = _used(functions.values())
+    own = {name: _OWN[name].widened if lanes > 1 else _OWN[name] for name in used}
     return as_llvm(own, lanes, inline=lanes > 1) if own else ""
 
 
@@ -61,3 +67,23 @@ def compiled_functions(functions: Mapping[str, Operations], lanes: int = 1) -> C
 def known_functions(functions: Mapping[str, Operations]) -> Code | None:
     """Machine code of functions if it was made before, else None."""
     return kept(_source(functions), list(functions))
+
+
+def compiled_columns(function: Operations, columns: int, columns_from: int) -> Code:
+    """Machine code of a function named ``columns``, for columns side by side (see `emit_llvm`)."""
+    return built(
+        _column_source(function, columns, columns_from),
+        ["columns"],
+        lambda: _declared_once(assembly(function, "columns", columns, columns_from), [function]),
+        beside=lambda: _own_text({"columns": function}, 1),
+    )
+
+
+def known_columns(function: Operations, columns: int, columns_from: int) -> Code | None:
+    """The same if it was made before, else None."""
+    return kept(_column_source(function, columns, columns_from), ["columns"])
+
+
+def _column_source(function: Operations, columns: int, columns_from: int) -> str:
+    parts = [code_cache.own(), f"{columns} {columns_from}", function.key.hex()]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()

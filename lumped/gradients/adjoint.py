@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import casadi as ca
@@ -17,17 +17,17 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.backward_steps import CHUNKS, backwards, chained, step_function
 from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.state_changes import exchange_fault
-from lumped.numerics.inside_step import Method
-from lumped.support.array_function import ArrayFunction
-from lumped.support.made_once import Shared, made_once
+from lumped.gradients.step_code import Span, StepCode
+from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
+from lumped.timeloop.run import nominals
 
 __all__ = [
     "AdjointPoint",
+    "Course",
     "Leg",
     "Seeds",
     "Steps",
@@ -54,15 +54,20 @@ class Leg:
     x: np.ndarray
     settings: np.ndarray
 
+    def span(self, run: Trajectory, begin: int = 0, end: int | None = None) -> Span:
+        """Steps from one end of a step to another; all by default."""
+        own = slice(begin, None if end is None else end + 1)
+        t, x, m = self.t[own], self.x[own], self.settings[own]
+        return Span(run.theta, t, x, m, run.statistics.implicit_from)
+
     def state(self, run: Trajectory, steps: Steps, t: float) -> Side:
         """States and settings at a time: those of a shorter step."""
         i = int(np.searchsorted(self.t, t, "right")) - 1
         if self.t[i] == t:
             return self.x[i], self.settings[i]
-        implicit = self.t[i] >= run.statistics.implicit_from
-        step = steps.step("implicit" if implicit else "explicit")
-        x, _ = step(self.x[i], run.theta, self.t[i], t - self.t[i], self.settings[i])
-        return np.asarray(x).ravel(), self.settings[i]
+        whole, times = self.span(run, i, i), np.array([self.t[i], t])
+        step = replace(whole, t=times, x=whole.x.repeat(2, axis=0), m=whole.m.repeat(2, axis=0))
+        return steps.replayed(step, np.array([1, 0]))[1], self.settings[i]
 
     def margins(self, run: Trajectory) -> np.ndarray:
         """Greatest size of each margin at the ends of the steps."""
@@ -79,6 +84,17 @@ class Leg:
         self.t = np.insert(self.t, place, t)
         self.x = np.insert(self.x, place, x, axis=0)
         self.settings = np.insert(self.settings, place, settings, axis=0)
+
+    def divide(self, run: Trajectory, steps: Steps, parts: np.ndarray) -> None:
+        """Divide each step into so many equal ones; where steps ended, states stay as they are."""
+        begins, counts = np.repeat(self.t[:-1], parts), np.append(parts, 1)
+        inner = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+        lengths = np.repeat(np.diff(self.t) / parts, parts)
+        is_given = np.append(inner == 0, True)
+        self.t = np.append(begins + inner * lengths, self.t[-1])
+        self.settings = np.repeat(self.settings, counts, axis=0)
+        self.x = np.repeat(self.x, counts, axis=0)
+        self.x = steps.replayed(self.span(run), is_given)
 
 
 @dataclass(frozen=True)
@@ -120,13 +136,40 @@ class Swept(NamedTuple):
     ----------
     by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
         The derivatives, if coinciding changes come in one of their orders.
+    largest : ndarray, shape (n + q, k)
+        Largest size of the derivatives by states, and integrals, at any time.
     """
 
     by_states: np.ndarray
     by_parameters: np.ndarray
+    largest: np.ndarray
 
 
-class Steps(Shared):
+class Course(NamedTuple):
+    """What a sweep finds on the way; of each leg, one row for each step.
+
+    Attributes
+    ----------
+    errors : list of ndarray, shape (steps, k)
+        How much less accurate each result gets, relative to what it owes to the states.
+    parts, part_errors : list of ndarray, shape (steps, q)
+        Integrals, and their errors.
+    """
+
+    errors: list[np.ndarray]
+    parts: list[np.ndarray]
+    part_errors: list[np.ndarray]
+
+    @classmethod
+    def of(cls, legs: list[Leg], results: int, integrals: int) -> Course:
+        """Nothing found yet."""
+        made = [
+            [np.zeros((len(leg.t) - 1, k)) for leg in legs] for k in (results, integrals, integrals)
+        ]
+        return cls(*made)
+
+
+class Steps(StepCode):
     """Steps of one system with integrals of some products, and the same backwards.
 
     Parameters
@@ -138,26 +181,11 @@ class Steps(Shared):
     """
 
     def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
-        super().__init__(system.building)
-        self.system = system
         factors = [ca.vertsplit(system.expressions(names)) for names in products]
+        self.system = system
         self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
-
-    @made_once
-    def step(self, method: Method) -> ca.Function:
-        """One step (see `step_function`)."""
-        return step_function(self.system, method, self.integrands)
-
-    @made_once
-    def back(self, method: Method, count: int, results: int) -> ArrayFunction:
-        """Several steps backwards (see `chained`)."""
-        parameters = self.system.inputs[1].numel()
-        return chained(self.single(method, results), parameters, count)
-
-    @made_once
-    def single(self, method: Method, results: int) -> ca.Function:
-        """One step backwards (see `backwards`)."""
-        return backwards(self.step(method), results)
+        rates, inputs = system.rates, system.inputs
+        super().__init__(system.building, inputs, rates, self.integrands, nominals(system))
 
     @property
     @made_once
@@ -239,7 +267,7 @@ def sweep(
     steps: Steps,
     seeds: Seeds,
     points: list[AdjointPoint],
-) -> list[Swept]:
+) -> tuple[list[Swept], Course]:
     """Derivatives of results by states at the time zero and by parameters.
 
     Where different changes coincide, there is one answer for each order in which they can come.
@@ -249,14 +277,12 @@ def sweep(
     legs : list of Leg
         From `legs_of`, with the instants of the points and spans among their times.
     """
-    count = seeds.chosen.shape[1]
-    found = [
-        Swept(
-            np.zeros((len(run.system.structure.states), count)), np.zeros((len(run.theta), count))
-        )
-    ]
+    q, count = seeds.chosen.shape
+    n = len(run.system.structure.states)
+    course = Course.of(legs, count, q)
+    found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q)))]
     for number in reversed(range(len(legs))):
-        found = [_over(run, legs[number], number, steps, seeds, points, s) for s in found]
+        found = [_over(run, legs[number], number, steps, seeds, points, course, s) for s in found]
         if number:
             crossing = crossings[number - 1]
             if not crossing.orders:
@@ -273,18 +299,16 @@ def sweep(
                     "too often for all their orders to be followed. Change a parameter a little.",
                     run,
                 )
-    return found
+    return found, course
 
 
 def _different(found: list[Swept]) -> list[Swept]:
     """Answers that are not the same."""
     kept: list[Swept] = []
     for one in found:
-        both = np.vstack(one)
-        if not any(
-            (np.abs(both - (known := np.vstack(other))) <= 1e-9 * np.abs(known).max(axis=0)).all()
-            for other in kept
-        ):
+        both = np.vstack(one[:2])
+        known = [np.vstack(other[:2]) for other in kept]
+        if not any((np.abs(both - k) <= 1e-9 * np.abs(k).max(axis=0)).all() for k in known):
             kept.append(one)
     return kept
 
@@ -296,51 +320,37 @@ def _over(
     steps: Steps,
     seeds: Seeds,
     points: list[AdjointPoint],
+    course: Course,
     after: Swept,
 ) -> Swept:
     """Back over one leg."""
-    adjoint, by_parameters = after.by_states.copy(), after.by_parameters.copy()
+    adjoint, by_parameters, largest = (v.copy() for v in after)
+    n = len(adjoint)
     here = [(int(np.searchsorted(leg.t, p.time)), p) for p in points if p.leg == number]
     end = len(leg.t) - 1
     borders = [int(i) for t in seeds.spans.ravel() for i in np.flatnonzero(leg.t == t)]
     for stop in sorted({place for place, _ in here} | {0, end, *borders}, reverse=True):
         if stop < end:
             chosen = seeds.at(0.5 * (leg.t[stop] + leg.t[end]))
-            adjoint, by_p = _through(run, leg, steps, (stop, end), chosen, adjoint)
-            by_parameters += by_p
+            back = steps.back(leg.span(run, stop, end), np.vstack([adjoint, chosen]), largest)
+            if back is None:
+                raise SolverError(
+                    f"{run.system.name}: the equations of an implicit step near t = "
+                    f"{leg.t[stop]:.9g} s cannot be solved backwards. Tighten rtol.",
+                    run,
+                )
+            adjoint, largest = back.adjoint[:n], back.largest
+            by_parameters += back.by_parameters
+            own = slice(stop, end)
+            np.maximum(course.errors[number][own], back.errors, out=course.errors[number][own])
+            course.parts[number][own] = back.parts
+            course.part_errors[number][own] = back.part_errors
         end = stop
         for place, point in here:
             if place == stop:
                 adjoint[:, point.column] += point.by_states
                 by_parameters[:, point.column] += point.by_parameters
-    return Swept(adjoint, by_parameters)
-
-
-def _through(
-    run: Trajectory,
-    leg: Leg,
-    steps: Steps,
-    span: tuple[int, int],
-    chosen: np.ndarray,
-    adjoint: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Back over steps of one leg: adjoints, derivatives by parameters."""
-    begin, end = span
-    n, k = adjoint.shape
-    by_parameters = np.zeros((len(run.theta), k))
-    change = int(np.searchsorted(leg.t[:end], run.statistics.implicit_from))
-    parts: list[tuple[Method, int]] = [("implicit", max(begin, change)), ("explicit", begin)]
-    flat, seeds = adjoint.ravel(order="F"), chosen.ravel(order="F")
-    for method, first in parts:
-        while end > first:
-            count = next(c for c in CHUNKS if c <= end - first)
-            t, x, m = (v[end - count : end] for v in (leg.t, leg.x, leg.settings))
-            lengths = np.diff(leg.t[end - count : end + 1])
-            back = steps.back(method, count, k)
-            flat, by_p, _ = back(flat, x.ravel(), run.theta, t, lengths, m.ravel(), seeds)
-            by_parameters += by_p.reshape(k, -1).T
-            end -= count
-    return flat.reshape(k, n).T.copy(), by_parameters
+    return Swept(adjoint, by_parameters, largest)
 
 
 def _across(
@@ -354,7 +364,7 @@ def _across(
     after: Swept,
 ) -> Swept:
     """Back over the changes at which a leg begins."""
-    adjoint, by_parameters = after
+    adjoint, by_parameters, largest = after
     for place, jump in reversed(list(enumerate(order))):
         late = np.zeros(adjoint.shape[1])
         for point in points:
@@ -368,7 +378,7 @@ def _across(
             late += (rates[0] - rates[1]) @ seeds.at(crossing.t)
         adjoint, by_p = jump.backward(adjoint, late)
         by_parameters = by_parameters + by_p
-    return Swept(adjoint, by_parameters)
+    return Swept(adjoint, by_parameters, largest)
 
 
 def placed(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:

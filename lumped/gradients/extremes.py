@@ -8,13 +8,14 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.backward_steps import FRACTIONS, looked
-from lumped.numerics.inside_step import Method
+from lumped.gradients.step_code import FRACTIONS
 from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
+from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["SampledExtreme", "extremes"]
@@ -140,6 +141,11 @@ def _look(system: System, name: str) -> ca.Function:
     return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))])
 
 
+@made_once
+def _counted(system: System, name: str) -> CountedFunction:
+    return CountedFunction(operations_of(_look(system, name)))
+
+
 class _Looks:
     """A quantity and its slope anywhere in a run."""
 
@@ -197,25 +203,8 @@ class _Looks:
 
     def _dense(self, leg: Leg) -> np.ndarray:
         """The same inside steps, shape (2, steps, FRACTIONS)."""
-        system, count = self.run.system, len(leg.t) - 1
-        found = np.zeros((2, count, len(FRACTIONS)))
-        h = np.diff(leg.t)
-        implicit = leg.t[:-1] >= self.run.statistics.implicit_from
-        methods: tuple[tuple[Method, np.ndarray], ...] = (
-            ("explicit", np.flatnonzero(~implicit)),
-            ("implicit", np.flatnonzero(implicit)),
-        )
-        for method, rows in methods:
-            if not len(rows):
-                continue
-            values = looked(system, method, self.look).map(len(rows))(
-                leg.x[rows].T,
-                np.repeat(self.run.theta[:, None], len(rows), axis=1),
-                leg.t[None, rows],
-                h[None, rows],
-                leg.settings[rows].T,
-            )
-            found[:, rows] = np.asarray(values).reshape(2, len(rows), len(FRACTIONS))
+        look = _counted(self.run.system, self.name)
+        found: np.ndarray = self.steps.looked(leg.span(self.run), look, 2).transpose(2, 0, 1)
         return found
 
     def at(self, leg: int, t: float) -> tuple[float, float]:

@@ -17,11 +17,10 @@ from lumped.gradients.adjoint import (
     legs_of,
     placed,
     steps_of,
-    sweep,
 )
 from lumped.gradients.forward import Followed
 from lumped.gradients.functional_terms import Owed, SmoothParts, Way
-from lumped.gradients.quadrature import resolve, totals
+from lumped.gradients.resolved_steps import Resolved, resolved
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
 from lumped.simulation.functional_kinds import factors
@@ -44,24 +43,25 @@ class Summed:
         The run in its smooth parts, every instant that counts an end of a step.
     wanted : tuple of functionals
         What they are.
-    owed : tuple of Owed
-        What each owes to single instants.
+    owed : dict of int to Owed
+        What each owes to single instants, by its number; those of integrals are known when they
+        are resolved.
     integrals : tuple of int
         Which of them are integrals.
-    slopes : ndarray, shape (len(wanted),)
-        Their derivatives by these; 1 for others.
     seeds : Seeds
         Which integral each owes to, and over which part of the run.
+    slopes : ndarray, shape (len(wanted),)
+        Their derivatives by integrals; 1 for others.
     sizes : ndarray, shape (len(integrals),)
         Integrals of the sizes of what is integrated.
     """
 
     course: SmoothParts
     wanted: tuple[Functional, ...]
-    owed: tuple[Owed, ...]
+    owed: dict[int, Owed]
     integrals: tuple[int, ...]
-    slopes: np.ndarray
     seeds: Seeds
+    slopes: np.ndarray
     sizes: np.ndarray
 
     @classmethod
@@ -86,37 +86,45 @@ class Summed:
         spans = np.array([getattr(wanted[k], "between", None) or (0.0, until) for k in integrals])
         spans = spans.reshape(-1, 2)
         owed = {k: course.owed(f) for k, f in enumerate(wanted) if k not in integrals}
-        resolve(run, legs, steps, rtol)
-        sums, sizes = totals(run, legs, steps, spans)
-        slopes = np.ones(len(wanted))
-        last = legs[-1].x[-1], run.theta, until, legs[-1].settings[-1]
-        rates = np.asarray(steps.integrated(*last)).ravel()
-        for place, k in enumerate(integrals):
-            functional = wanted[k]
+        chosen = np.zeros((len(integrals), len(wanted)))
+        chosen[np.arange(len(integrals)), integrals] = 1.0
+        none = np.ones(len(wanted)), np.ones(len(integrals))
+        seeds = Seeds(chosen, spans)
+        return cls(course, tuple(wanted), owed, tuple(integrals), seeds, *none)
+
+    def integrated(self) -> Summed:
+        """The same with its integrals."""
+        seeds = Seeds(np.zeros((len(self.integrals), 0)), self.seeds.spans)
+        return self._with(self._resolved(seeds, []))
+
+    def _resolved(self, seeds: Seeds, points: list[AdjointPoint]) -> Resolved:
+        c = self.course
+        return resolved(c.run, c.legs, c.crossings, c.steps, seeds, points, c.rtol)
+
+    def _with(self, found: Resolved) -> Summed:
+        """The same with integrals that were found."""
+        run, course, until = self.course.run, self.course, self.course.until
+        owed, slopes = dict(self.owed), np.ones(len(self.wanted))
+        last = course.legs[-1].x[-1], run.theta, until, course.legs[-1].settings[-1]
+        rates = np.asarray(course.steps.integrated(*last)).ravel()
+        for place, k in enumerate(self.integrals):
+            functional = self.wanted[k]
             assert isinstance(functional, Integral)
-            value, slopes[k], _ = functional.outcome(float(sums[place]), until)
+            total = float(found.sums[place])
+            value, slopes[k], _ = functional.outcome(total, until)
             by_end = 0.0
             if functional.between is None:
                 # a mean falls with the time over which it is taken
-                change = 0.0 if functional.kind == "integral" else float(sums[place]) / until
+                change = 0.0 if functional.kind == "integral" else total / until
                 by_end = float(slopes[k] * (rates[place] - change))
             owed[k] = Owed((Way(value, (), by_end),))
-        chosen = np.zeros((len(integrals), len(wanted)))
-        chosen[np.arange(len(integrals)), integrals] = 1.0
-        return cls(
-            course,
-            tuple(wanted),
-            tuple(owed[k] for k in range(len(wanted))),
-            tuple(integrals),
-            slopes,
-            Seeds(chosen, spans),
-            np.where(sizes > 0, sizes, 1.0),
-        )
+        sizes = np.where(found.sizes > 0, found.sizes, 1.0)
+        return replace(self, owed=owed, slopes=slopes, sizes=sizes)
 
     @property
     def values(self) -> np.ndarray:
         """What the functionals are."""
-        return np.array([owed.ways[0].value for owed in self.owed])
+        return np.array([self.owed[k].ways[0].value for k in range(len(self.wanted))])
 
     @property
     def shared(self) -> tuple[float, ...]:
@@ -129,22 +137,27 @@ class Summed:
     @property
     def parted(self) -> bool:
         """Whether a functional can go several ways."""
-        return any(len(owed.ways) > 1 for owed in self.owed)
+        return any(len(owed.ways) > 1 for owed in self.owed.values())
 
     @property
     def by_end(self) -> np.ndarray:
         """Derivatives by the end of the run, one row for each way."""
-        return np.array([way.by_end for owed in self.owed for way in owed.ways])
+        every = (self.owed[k] for k in range(len(self.wanted)))
+        return np.array([way.by_end for owed in every for way in owed.ways])
 
     # -- backwards ---------------------------------------------------------------------------
 
-    def swept(self) -> tuple[list[Swept], list[slice], list[int | None]]:
+    def swept(self) -> tuple[Summed, list[Swept], np.ndarray, list[slice], list[int | None]]:
         """Derivatives by states at the time zero and parameters, for all ways of all functionals.
 
         Returns
         -------
+        Summed
+            The same with its integrals.
         list of Swept
             For all orders of changes that coincide.
+        ndarray
+            Errors of all ways, relative to the terms of which a derivative consists.
         list of slice
             Columns of the ways of each functional.
         list of int or None
@@ -152,22 +165,27 @@ class Summed:
         """
         points: list[AdjointPoint] = []
         columns, guards, count = [], [], 0
-        scaled = []
-        for k, owed in enumerate(self.owed):
+        chosen, owners = [], []
+        for k in range(len(self.wanted)):
+            owed = self.owed.get(k, Owed((Way(0.0),)))
             columns.append(slice(count, count + len(owed.ways)))
             for way in owed.ways:
                 points += [replace(point, column=count) for point in way.points]
-                scaled.append(self.seeds.chosen[:, k] * self.slopes[k])
+                chosen.append(self.seeds.chosen[:, k])
+                owners.append(k)
                 count += 1
             guards.append(count if owed.guard else None)
             for point in owed.guard:
                 points.append(replace(point, column=count))
-                scaled.append(np.zeros(len(self.integrals)))
+                chosen.append(np.zeros(len(self.integrals)))
+                owners.append(-1)
                 count += 1
-        chosen = np.array(scaled).T.reshape(len(self.integrals), count)
-        c = self.course
-        seeds = Seeds(chosen, self.seeds.spans)
-        return sweep(c.run, c.legs, c.crossings, c.steps, seeds, points), columns, guards
+        whole = np.array(chosen).T.reshape(len(self.integrals), count)
+        results = self._resolved(Seeds(whole, self.seeds.spans), points)
+        summed = self._with(results)
+        slopes = np.append(summed.slopes, 1.0)[owners]
+        found = [Swept(s[0] * slopes, s[1] * slopes, s[2]) for s in results.found]
+        return summed, found, results.errors, columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
 
@@ -180,7 +198,8 @@ class Summed:
     def forward(self, found: Followed, seed: np.ndarray, side: int) -> np.ndarray:
         """Derivatives to one side from those of the states, shape (len(wanted), k)."""
         rows = []
-        for k, owed in enumerate(self.owed):
+        for k in range(len(self.wanted)):
+            owed = self.owed[k]
             if k in self.integrals:
                 rows.append(self.slopes[k] * self._integral(found, self.integrals.index(k)))
                 continue

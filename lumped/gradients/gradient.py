@@ -56,14 +56,16 @@ class Gradient:
         Units of these.
     derivatives : ndarray, shape (len(of), len(to))
         Their derivatives.
+    errors : ndarray, shape (len(of),)
+        Errors that the steps add to these, estimated, relative to the terms of which a derivative
+        consists. Where they would be above a tenth of `rtol`, steps are divided.
     shared : tuple of float
         Instants at which statically indeterminate constraints let go, s. Derivatives hold the
         shares of what each carries fixed there, and are not exact if these depend on what varies.
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
-        steps.
+        Accuracy asked for; the run is made at a thousandth of it.
     """
 
     run: Trajectory
@@ -72,6 +74,7 @@ class Gradient:
     values: np.ndarray
     units: tuple[str, ...]
     derivatives: np.ndarray
+    errors: np.ndarray
     shared: tuple[float, ...]
     seconds: float
     rtol: float
@@ -133,8 +136,8 @@ class Gradient:
         head = (
             f"{self.run.system.name}: {len(self.of)} functionals by {len(self.to)} parameters and "
             f"start values, relative; run of {s.steps} steps ({s.method}), {s.evaluations} "
-            f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its exact gradient in "
-            f"{self.seconds:.3g} s more"
+            f"evaluations, rtol {self.rtol:.0e}, in {s.seconds:.3g} s; its gradient in "
+            f"{self.seconds:.3g} s more, error {self.errors.max(initial=0.0):.0e}"
         )
         if self.shared:
             head += "\nshares of indeterminate constraints held fixed where they let go, t = "
@@ -207,9 +210,9 @@ def gradient(
         method=method,
     )
     begin = clock.perf_counter()
-    summed = Summed.of(run, wanted, tightened(rtol))
-    orders, columns, guards = summed.swept()
-    found = [_chained(run, start or {}, places, varied, *order) for order in orders]
+    summed, orders, each_error, columns, guards = Summed.of(run, wanted, tightened(rtol)).swept()
+    found = [_chained(run, start or {}, places, varied, *order[:2]) for order in orders]
+    errors = np.array([each_error[column].max() for column in columns])
     derivatives = np.zeros((len(wanted), len(names)))
     absent = np.zeros(derivatives.shape, dtype=bool)
     inner = [i for i, name in enumerate(names) if name != END]
@@ -236,7 +239,16 @@ def gradient(
     seconds = clock.perf_counter() - begin
     units = tuple(functional.unit(system) for functional in wanted)
     return Gradient(
-        run, labels, tuple(names), summed.values, units, derivatives, summed.shared, seconds, rtol
+        run,
+        labels,
+        tuple(names),
+        summed.values,
+        units,
+        derivatives,
+        errors,
+        summed.shared,
+        seconds,
+        rtol,
     )
 
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import crossings_of, legs_of, steps_of
+from lumped.gradients.adjoint import Seeds, crossings_of, legs_of, steps_of
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.functional_values import check
-from lumped.gradients.quadrature import resolve
+from lumped.gradients.resolved_steps import divided, resolved
 from lumped.gradients.second_order import Second
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.simulation.functional_kinds import At, Final, Functional, Integral, factors
@@ -150,14 +150,20 @@ def hessian(
     course = SmoothParts(run, legs, crossings_of(run, legs, fine), steps, fine)
     _refuse_events(course)
     course.cut(of)
-    resolve(run, legs, steps, fine)
+    if isinstance(of, Integral):
+        spans = np.array([of.between or (0.0, course.until)])
+        resolved(run, legs, course.crossings, steps, Seeds(np.zeros((1, 0)), spans), [], fine)
     seed = np.zeros((len(run.theta), len(names)))
     for column, place in enumerate(places):
         if place >= 0:
             seed[place, column] = 1.0
     S = slopes_at_zero(run, start or {}, seed, varied)
     _check_start(system, names, places, S)
-    value, first, second = Second(course, seed, S, of).go()
+    second_order = Second(course, seed, S, of)
+    found = second_order.go()
+    while divided(run, legs, steps, found.errors, fine):
+        found = second_order.go()
+    value, first, second, _ = found
     if isinstance(of, Integral):
         value, slope, curvature = of.outcome(value, until)
         second = slope * second + curvature * np.outer(first, first)

@@ -1,30 +1,50 @@
-"""Tangents along a run, and the derivative of the sweep back along them."""
+"""Tangents along a run, and the derivative of the sweep back along them.
+
+A run and its derivative along one direction are a run of twice as many states. The derivatives of
+that derivative are one row of the Hessian, by the sweep back that gives gradients.
+"""
 
 from __future__ import annotations
 
-import itertools
-from typing import Any
+from dataclasses import replace
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
+from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.backward_steps import CHUNKS
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.jumps import Crossing
-from lumped.numerics.inside_step import Method
+from lumped.gradients.step_code import Span, StepCode
 from lumped.simulation.functional_kinds import At, Final, Integral, product
-from lumped.support.array_function import ArrayFunction
-from lumped.support.made_once import Shared, made_once
+from lumped.support.made_once import made_once
+from lumped.timeloop.run import nominals
 
-__all__ = ["Second"]
-
-_Span = tuple[Method, int, int]
-"""Steps of one method: the first, and that after the last."""
+__all__ = ["Found", "Second"]
 
 
-class Second(Shared):
+class Found(NamedTuple):
+    """Value of a functional, and its derivatives by states at the start, then parameters.
+
+    Attributes
+    ----------
+    value : float
+        What it is.
+    first, second : ndarray, shapes (n + p,) and (n + p, k)
+        First derivatives; those of the derivatives along each direction.
+    errors : list of ndarray, shape (steps, k)
+        How much less accurate these get by each step, leg by leg.
+    """
+
+    value: float
+    first: np.ndarray
+    second: np.ndarray
+    errors: list[np.ndarray]
+
+
+class Second:
     """Second derivatives of one functional of a run.
 
     Parameters
@@ -40,7 +60,6 @@ class Second(Shared):
     def __init__(
         self, course: SmoothParts, seed: np.ndarray, S: np.ndarray, of: Final | At | Integral
     ) -> None:
-        super().__init__(course.run.system.building)
         self.course, self.seed, self.S = course, seed, S
         self.run, self.steps = course.run, course.steps
         self.n, self.k = S.shape
@@ -54,38 +73,75 @@ class Second(Shared):
         else:
             self.names, self.times = (of.name,), (course.until,)
 
-    def go(self) -> tuple[float, np.ndarray, np.ndarray]:
+    def go(self) -> Found:
         """Value, and first and second derivatives."""
-        n, p = self.n, len(self.run.theta)
-        tangents = self._tangents()
-        value, first, second = 0.0, np.zeros(n + p), np.zeros((n + p, self.k))
-        for number in reversed(range(len(self.course.legs))):
-            leg, S = self.course.legs[number], tangents[number]
-            value += self._look(number, len(leg.t) - 1, S[-1], first, second)
-            for span in reversed(self._spans(leg)):
-                value += self._back(leg, span, S, first, second)
-                value += self._look(number, span[1], S[span[1]], first, second)
+        own = [self._along(k) for k in range(self.k)]
+        second = np.column_stack([found.second for found in own])
+        errors = [np.hstack(columns) for columns in zip(*(f.errors for f in own), strict=True)]
+        by_both = np.vstack([self.S, self.seed])
+        first = own[0].first
+        return Found(own[0].value, by_both.T @ first, by_both.T @ second, errors)
+
+    def _along(self, k: int) -> Found:
+        """Value, first derivatives, and those of the derivative along one direction."""
+        n, p, seed = self.n, len(self.run.theta), self.seed[:, k]
+        spans = self._tangents(k)
+        twice = _twice(self.steps)
+        value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
+        largest = np.zeros((2 * (n + self.steps.integrals), 1))
+        errors = [np.zeros((len(span.t) - 1, 1)) for span in spans]
+        for number in reversed(range(len(spans))):
+            span, leg = spans[number], self.course.legs[number]
+            end = len(leg.t) - 1
+            value += self._look(number, end, span.x[end, n:], seed, first, second)
+            for begin in reversed(self._stops(leg)[:-1]):
+                inside = float(self.window[0] < 0.5 * (leg.t[begin] + leg.t[end]) < self.window[1])
+                weights = np.repeat([0.0, inside], self.steps.integrals)
+                adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
+                own = slice(begin, end + 1)
+                part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
+                back = twice.back(part, adjoint, largest)
+                if back is None:
+                    raise SolverError(
+                        f"{self.run.system.name}: the equations of an implicit step near t = "
+                        f"{leg.t[begin]:.9g} s cannot be solved backwards. Tighten rtol.",
+                        self.run,
+                    )
+                second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
+                second[n:] += back.by_parameters[:p, 0]
+                first[n:] += back.by_parameters[p:, 0]
+                largest, errors[number][begin:end] = back.largest, back.errors
+                value += inside * float(back.parts[:, : self.steps.integrals].sum())
+                value += self._look(number, begin, span.x[begin, n:], seed, first, second)
+                end = begin
             if number:
                 crossing = self.course.crossings[number - 1]
-                second += self._across(crossing, S[0], first[:n])
-        by_both = np.vstack([self.S, self.seed])
-        return value, by_both.T @ first, by_both.T @ second
+                second += self._across(crossing, span.x[0, n:], seed, first[:n])
+        return Found(value, first, second, errors)
 
-    def _tangents(self) -> list[list[np.ndarray]]:
-        """Derivatives of the states at the ends of all steps, leg by leg."""
-        found, last = [], self.S
+    def _tangents(self, k: int) -> list[Span]:
+        """The legs, with the derivatives of the states along a direction behind these."""
+        found, last = [], self.S[:, k]
         for leg in self.course.legs:
-            own = [last]
-            for method, begin, end in self._spans(leg):
-                inputs = (own[-1].ravel(order="F"), *self._points(leg, begin, end))
-                (many,) = self._call("forward", method, end - begin)(*inputs)
-                own += list(many.reshape(end - begin, self.k, self.n).transpose(0, 2, 1))
-            last = own[-1]
-            found.append(own)
+            theta = np.concatenate([self.run.theta, self.seed[:, k]])
+            x = np.hstack([leg.x, np.zeros_like(leg.x)])
+            x[0, self.n :] = last
+            span = Span(theta, leg.t, x, leg.settings, self.run.statistics.implicit_from)
+            if len(leg.t) > 1:
+                is_given = np.arange(len(leg.t)) == 0
+                span = replace(span, x=_twice(self.steps).replayed(span, is_given))
+            last = span.x[-1, self.n :]
+            found.append(span)
         return found
 
     def _look(
-        self, number: int, place: int, S: np.ndarray, first: np.ndarray, second: np.ndarray
+        self,
+        number: int,
+        place: int,
+        S: np.ndarray,
+        seed: np.ndarray,
+        first: np.ndarray,
+        second: np.ndarray,
     ) -> float:
         """Value at an instant that counts; adds its derivatives."""
         leg, t, total = self.course.legs[number], float(self.course.legs[number].t[place]), 0.0
@@ -97,130 +153,57 @@ class Second(Shared):
                 found = bent(leg.x[place], self.run.theta, t, leg.settings[place])
                 total += float(found[0])
                 first += np.asarray(found[1]).ravel()
-                second += found[2].sparse() @ np.vstack([S, self.seed])
+                second += found[2].sparse() @ np.concatenate([S, seed])
         return total
 
-    def _back(
-        self,
-        leg: Leg,
-        span: _Span,
-        tangents: list[np.ndarray],
-        first: np.ndarray,
-        second: np.ndarray,
-    ) -> float:
-        """Back over some steps; gives their part of the integral."""
-        method, begin, end = span
-        n, k = self.n, self.k
-        inside = self.window[0] < 0.5 * (leg.t[begin] + leg.t[end]) < self.window[1]
-        S = np.concatenate([tangents[i].ravel(order="F") for i in range(begin, end)])
-        weights = np.full(self.steps.integrands.numel(), float(inside))
-        inputs = (first[:n], second[:n].ravel(order="F"), S, weights)
-        results = self._call("back", method, end - begin)(*inputs, *self._points(leg, begin, end))
-        first[:n], second[:n] = results[0], results[1].reshape(k, n).T
-        first[n:] += results[2]
-        second[n:] += results[3].reshape(k, -1).T
-        total = float(results[4].sum())
-        return total if inside else 0.0
-
-    def _across(self, crossing: Crossing, S: np.ndarray, adjoint: np.ndarray) -> np.ndarray:
-        """What second derivatives gain where the derivatives of the rates jump, (n + p, k).
+    def _across(
+        self, crossing: Crossing, S: np.ndarray, seed: np.ndarray, adjoint: np.ndarray
+    ) -> np.ndarray:
+        """What second derivatives gain where the derivatives of the rates jump, (n + p,).
 
         The instant moves by ``t_p``, and on one side of it the adjoint follows other rates: the
         gain is the transposed jump of their derivatives times the adjoint times ``t_p``.
         """
-        total = np.zeros((self.n + len(self.run.theta), self.k))
+        total = np.zeros(self.n + len(self.run.theta))
         turned = _turned(self.steps)
         inside = float(self.window[0] < crossing.t < self.window[1])
-        weights = np.append(adjoint, np.full(self.steps.integrands.numel(), inside))
+        weights = np.append(adjoint, np.full(self.steps.integrals, inside))
         for jump in (j for order in crossing.orders[:1] for j in order):
-            moved = jump.instant @ np.vstack([S, self.seed])
+            moved = float(jump.instant @ np.concatenate([S, seed]))
             before, after = (
                 np.asarray(turned(x, self.run.theta, crossing.t, m, weights)).ravel()
                 for x, m in (jump.before, jump.after)
             )
-            total += np.outer(before - after, moved)
+            total += (before - after) * moved
         return total
 
-    def _spans(self, leg: Leg) -> list[_Span]:
-        """Steps in chunks that end where something is looked at."""
-        end, change = len(leg.t) - 1, self.run.statistics.implicit_from
-        first = int(np.searchsorted(leg.t[:-1], change))
+    def _stops(self, leg: Leg) -> list[int]:
+        """Ends of steps where something is looked at, and of the leg."""
         soon = 1e-10 * self.course.until
         near = [np.abs(leg.t - t) <= soon for t in (*self.times, *self.window)]
         borders = np.flatnonzero(np.any(near, axis=0)).tolist() if near else []
-        stops = sorted({0, first, end, *borders})
-        spans: list[_Span] = []
-        for begin, stop in itertools.pairwise(stops):
-            method: Method = "explicit" if begin < first else "implicit"
-            while begin < stop:
-                count = next(c for c in CHUNKS if c <= stop - begin)
-                spans.append((method, begin, begin + count))
-                begin += count
-        return spans
+        return sorted({0, len(leg.t) - 1, *borders})
 
-    def _points(self, leg: Leg, begin: int, end: int) -> tuple[np.ndarray, ...]:
-        t, x, m = (v[begin:end] for v in (leg.t, leg.x, leg.settings))
-        lengths = np.diff(leg.t[begin : end + 1])
-        return x.ravel(), self.run.theta, self.seed.ravel(order="F"), t, lengths, m.ravel()
 
-    @made_once
-    def _call(self, what: str, method: Method, count: int) -> ArrayFunction:
-        """Several steps: tangents after each, or back."""
-        make = self._forward if what == "forward" else self._backward
-        return ArrayFunction(make(method, count))
+@made_once
+def _twice(steps: Steps) -> StepCode:
+    """The steps together with their derivatives along one direction.
 
-    def _symbols(self, count: int) -> list[ca.MX]:
-        p, k = self.seed.shape
-        m = self.course.legs[0].settings.shape[1]
-        sizes = ((self.n, count), (p, 1), (p, k), (1, count), (1, count), (m, count))
-        return [ca.MX.sym(f"a{i}", *size) for i, size in enumerate(sizes)]
+    States, then their derivatives; parameters, then the direction; integrals, then their
+    derivatives.
+    """
+    system = steps.system
+    x, p, t, m = system.inputs
+    s, along = ca.SX.sym("s", x.numel()), ca.SX.sym("along", p.numel())
+    direction = ca.vertcat(s, along)
 
-    def _forward(self, method: Method, count: int) -> ca.Function:
-        """(S, x, p, seed, t, h, m) -> S after each step."""
-        step, n, k = self.steps.step(method), self.n, self.k
-        kind: Any = ca.SX if step.is_a("SXFunction") else ca.MX
-        p, m = len(self.seed), step.size1_in(4)
-        both, along = kind.sym("both", n + p), kind.sym("along", n + p, k)
-        t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", m)
-        new = step(both[:n], both[n:], t, h, modes)[0]
-        found = ca.densify(ca.jtimes(new, both, along))
-        once = ca.Function("forward", [both, along, t, h, modes], [found])
-        S = ca.MX.sym("S", n, k)
-        xs, theta, seed, *rest = symbols = self._symbols(count)
-        columns = [ca.horzsplit(v) for v in (xs, *rest)]
-        found_all, last = [], S
-        for x, *others in zip(*columns, strict=True):
-            last = once(ca.vertcat(x, theta), ca.vertcat(last, seed), *others)
-            found_all.append(last)
-        return ca.Function("tangents", [S, *symbols], [ca.horzcat(*found_all)])
+    def both(expression: ca.SX) -> ca.SX:
+        change = ca.jtimes(expression, ca.vertcat(x, p), direction)
+        return ca.vertcat(expression, ca.densify(change))
 
-    def _backward(self, method: Method, count: int) -> ca.Function:
-        """(adjoint, its tangents, S, weights, x, p, seed, t, h, m) -> these before, sums by p.
-
-        And the integrals over the steps.
-        """
-        n, k, p = self.n, self.k, len(self.seed)
-        back = self.steps.single(method, 1)
-        kind: Any = ca.SX if back.is_a("SXFunction") else ca.MX
-        all_, along = kind.sym("all", 2 * n + p), kind.sym("along", 2 * n + p, k)
-        t, h, modes = kind.sym("t"), kind.sym("h"), kind.sym("m", back.size1_in(4))
-        chosen = kind.sym("chosen", back.size1_in(5), 1)
-        before, by_p, part = back(all_[:n], all_[n:], t, h, modes, chosen)
-        turned = ca.densify(ca.jtimes(ca.vertcat(before, by_p), all_, along))
-        results = [before, by_p, turned[:n, :], turned[n:, :], part]
-        once = ca.Function("second", [all_, along, t, h, modes, chosen], results)
-        adjoint, turn = ca.MX.sym("adjoint", n), ca.MX.sym("turn", n, k)
-        S, weights = ca.MX.sym("S", n, k * count), ca.MX.sym("weights", back.size1_in(5))
-        xs, theta, seed, *rest = symbols = self._symbols(count)
-        columns = [ca.horzsplit(v) for v in (xs, *rest)] + [ca.horzsplit(S, k)]
-        a, b = adjoint, turn
-        sums = [ca.MX.zeros(p), ca.MX.zeros(p, k), ca.MX.zeros(*back.size_out(2))]
-        for x, time, length, setting, s in reversed(list(zip(*columns, strict=True))):
-            both = ca.vertcat(a, x, theta)
-            tangents = ca.vertcat(b, s, seed)
-            a, more, b, turned_p, q = once(both, tangents, time, length, setting, weights)
-            sums = [u + v for u, v in zip(sums, (more, turned_p, q), strict=True)]
-        return ca.Function("second", [adjoint, turn, S, weights, *symbols], [a, b, *sums])
+    inputs = [ca.vertcat(x, s), ca.vertcat(p, along), t, m]
+    rates, integrands = both(system.rates), both(ca.densify(steps.integrands))
+    return StepCode(system.building, inputs, rates, integrands, np.tile(nominals(system), 2))
 
 
 @made_once

@@ -335,7 +335,7 @@ class Varied:
         curves: Sensitivity | None,
     ) -> Sensitivity:
         """Derivatives of functionals, besides those over time."""
-        summed = Summed.of(run, functionals, self.rtol)
+        summed = Summed.of(run, functionals, self.rtol).integrated()
         steps, course = summed.course.steps, summed.course
         sizes = summed.sizes
         forward = Forward(self.system, self.seed, self.rtol, steps.integrands, sizes)
@@ -351,7 +351,7 @@ class Varied:
         labels = tuple(str(functional) for functional in functionals)
         refuse(summed, labels, own, absent)
         slopes = self._whole(sides[0])
-        ends = [owed.ways[0].by_end for owed in summed.owed]
+        ends = [summed.owed[k].ways[0].by_end for k in range(len(functionals))]
         for i in set(range(len(self.to))) - set(self.inner):
             slopes[:, i] = ends
         if curves is None:

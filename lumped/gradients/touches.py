@@ -8,19 +8,20 @@ import casadi as ca
 import numpy as np
 import scipy
 
+from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.backward_steps import FRACTIONS, looked
 from lumped.gradients.saltation import TURNING
-from lumped.numerics.inside_step import Method
+from lumped.gradients.step_code import FRACTIONS
 from lumped.support.made_once import made_once
+from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.holds import turned
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["refuse_touches"]
 
-_CHUNK = 64
+_CHUNK = 1024
 """Steps that are looked at in one call."""
 
 
@@ -59,6 +60,11 @@ def _look(system: System) -> ca.Function:
     """Margins and their rates: (x, p, t, m)."""
     parts = system.margins(*system.inputs)[0], system.margin_rates(*system.inputs)
     return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(*parts))])
+
+
+@made_once
+def _counted(system: System) -> CountedFunction:
+    return CountedFunction(operations_of(_look(system)))
 
 
 class _Touches:
@@ -155,16 +161,12 @@ class _Touches:
 
     def _sampled(self, leg: Leg) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Times, margins and rates at the ends of steps and between, some steps at once."""
+        look, width = _counted(self.system), 2 * self.system.margins.size1_out(0)
         for begin in range(0, len(leg.t) - 1, _CHUNK):
-            rows = np.arange(begin, min(begin + _CHUNK, len(leg.t) - 1))
-            h = np.diff(leg.t)[rows]
-            implicit = leg.t[rows[0]] >= self.run.statistics.implicit_from
-            method: Method = "implicit" if implicit else "explicit"
-            theta = np.repeat(self.run.theta[:, None], len(rows), axis=1)
-            inputs = leg.x[rows].T, theta, leg.t[None, rows], h[None], leg.settings[rows].T
-            inside = np.asarray(looked(self.system, method, self.look).map(len(rows))(*inputs))
-            at = leg.x[begin], self.run.theta, leg.t[begin], leg.settings[begin]
-            first = np.asarray(self.look(*at))
-            t = leg.t[rows, None] + h[:, None] * np.array(FRACTIONS)
-            values, slopes = np.split(np.hstack([first.reshape(-1, 1), inside]), 2)
-            yield np.append(leg.t[rows[0]], t.ravel()), values, slopes
+            end = min(begin + _CHUNK, len(leg.t) - 1)
+            span = leg.span(self.run, begin, end)
+            inside = self.steps.looked(span, look, width).reshape(-1, width)
+            first = np.asarray(self.look(span.x[0], span.theta, span.t[0], span.m[0]))
+            t = span.t[:-1, None] + np.diff(span.t)[:, None] * np.array(FRACTIONS)
+            values, slopes = np.split(np.vstack([first.reshape(1, -1), inside]).T, 2)
+            yield np.append(span.t[0], t.ravel()), values, slopes

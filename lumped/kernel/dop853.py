@@ -14,7 +14,15 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 
-__all__ = ["dense_error", "dense_output", "integrals_by_stages", "interpolate", "step"]
+__all__ = [
+    "STAGES",
+    "dense_error",
+    "dense_output",
+    "integral_error",
+    "integrals_by_stages",
+    "interpolate",
+    "step",
+]
 
 
 def _sum(weights: Iterable[float]) -> str:
@@ -36,9 +44,9 @@ def _stage(number: int, weights: Iterable[float]) -> Any:
     return _loop(f"stage_{number}", "x: Numbers, out: Numbers", "pass", [line])
 
 
-(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = (
-    _stage(1 + i, row) for i, row in enumerate(tableau.A[1:])
-)
+STAGES = tuple(_stage(1 + i, row) for i, row in enumerate(tableau.A[1:]))
+"""States at which the rates of the second to the twelfth stage are taken."""
+(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = STAGES
 _NEW = _stage(12, tableau.B)
 _13, _14, _15 = (_stage(13 + i, row) for i, row in enumerate(tableau.A_EXTRA))
 _C = tuple(float(c) for c in tableau.C)
@@ -111,6 +119,17 @@ integrals_by_stages = written(
 )
 """Integrals over a step from values at its stages; gives the error of the worst of them, relative
 to the tolerance of what has come together so far, as for a state."""
+
+
+integral_error = written(
+    "integral_error",
+    f"""def integral_error(k: Numbers, n: int, i: int, h: float) -> float:
+    a, b, c = {_sum(tableau.E5)}, {_sum(tableau.E3)}, {_sum(tableau.E6)}
+    return max(h * a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300)), _DOUBT * abs(h * c))
+""",
+    globals(),
+)
+"""Error of an integral over a step that was made as one more state."""
 
 
 @kernel

@@ -10,8 +10,10 @@ from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
 from lumped.kernel.plant import Function
 from lumped.kernel.positions import begin, calm_positions, find_positions
+from lumped.kernel.recorded_steps import looked, replayed
 from lumped.kernel.run import Run, Samples
 from lumped.kernel.sharing import watch_redundancy
+from lumped.kernel.sweep_back import swept
 from lumped.kernel.variants import (
     attempt_of,
     crossing_of,
@@ -77,6 +79,9 @@ ENTRIES: dict[str, Any] = {
     "converged": converged,
     "watched": watched,
     "prepared": prepared,
+    "replayed": replayed,
+    "looked": looked,
+    "swept": swept,
     "variants": variants,
     "until_steps_of": until_steps_of,
     "attempt_of": attempt_of,

@@ -14,14 +14,25 @@ from lumped.kernel.run import Run
 from lumped.kernel.sparse_lu import factorise, is_solved, solve
 from lumped.numerics import rodas5p as tableau
 
-__all__ = ["dense_error", "dense_output", "interpolate", "step"]
+__all__ = [
+    "INCREMENTS",
+    "NODES",
+    "PARTS",
+    "UNSOLVED",
+    "WEIGHTS",
+    "dense_error",
+    "dense_output",
+    "interpolate",
+    "step",
+]
 
-_UNSOLVED = 1e3
+UNSOLVED = 1e3
 """Error of a step whose linear equations could not be solved accurately: try a shorter one."""
 
 _GAMMA = tableau.GAMMA
-_NODES = (*tableau.NODES, 1.0, 1.0, 1.0)
-_D = (*tableau.D, 0.0, 0.0, 0.0)
+NODES = (*tableau.NODES, 1.0, 1.0, 1.0)
+PARTS = (*tableau.D, 0.0, 0.0, 0.0)
+"""Of each stage: when its rates are taken, and the weight of their derivative by time."""
 
 
 def _square(rows: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
@@ -32,7 +43,8 @@ def _square(rows: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     return tuple(filled.ravel().tolist())
 
 
-_A, _C = _square(tableau.A), _square(tableau.C)
+WEIGHTS, INCREMENTS = _square(tableau.A), _square(tableau.C)
+"""Weights of earlier increments in the states of each stage, and in its right-hand side."""
 _H = tuple(np.array(tableau.H).ravel().tolist())
 
 
@@ -58,14 +70,14 @@ def step(run: Run, h: float) -> float:
     n, pattern, drift, right = plant.states, matrix.pattern, matrix.drift, matrix.right
     x, k, new = run.x, run.stages, run.new
     if not _factorised(run, h):
-        return _UNSOLVED
+        return UNSOLVED
     for s in range(8):
         rate = k[(1 + s) * n :]
         for i in range(n):
             total = x[i]
             if s < 6:
                 for j in range(s):
-                    total += _A[8 * s + j] * k[(1 + j) * n + i]
+                    total += WEIGHTS[8 * s + j] * k[(1 + j) * n + i]
             else:
                 total = new[i] + k[s * n + i]
             new[i] = total
@@ -73,16 +85,16 @@ def step(run: Run, h: float) -> float:
             for i in range(n):
                 rate[i] = k[i]
         else:
-            evaluate(plant.rates, run, new, t + _NODES[s] * h, m, rate)
+            evaluate(plant.rates, run, new, t + NODES[s] * h, m, rate)
         for i in range(n):
             total = 0.0
             for j in range(s):
-                total += _C[8 * s + j] * k[(1 + j) * n + i]
-            right[i] = h * _GAMMA * (rate[i] + h * _D[s] * drift[i] + total / h)
+                total += INCREMENTS[8 * s + j] * k[(1 + j) * n + i]
+            right[i] = h * _GAMMA * (rate[i] + h * PARTS[s] * drift[i] + total / h)
             rate[i] = right[i]
         solve(pattern, matrix, n, rate)
         if s == 0 and not is_solved(run, h * _GAMMA, right, rate):
-            return _UNSOLVED
+            return UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
     evaluate(plant.rates, run, new, t + h, m, k[12 * n :])

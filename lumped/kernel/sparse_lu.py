@@ -5,7 +5,7 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.run import Matrix, Pattern, Run
 
-__all__ = ["factorise", "is_solved", "solve"]
+__all__ = ["factorise", "is_solved", "solve", "solve_transposed"]
 
 _ACCURATE = 1e-8
 """Largest residual with good pivots, relative to the terms of a row."""
@@ -51,6 +51,24 @@ def solve(pattern: Pattern, matrix: Matrix, n: int, b: Numbers) -> None:
         y[i] = total / values[diagonal[i]]
     for i in range(n):
         b[order[i]] = y[i]
+
+
+@kernel
+def solve_transposed(pattern: Pattern, matrix: Matrix, n: int, b: Numbers, stride: int) -> None:
+    """Solve with the factors of the transposed matrix, in place; every `stride`-th number of b."""
+    begin, diagonal, at, order = pattern.begin, pattern.diagonal, pattern.at, pattern.order
+    values, y = matrix.factors, matrix.row
+    for i in range(n):
+        y[i] = b[order[i] * stride]
+    for i in range(n):
+        y[i] /= values[diagonal[i]]
+        for e in range(diagonal[i] + 1, begin[i + 1]):
+            y[at[e]] -= values[e] * y[i]
+    for i in range(n - 1, -1, -1):
+        for e in range(begin[i], diagonal[i]):
+            y[at[e]] -= values[e] * y[i]
+    for i in range(n):
+        b[order[i] * stride] = y[i]
 
 
 @kernel

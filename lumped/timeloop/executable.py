@@ -25,6 +25,7 @@ from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.output_room import OutputRoom
 
 __all__ = [
+    "WORTH",
     "Executable",
     "Parts",
     "evaluated",
@@ -35,7 +36,7 @@ __all__ = [
     "span",
 ]
 
-_WORTH = 30_000
+WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
 _PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
@@ -79,6 +80,13 @@ class Executable:
         States, settings, parameters, and so on (see `lumped.kernel.run`).
     plant : Plant
         With its tables.
+    beside : dict of str to Function, optional
+        More functions for which what depends on parameters alone is computed once for a run.
+
+    Attributes
+    ----------
+    beside : dict of str to Operations
+        These functions.
     """
 
     def __init__(
@@ -87,6 +95,7 @@ class Executable:
         jacobian: Callable[[], ca.Function],
         sizes: dict[str, int],
         plant: Plant,
+        beside: dict[str, ca.Function] | None = None,
     ) -> None:
         self.plant, self._jacobian = plant, jacobian
         self._operations: dict[str, Operations] = {}
@@ -98,8 +107,9 @@ class Executable:
         for name, field in Plant.fields.items():
             if field.kind is Function:
                 setattr(plant, name, none)
-        whole = {name: operations_of(f) for name, f in functions.items()}
+        whole = {name: operations_of(f) for name, f in {**functions, **(beside or {})}.items()}
         found, parts = prepared(whole, sizes["parameters"])
+        self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._add({**found, "prepare": parts} if parts.results else found)
@@ -152,7 +162,7 @@ class Executable:
         self._interpreted += run.interpreted
         run.interpreted = 0
         total = sum(len(operations.table) for operations in self._operations.values())
-        if self._interpreted > _WORTH * total and not self._is_compiled:
+        if self._interpreted > WORTH * total and not self._is_compiled:
             self.compile()
 
     @property
@@ -289,6 +299,7 @@ def smooth_executable(
     functions: dict[str, ca.Function],
     jacobian: Callable[[], ca.Function],
     implicit: int,
+    beside: dict[str, ca.Function] | None = None,
 ) -> Executable:
     """Any differential equations without conditions and holds, ready to be run.
 
@@ -302,6 +313,8 @@ def smooth_executable(
         Gives their Jacobian and derivative by time when it is needed.
     implicit : int
         Number of implicit quantities.
+    beside : dict of str to Function, optional
+        As for `Executable`.
     """
     x, p, _, m = inputs
     sizes = dict.fromkeys(
@@ -310,7 +323,7 @@ def smooth_executable(
     sizes |= {"states": x.numel(), "parameters": p.numel(), "settings": m.numel()}
     sizes["implicit"] = implicit
     plant = Plant(**_given(sizes), any_direction=_any_direction(implicit))
-    return Executable(functions, jacobian, sizes, plant)
+    return Executable(functions, jacobian, sizes, plant, beside)
 
 
 def evaluated(

@@ -1,0 +1,145 @@
+"""Steps that are short enough for integrals over a run, and for what results owe to its states.
+
+The steps of a run are chosen for its states. An integrand may be faster, and derivatives may move
+while the states rest.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lumped.errors import SolverError
+from lumped.gradients.adjoint import AdjointPoint, Course, Leg, Seeds, Steps, Swept, sweep
+from lumped.gradients.jumps import Crossing
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["Resolved", "divided", "resolved"]
+
+_ROUNDS = 40
+_MOST = 1_000_000
+"""Steps of a run at most."""
+_FINEST = 1000
+"""Parts into which a step is divided at once."""
+_EASED = 100.0
+"""Accuracy of derivatives over that of the run, which is a thousandth of what was asked for."""
+_ROUNDING = 1e-11
+"""Accuracy of derivatives that rounding allows."""
+
+
+class Resolved(NamedTuple):
+    """Derivatives of results by a sweep over steps that are short enough.
+
+    Attributes
+    ----------
+    found : list of Swept
+        For all orders of changes that coincide.
+    errors : ndarray, shape (k,)
+        Estimated errors, relative to the terms of which a derivative consists.
+    sums, sizes : ndarray, shape (q,)
+        Integrals, and those of the sizes.
+    """
+
+    found: list[Swept]
+    errors: np.ndarray
+    sums: np.ndarray
+    sizes: np.ndarray
+
+
+def resolved(
+    run: Trajectory,
+    legs: list[Leg],
+    crossings: list[Crossing],
+    steps: Steps,
+    seeds: Seeds,
+    points: list[AdjointPoint],
+    rtol: float,
+) -> Resolved:
+    """Sweep back, and divide steps until integrals and derivatives are accurate.
+
+    Raises
+    ------
+    SolverError
+        If that needs too many steps.
+    """
+    for _ in range(_ROUNDS):
+        found, course = sweep(run, legs, crossings, steps, seeds, points)
+        sums, sizes = _totals(legs, course, seeds)
+        errors = np.sum([e.sum(axis=0) for e in course.errors], axis=0)
+        span = float(legs[-1].t[-1] - legs[0].t[0]) or 1.0
+        many = []
+        for leg, own in zip(legs, course.part_errors, strict=True):
+            h = np.diff(leg.t)[:, None]
+            limit = np.maximum(rtol * sizes * h / span, 1e-15 * sizes)
+            many.append(_parts(own, limit, run, leg))
+        if not divided(run, legs, steps, course.errors, rtol, many):
+            return Resolved(found, errors, sums, sizes)
+    raise _too_many(run, rtol)
+
+
+def divided(
+    run: Trajectory,
+    legs: list[Leg],
+    steps: Steps,
+    errors: list[np.ndarray],
+    rtol: float,
+    many: list[np.ndarray] | None = None,
+) -> bool:
+    """Whether steps were divided, so that derivatives become accurate.
+
+    Parameters
+    ----------
+    errors : list of ndarray, shape (steps, k)
+        How much less accurate each result gets by each step.
+    many : list of ndarray, shape (steps,), optional
+        Into how many parts each step is divided at least.
+    """
+    allowed = max(_EASED * rtol, _ROUNDING)
+    over = (np.sum([e.sum(axis=0) for e in errors], axis=0) > allowed).any()
+    count = sum(len(leg.t) for leg in legs)
+    share = np.full(1, allowed / count)
+    finer = False
+    for number, leg in enumerate(legs):
+        parts = np.ones(len(leg.t) - 1, dtype=int) if many is None else many[number]
+        if over:
+            parts = np.maximum(parts, _parts(errors[number], share, run, leg))
+        parts[np.diff(leg.t) <= 1e-12 * (1.0 + np.abs(leg.t[1:]))] = 1
+        if (parts > 1).any():
+            finer = True
+            if count + parts.sum() > _MOST:
+                raise _too_many(run, rtol)
+            leg.divide(run, steps, parts)
+    return finer
+
+
+def _too_many(run: Trajectory, rtol: float) -> SolverError:
+    return SolverError(
+        f"{run.system.name}: an integral or a derivative needs more than {_MOST} steps at rtol = "
+        f"{rtol:g}. Loosen rtol, end the run earlier, or take method='implicit' for a stiff drive "
+        "that rests.",
+        run,
+    )
+
+
+def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -> np.ndarray:
+    """Into how many parts each step is divided, so that its errors are allowed, shape (steps,)."""
+    if not errors.size:
+        return np.ones(len(errors), dtype=int)
+    implicit = leg.t[:-1] >= run.statistics.implicit_from
+    with np.errstate(divide="ignore", invalid="ignore"):
+        over = np.nan_to_num(errors / allowed, nan=1.0, posinf=1e300).max(axis=1)
+    # an error of order p in one step is one of order p - 1 in all its parts together
+    many: np.ndarray = np.ceil(1.2 * over ** np.where(implicit, 1 / 4, 1 / 6))
+    return np.where(over > 1.0, np.clip(many, 2, _FINEST), 1).astype(int)
+
+
+def _totals(legs: list[Leg], course: Course, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
+    """Each integral over its span, and that of its size; spans end where steps do."""
+    found, sizes = np.zeros(len(seeds.spans)), np.zeros(len(seeds.spans))
+    for leg, parts in zip(legs, course.parts, strict=True):
+        middle = 0.5 * (leg.t[1:] + leg.t[:-1])[:, None]
+        inside = (seeds.spans[:, 0] < middle) & (middle < seeds.spans[:, 1])
+        found += (parts * inside).sum(axis=0)
+        sizes += np.abs(parts * inside).sum(axis=0)
+    return found, sizes

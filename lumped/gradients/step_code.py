@@ -1,0 +1,248 @@
+"""Steps of a run as native code: made again, looked into, and differentiated backwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from threading import RLock
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from lumped.code.operations import Operations, operations_of
+from lumped.kernel import engine
+from lumped.kernel.recorded_steps import LOOKS, Course, Sweep
+from lumped.kernel.run import GIVEN_UP, Run
+from lumped.support.made_once import Shared, made_once
+from lumped.timeloop.counted_function import CountedFunction
+from lumped.timeloop.executable import Executable, smooth_executable
+
+__all__ = ["FRACTIONS", "Back", "Span", "StepCode"]
+
+FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
+"""Of each step, at which it is looked into."""
+
+_STAGES = 13
+"""Evaluations of the rates in a step, at most."""
+
+_WIDTHS = (2, 4, 8)
+"""Columns that are carried back side by side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """Steps one after the other.
+
+    Attributes
+    ----------
+    theta : ndarray
+        Parameters.
+    t, x, m : ndarray, shapes (k + 1,), (k + 1, n), (k + 1, settings)
+        Ends of the steps: times, s, states, settings of the step that begins there.
+    implicit_from : float
+        When the implicit method took over, s.
+    """
+
+    theta: np.ndarray
+    t: np.ndarray
+    x: np.ndarray
+    m: np.ndarray
+    implicit_from: float
+
+
+class Back(NamedTuple):
+    """What a sweep back over some steps finds.
+
+    Attributes
+    ----------
+    adjoint : ndarray, shape (n + q, k)
+        Derivatives of the results by the states at the begin, and by integrals.
+    by_parameters : ndarray, shape (p, k)
+        By the parameters, of these steps only.
+    largest : ndarray, shape (n + q, k)
+        Largest size of the adjoint so far.
+    errors : ndarray, shape (steps, k)
+        How much less accurate each result gets by each step, relative to what it owes to states.
+    parts, part_errors : ndarray, shape (steps, q)
+        Integrals over each step, and their errors.
+    """
+
+    adjoint: np.ndarray
+    by_parameters: np.ndarray
+    largest: np.ndarray
+    errors: np.ndarray
+    parts: np.ndarray
+    part_errors: np.ndarray
+
+
+class StepCode(Shared):
+    """Steps of differential equations, and what they integrate.
+
+    Parameters
+    ----------
+    building : RLock
+        The same lock for all objects with the same symbols.
+    inputs : list of SX
+        States, parameters, time, settings.
+    rates, integrands : SX
+        Derivatives of the states, and what is integrated.
+    nominal : ndarray, shape (n,)
+        Nominal values of the states.
+    """
+
+    def __init__(
+        self,
+        building: RLock,
+        inputs: list[ca.SX],
+        rates: ca.SX,
+        integrands: ca.SX,
+        nominal: np.ndarray,
+    ) -> None:
+        super().__init__(building)
+        x, self._p, self._t, self._m = inputs
+        self.states, self.integrals = x.numel(), integrands.numel()
+        self._all = self.states + self.integrals
+        self._z = ca.vertcat(x, ca.SX.sym("integrals", self.integrals))
+        self._rates = ca.densify(ca.cse(ca.vertcat(rates, integrands)))
+        self._nominal = np.concatenate([nominal, np.zeros(self.integrals)])
+
+    @property
+    @made_once
+    def code(self) -> Executable:
+        """The steps, ready to be made."""
+        inputs = [self._z, self._p, self._t, self._m]
+        functions = {"rates": ca.Function("rates", inputs, [self._rates])}
+
+        def jacobian() -> ca.Function:
+            by_t = ca.densify(ca.jacobian(self._rates, self._t))
+            return ca.Function("jacobian", inputs, [ca.jacobian(self._rates, self._z), by_t])
+
+        return smooth_executable(inputs, functions, jacobian, 0, {"pullback": self._pullback()})
+
+    def _pullback(self) -> ca.Function:
+        """Weighted rates, by states and parameters: (states and weights, p, t, m)."""
+        weights = ca.SX.sym("weights", self._all)
+        both = ca.vertcat(self._z, self._p)
+        found = ca.densify(ca.jtimes(self._rates, both, weights, True))
+        inputs = [ca.vertcat(self._z, weights), self._p, self._t, self._m]
+        return ca.Function("pullback", inputs, [found])
+
+    @property
+    @made_once
+    def _bent(self) -> Operations:
+        """Weighted derivatives of the rates along increments and time, by states and parameters."""
+        weights, along = ca.SX.sym("weights", self._all), ca.SX.sym("along", self._all + 1)
+        change = ca.jtimes(self._rates, ca.vertcat(self._z, self._t), along)
+        both = ca.vertcat(self._z, self._p)
+        found = ca.densify(ca.jtimes(change, both, weights, True))
+        inputs = [ca.vertcat(self._z, along, weights), self._p, self._t, self._m]
+        return operations_of(ca.Function("bent", inputs, [found]))
+
+    @made_once
+    def _columns(self, name: str, width: int) -> CountedFunction:
+        """A function of so many columns."""
+        if name == "bent":
+            return CountedFunction(self._bent, width, 2 * self._all + 1)
+        return CountedFunction(self.code.beside["pullback"], width, self._all)
+
+    def _run(self, span: Span, work: int, implicit: bool) -> Run:
+        """A run of this thread that stands at the begin of some steps."""
+        begin = np.concatenate([span.x[0], np.zeros(self.integrals)])
+        run = self.code.at(span.theta, float(span.t[0]), begin, span.m[0])
+        run.rtol = 1.0
+        run.atol[:] = np.where(self._nominal > 0, 1e-12 * self._nominal, 1.0)
+        if implicit:
+            self.code.add_matrix(run)
+        if len(run.work) < work:
+            run.work = np.zeros(work)
+        return run
+
+    def _course(self, span: Span) -> Course:
+        return Course(
+            steps=len(span.t) - 1,
+            states=self.states,
+            settings=span.m.shape[1],
+            integrals=self.integrals,
+            t=np.ascontiguousarray(span.t, dtype=float),
+            x=np.ascontiguousarray(span.x, dtype=float).ravel(),
+            m=np.ascontiguousarray(span.m, dtype=float).ravel(),
+            implicit_from=span.implicit_from,
+        )
+
+    def replayed(self, span: Span, is_given: np.ndarray) -> np.ndarray:
+        """States at all ends of steps, shape (k + 1, n), from those that are given."""
+        run = self._run(span, 0, bool(span.t[-2] >= span.implicit_from))
+        course = self._course(span)
+        course.is_given = is_given.astype(np.int64)
+        engine.call("replayed", run, course)
+        self.code.account(run)
+        found: np.ndarray = course.x.reshape(span.x.shape)
+        return found
+
+    def looked(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
+        """Results of a function inside steps, shape (k, LOOKS, width)."""
+        steps = len(span.t) - 1
+        run = self._run(span, function.work, bool(span.t[-2] >= span.implicit_from))
+        course = self._course(span)
+        course.width, course.found = width, np.zeros(steps * LOOKS * width)
+        engine.call("looked", run, function.for_more(steps * LOOKS), course)
+        self.code.account(run)
+        found: np.ndarray = course.found.reshape(steps, LOOKS, width)
+        return found
+
+    def back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray) -> Back | None:
+        """Carry back what results owe to the states at the end, and to integrals.
+
+        None if the equations of an implicit step could not be solved.
+        """
+        count = adjoint.shape[1]
+        most = _WIDTHS[-1] // 2
+        if count <= most:
+            return self._back(span, adjoint, largest)
+        halves = [
+            self._back(span, adjoint[:, k : k + most], largest[:, k : k + most])
+            for k in range(0, count, most)
+        ]
+        found = [half for half in halves if half is not None]
+        if len(found) < len(halves):
+            return None
+        first = [np.concatenate(v, axis=1) for v in zip(*(half[:4] for half in found), strict=True)]
+        return Back(*first, *found[0][4:])
+
+    def _back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray) -> Back | None:
+        """The same for a few results."""
+        n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
+        width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
+        results = width // 2
+        implicit = bool(span.t[-2] >= span.implicit_from)
+        sweep = Sweep(
+            {"states": n, "parameters": p, "columns": width},
+            results=results,
+            columns=width,
+            parameters=p,
+        )
+        work = 0
+        for name in ("pullback", "bent") if implicit else ("pullback",):
+            function = self._columns(name, max(width, 2))
+            work = max(work, function.work)
+            setattr(sweep, name, function.for_more(_STAGES * steps * (width > 0)))
+        run = self._run(span, work, implicit)
+        columns = (n, width)
+        sweep.adjoint.reshape(columns)[:, :count] = adjoint
+        sweep.largest.reshape(columns)[:, :count] = largest
+        sweep.weight[:] = self._nominal
+        course = self._course(span)
+        course.errors = np.zeros(steps * results)
+        course.parts = np.zeros(steps * self.integrals)
+        course.part_errors = np.zeros(steps * self.integrals)
+        if engine.call("swept", run, sweep, course) == GIVEN_UP:
+            return None
+        self.code.account(run)
+        sums = course.parts.reshape(steps, -1), course.part_errors.reshape(steps, -1)
+        return Back(
+            sweep.adjoint.reshape(columns)[:, :count].copy(),
+            sweep.by_parameters.reshape(p, width)[:, :count].copy(),
+            sweep.largest.reshape(columns)[:, :count].copy(),
+            course.errors.reshape(steps, results)[:, :count],
+            *sums,
+        )

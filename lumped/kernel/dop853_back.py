@@ -1,0 +1,86 @@
+"""One step of DOP853 backwards: from what results owe to the states after it to those before it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lumped.code.words import Numbers, kernel, written
+from lumped.kernel.dop853 import STAGES, step
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.recorded_steps import Sweep, of_columns
+from lumped.kernel.run import Run
+from lumped.numerics import dop853 as tableau
+
+__all__ = ["back"]
+
+_C = tuple(float(c) for c in tableau.C)
+(_1, _2, _3, _4, _5, _6, _7, _8, _9, _10, _11) = STAGES
+
+
+def _weights(number: int) -> Any:
+    """What results owe to the rates at a stage, from what they owe to later stages."""
+    terms = [
+        f"{float(row[number])!r} * g[{j} * w + r]"
+        for j, row in enumerate(tableau.A)
+        if number < len(row) and row[number]
+    ]
+    for name, weights in (("after", tableau.B), ("judged", tableau.E6)):
+        if weights[number]:
+            terms.append(f"{float(weights[number])!r} * {name}[r]")
+    source = f"""def weights_{number}(
+    after: Numbers, judged: Numbers, out: Numbers, g: Numbers, n: int, w: int, h: float
+) -> None:
+    for r in range(n):
+        out[r] = h * ({" + ".join(terms)})
+"""
+    return written(f"weights_{number}", source, globals())
+
+
+(_W0, _W1, _W2, _W3, _W4, _W5, _W6, _W7, _W8, _W9, _W10, _W11) = map(_weights, range(12))
+
+
+@kernel
+def _add_stages(g: Numbers, out: Numbers, n: int, w: int) -> None:
+    """Add what was found at all stages."""
+    for r in range(n):
+        total = out[r]
+        for j in range(12):
+            total += g[j * w + r]
+        out[r] = total
+
+
+_STAGES_BACK = "\n".join(
+    f"""    _W{i}(sweep.adjoint, sweep.judged, point[n:], g, flat, w, h)
+    _{i}(x, point, k, n, h)
+    of_columns(sweep.pullback, run, sweep, point, n, t + _C[{i}] * h, g[{i} * w :])"""
+    for i in range(11, 0, -1)
+)
+_stages_back = written(
+    "stages_back",
+    f"""def stages_back(run: Run, sweep: Sweep, h: float) -> None:
+    t, x, k, n = run.t, run.x, run.stages, run.plant.states
+    point, g, columns = sweep.point, sweep.pulled, sweep.columns
+    flat, w = n * columns, (n + sweep.parameters) * columns
+{_STAGES_BACK}
+""",
+    globals(),
+)
+"""What results owe to the rates at the twelfth to the second stage."""
+
+
+@kernel
+def back(run: Run, sweep: Sweep, h: float) -> None:
+    """Carry the adjoint back over a step, which ends in `before`, and what parameters are owed."""
+    n, columns, g, point = run.plant.states, sweep.columns, sweep.pulled, sweep.point
+    flat, w = n * columns, (n + sweep.parameters) * columns
+    evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
+    step(run, h)
+    _stages_back(run, sweep, h)
+    _W0(sweep.adjoint, sweep.judged, point[n:], g, flat, w, h)
+    for i in range(n):
+        point[i] = run.x[i]
+    of_columns(sweep.pullback, run, sweep, point, n, run.t, g)
+    for r in range(flat):
+        sweep.before[r] = sweep.adjoint[r]
+    _add_stages(g, sweep.before, flat, w)
+    _add_stages(g[flat:], sweep.by_parameters, w - flat, w)

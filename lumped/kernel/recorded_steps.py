@@ -1,0 +1,181 @@
+"""Recorded steps of a run: made again, looked into, and differentiated backwards.
+
+Derivatives are those of the steps as they were made, their lengths held (the discrete adjoint;
+Hairer, Norsett, Wanner, vol. I, II.6). Each result has two columns: what it owes to the states, and
+what it would owe to the estimate of the error of one step. The second shows how well steps that
+were chosen for the states serve the derivatives.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from lumped.code.records import Record
+from lumped.code.words import Integers, Numbers, call, kernel
+from lumped.kernel import dop853, rodas5p
+from lumped.kernel.crossing import inside
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.plant import Function
+from lumped.kernel.run import DONE, Run
+
+__all__ = ["LOOKS", "Course", "Sweep", "looked", "of_columns", "replayed", "stand"]
+
+LOOKS = 8
+"""Points of each step that are looked at, the last of them its end."""
+
+
+class Course(Record):
+    """Recorded steps one after the other.
+
+    Attributes
+    ----------
+    steps, states, settings, integrals : int
+        How many; states without integrals.
+    t, x, m : Numbers
+        Times of all ends, s; states and settings there.
+    is_given : Integers
+        Whether the states are known at each.
+    implicit_from : float
+        When the implicit method took over, s.
+    width, found : int, Numbers
+        Results of a function, and these at `LOOKS` points of each step.
+    errors : Numbers
+        How inaccurate each result gets over each step, relative to what it owes to the states.
+    parts, part_errors : Numbers
+        Integrals over each step, and their errors.
+    """
+
+    steps: int
+    states: int
+    settings: int
+    integrals: int
+    t: Numbers
+    x: Numbers
+    m: Numbers
+    is_given: Integers
+    implicit_from: float
+    width: int
+    found: Numbers
+    errors: Numbers
+    parts: Numbers
+    part_errors: Numbers
+
+
+class Sweep(Record):
+    """What results owe to the states and parameters, carried back from step to step.
+
+    Numbers with columns stand one state, or parameter, after the other.
+
+    Attributes
+    ----------
+    results, columns, parameters : int
+        How many results; twice as many; parameters.
+    pullback : Function
+        States, then weights of the rates: their sum, differentiated by states and parameters.
+    bent : Function
+        States, increments, a part of time, then weights: the weighted derivative of the rates
+        along both, differentiated by states and parameters.
+    adjoint, judged : Numbers
+        What results owe to the states, zero in the second columns; the same in these.
+    by_parameters : Numbers
+        What results owe to the parameters so far.
+    weight : Numbers
+        Nominal values of the states; zero for integrals.
+    largest : Numbers
+        Largest size of the adjoint so far.
+    """
+
+    results: int
+    columns: int
+    parameters: int
+    pullback: Function
+    bent: Function
+    adjoint: Annotated[Numbers, "states * columns"]
+    judged: Annotated[Numbers, "states * columns"]
+    by_parameters: Annotated[Numbers, "parameters * columns"]
+    weight: Annotated[Numbers, "states"]
+    largest: Annotated[Numbers, "states * columns"]
+    point: Annotated[Numbers, "2 * states + 1 + states * columns"]
+    pulled: Annotated[Numbers, "12 * (states + parameters) * columns"]
+    increments: Annotated[Numbers, "8 * states * columns"]
+    carried: Annotated[Numbers, "states * columns"]
+    before: Annotated[Numbers, "states * columns"]
+    solved: Annotated[Numbers, "states * columns"]
+    one: Annotated[Numbers, "3 * states + 1"]
+    one_pulled: Annotated[Numbers, "states + parameters"]
+
+
+@kernel
+def stand(run: Run, course: Course, k: int) -> float:
+    """Stand at the begin of a step; gives its length."""
+    n = course.states
+    for i in range(run.plant.states):
+        run.x[i] = course.x[n * k + i] if i < n else 0.0
+    for i in range(course.settings):
+        run.m[i] = course.m[course.settings * k + i]
+    run.t = course.t[k]
+    run.t_new = course.t[k + 1]
+    run.is_implicit = run.t >= course.implicit_from
+    return run.t_new - run.t
+
+
+@kernel
+def _step(run: Run, h: float) -> None:
+    """Make a step again."""
+    evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
+    if run.is_implicit:
+        rodas5p.step(run, h)
+    else:
+        dop853.step(run, h)
+
+
+@kernel
+def replayed(run: Run, course: Course) -> int:
+    """Find the states at the ends of steps where they are not known."""
+    n = course.states
+    for k in range(course.steps):
+        if not course.is_given[k + 1]:
+            _step(run, stand(run, course, k))
+            for i in range(n):
+                course.x[n * (k + 1) + i] = run.new[i]
+    return DONE
+
+
+@kernel
+def looked(run: Run, function: Function, course: Course) -> int:
+    """Evaluate a function inside all steps."""
+    width = course.width
+    for k in range(course.steps):
+        h = stand(run, course, k)
+        _step(run, h)
+        if run.is_implicit:
+            rodas5p.dense_output(run)
+        else:
+            dop853.dense_output(run, h)
+        for j in range(1, LOOKS):
+            part = float(j) / LOOKS
+            inside(run, part, run.inner)
+            found = course.found[(LOOKS * k + j - 1) * width :]
+            evaluate(function, run, run.inner, run.t + part * h, run.m, found)
+        found = course.found[(LOOKS * k + LOOKS - 1) * width :]
+        evaluate(function, run, run.new, run.t_new, run.m, found)
+    return DONE
+
+
+@kernel
+def of_columns(
+    function: Function, run: Run, sweep: Sweep, point: Numbers, first: int, t: float, out: Numbers
+) -> None:
+    """Write the results of a function with columns; those of its arguments begin at `first`."""
+    n, columns = run.plant.states, sweep.columns
+    if function.wide_address != 0:
+        call(function.wide_address, point, run.p, t, run.m, out)
+        return
+    for c in range(columns):
+        for i in range(first):
+            sweep.one[i] = point[i]
+        for i in range(n):
+            sweep.one[first + i] = point[first + i * columns + c]
+        evaluate(function, run, sweep.one, t, run.m, sweep.one_pulled)
+        for i in range(n + sweep.parameters):
+            out[i * columns + c] = sweep.one_pulled[i]

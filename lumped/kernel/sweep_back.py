@@ -1,0 +1,75 @@
+"""A sweep backwards over recorded steps, with the accuracy of what it finds."""
+
+from __future__ import annotations
+
+from lumped.code.words import kernel, sqrt
+from lumped.kernel import dop853_back, rodas5p_back
+from lumped.kernel.dop853 import integral_error
+from lumped.kernel.recorded_steps import Course, Sweep, stand
+from lumped.kernel.run import DONE, GIVEN_UP, Run
+
+__all__ = ["swept"]
+
+_LEAST = 1e-3
+"""What results owe to a state, relative to the most they owe to any, below which its accuracy does
+not matter; both times the nominal value of the state."""
+_DOUBT = 2.0
+"""Weight of the estimate of the error, as for the states."""
+
+
+@kernel
+def _judged(run: Run, sweep: Sweep, r: int) -> float:
+    """Error that one step adds to what a result owes to the states, relative to its size."""
+    n, columns, most = run.plant.states, sweep.columns, 0.0
+    for i in range(n):
+        place = i * columns + r
+        sweep.largest[place] = max(sweep.largest[place], abs(sweep.before[place]))
+        most = max(most, sweep.largest[place] * sweep.weight[i])
+    if most == 0.0:
+        return 0.0
+    total, count = 0.0, 0
+    for i in range(n):
+        if sweep.weight[i] > 0.0:
+            size = max(sweep.largest[i * columns + r], _LEAST * most / sweep.weight[i])
+            part = sweep.before[i * columns + sweep.results + r] / size
+            total += part * part
+            count += 1
+    return _DOUBT * sqrt(total / count)
+
+
+@kernel
+def _integrate(run: Run, course: Course, k: int, h: float) -> None:
+    """Integrals over a step and their errors."""
+    n, q = course.states, course.integrals
+    for i in range(q):
+        course.parts[k * q + i] = run.new[n + i]
+        if run.is_implicit:
+            course.part_errors[k * q + i] = abs(run.stages[8 * (n + q) + n + i])
+        else:
+            course.part_errors[k * q + i] = integral_error(run.stages, n + q, n + i, h)
+
+
+@kernel
+def swept(run: Run, sweep: Sweep, course: Course) -> int:
+    """Carry back over all steps what results owe to the states.
+
+    Gives GIVEN_UP where the equations of an implicit step could not be solved.
+    """
+    n, columns, results = run.plant.states, sweep.columns, sweep.results
+    for k in range(course.steps - 1, -1, -1):
+        h = stand(run, course, k)
+        for i in range(n):
+            for r in range(results):
+                sweep.judged[i * columns + results + r] = sweep.adjoint[i * columns + r]
+        if run.is_implicit:
+            if not rodas5p_back.back(run, sweep, h):
+                return GIVEN_UP
+        else:
+            dop853_back.back(run, sweep, h)
+        for r in range(results):
+            course.errors[k * results + r] = _judged(run, sweep, r)
+        for i in range(n):
+            for r in range(results):
+                sweep.adjoint[i * columns + r] = sweep.before[i * columns + r]
+        _integrate(run, course, k, h)
+    return DONE
