@@ -5,7 +5,8 @@ Operations keep their order and rounding, so a function gives the same bits with
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -28,7 +29,7 @@ Row = tuple[int, int, int, int]
 
 
 def prepared(
-    functions: Mapping[str, Operations], parameters: int
+    functions: Mapping[str, Operations], parameters: int, inverted: Collection[str] = ()
 ) -> tuple[dict[str, Operations], Operations]:
     """Functions that find parts of them behind the parameters, and the function of these parts.
 
@@ -37,9 +38,14 @@ def prepared(
     functions : dict of str to Operations
     parameters : int
         Number of parameters.
+    inverted : collection of str
+        Functions that multiply by the inverse of what depends on parameters alone, instead of
+        dividing by it; their last bits may change.
     """
     common = _Parts(parameters)
-    found = {name: common.without(function) for name, function in functions.items()}
+    found = {
+        name: common.without(function, name in inverted) for name, function in functions.items()
+    }
     return found, common.operations
 
 
@@ -71,7 +77,7 @@ class _Parts:
             self._constants.append(value)
         return self._known[key]
 
-    def without(self, function: Operations) -> Operations:
+    def without(self, function: Operations, inverts: bool = False) -> Operations:
         """A function that reads what depends on parameters only."""
         held: dict[int, int] = {}
         missing: set[int] = set()
@@ -103,13 +109,21 @@ class _Parts:
                 first, last = held[read[0]], held[read[-1]]
                 held[out] = self._value((op, 0, first, last))
                 missing.add(out)
+            elif inverts and op == ca.OP_DIV and b in held:
+                need(a)
+                inverse = self._value((ca.OP_INV, 0, held[b], held[b]))
+                slot = self._slots.setdefault(inverse, len(self._slots))
+                rows.append((PARAMETER, function.work, self._parameters + slot, 0))
+                rows.append((ca.OP_MUL, out, a, function.work))
+                held.pop(out, None)
+                missing.discard(out)
             else:
                 for place in read:
                     need(place)
                 rows.append((op, out, a, b))
                 held.pop(out, None)
                 missing.discard(out)
-        return _used(rows, function)
+        return _used(rows, replace(function, work=function.work + inverts))
 
     @property
     def operations(self) -> Operations:

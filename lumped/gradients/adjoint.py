@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import casadi as ca
@@ -65,9 +65,12 @@ class Leg:
         i = int(np.searchsorted(self.t, t, "right")) - 1
         if self.t[i] == t:
             return self.x[i], self.settings[i]
-        whole, times = self.span(run, i, i), np.array([self.t[i], t])
-        step = replace(whole, t=times, x=whole.x.repeat(2, axis=0), m=whole.m.repeat(2, axis=0))
-        return steps.replayed(step, np.array([1, 0]))[1], self.settings[i]
+        return steps.replayed(self.shorter(run, i, t), np.array([1, 0]))[1], self.settings[i]
+
+    def shorter(self, run: Trajectory, i: int, t: float) -> Span:
+        """A step that ends earlier; the states there are not known."""
+        x, m = self.x[i : i + 1].repeat(2, axis=0), self.settings[i : i + 1].repeat(2, axis=0)
+        return Span(run.theta, np.array([self.t[i], t]), x, m, run.statistics.implicit_from)
 
     def margins(self, run: Trajectory) -> np.ndarray:
         """Greatest size of each margin at the ends of the steps."""

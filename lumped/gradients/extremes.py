@@ -12,7 +12,7 @@ from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.step_code import FRACTIONS
+from lumped.gradients.step_code import FRACTIONS, Span
 from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
 from lumped.timeloop.counted_function import CountedFunction
@@ -162,11 +162,10 @@ class _Looks:
                 inside = (leg.t[:-1] >= between[0]) & (leg.t[1:] <= between[1])
             if not inside.any():
                 continue
-            whole, dense = self._values(leg), self._dense(leg)
             count = len(leg.t) - 1
             nodes = np.empty((2, count, len(FRACTIONS) + 1))
-            nodes[:, :, 0], nodes[:, :, 1:-1] = whole[:, :-1], dense[:, :, :-1]
-            nodes[:, :, -1] = whole[:, 1:]
+            nodes[:, :, 1:] = self._inside(leg.span(self.run))
+            nodes[:, 0, 0], nodes[:, 1:, 0] = self._begin(leg, 0), nodes[:, :-1, -1]
             h = np.diff(leg.t)
             times = leg.t[:-1, None] + h[:, None] * np.array([0.0, *FRACTIONS])
             times[:, -1] = leg.t[1:]
@@ -186,7 +185,7 @@ class _Looks:
             )
             rows.append(np.array([c[inside].ravel() for c in columns]))
         if not rows:
-            leg, y = self.legs[-1], self._values(self.legs[-1])[:, -1]
+            leg, y = self.legs[-1], self._begin(self.legs[-1], -1)
             t = float(leg.t[-1])
             rows = [np.array([[len(self.legs) - 1, 0, t, t, y[0], y[0], y[1], y[1], 0.0]]).T]
         table = np.concatenate(rows, axis=1)
@@ -196,21 +195,25 @@ class _Looks:
             )
         return _Intervals(table[0].astype(int), table[1].astype(int), *table[2:])
 
-    def _values(self, leg: Leg) -> np.ndarray:
-        """Quantity and slope at the ends of steps, shape (2, k)."""
-        inputs = leg.x.T, self.run.theta, leg.t[None, :], leg.settings.T
-        return np.asarray(self.look(*inputs)).reshape(2, -1)
+    def _begin(self, leg: Leg, step: int) -> np.ndarray:
+        """Quantity and slope at the begin of a step."""
+        inputs = leg.x[step], self.run.theta, leg.t[step], leg.settings[step]
+        return np.asarray(self.look(*inputs)).ravel()
 
-    def _dense(self, leg: Leg) -> np.ndarray:
+    def _inside(self, span: Span) -> np.ndarray:
         """The same inside steps, shape (2, steps, FRACTIONS)."""
         look = _counted(self.run.system, self.name)
-        found: np.ndarray = self.steps.looked(leg.span(self.run), look, 2).transpose(2, 0, 1)
+        found: np.ndarray = self.steps.looked(span, look, 2).transpose(2, 0, 1)
         return found
 
     def at(self, leg: int, t: float) -> tuple[float, float]:
-        """Quantity and slope at a time inside a leg."""
-        x, m = self.legs[leg].state(self.run, self.steps, t)
-        y, slope = np.asarray(self.look(x, self.run.theta, t, m)).ravel().tolist()
+        """Quantity and slope at a time inside a leg: those at the end of a shorter step."""
+        own = self.legs[leg]
+        step = int(np.searchsorted(own.t, t, "right")) - 1
+        if own.t[step] == t:
+            y, slope = self._begin(own, step).tolist()
+        else:
+            y, slope = self._inside(own.shorter(self.run, step, t))[:, 0, -1].tolist()
         return y, slope
 
     def halved(self, parts: _Intervals, sign: float) -> _Intervals:

@@ -22,8 +22,9 @@ _MOST = 1_000_000
 """Steps of a run at most."""
 _FINEST = 1000
 """Parts into which a step is divided at once."""
-_EASED = 100.0
-"""Accuracy of derivatives over that of the run, which is a thousandth of what was asked for."""
+_EASED, _EASED_INTEGRALS = 100.0, 100.0
+"""Accuracy of derivatives and of integrals over that of the run, which is a hundredth of what was
+asked for."""
 _ROUNDING = 1e-11
 """Accuracy of derivatives that rounding allows."""
 
@@ -67,15 +68,26 @@ def resolved(
         found, course = sweep(run, legs, crossings, steps, seeds, points)
         sums, sizes = _totals(legs, course, seeds)
         errors = np.sum([e.sum(axis=0) for e in course.errors], axis=0)
-        span = float(legs[-1].t[-1] - legs[0].t[0]) or 1.0
-        many = []
-        for leg, own in zip(legs, course.part_errors, strict=True):
-            h = np.diff(leg.t)[:, None]
-            limit = np.maximum(rtol * sizes * h / span, 1e-15 * sizes)
-            many.append(_parts(own, limit, run, leg))
+        many = _for_integrals(run, legs, course, sizes, rtol)
         if not divided(run, legs, steps, course.errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
+
+
+def _for_integrals(
+    run: Trajectory, legs: list[Leg], course: Course, sizes: np.ndarray, rtol: float
+) -> list[np.ndarray] | None:
+    """Into how many parts each step is divided, so that integrals are accurate."""
+    allowed = np.maximum(_EASED_INTEGRALS * rtol, 1e-15) * sizes
+    over = np.sum([e.sum(axis=0) for e in course.part_errors], axis=0) > allowed
+    if not over.any():
+        return None
+    span = float(legs[-1].t[-1] - legs[0].t[0])
+    many = []
+    for leg, own in zip(legs, course.part_errors, strict=True):
+        share = allowed * np.diff(leg.t)[:, None] / span
+        many.append(_parts(own[:, over], share[:, over], run, leg))
+    return many
 
 
 def divided(

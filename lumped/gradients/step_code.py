@@ -25,7 +25,7 @@ FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
 _STAGES = 13
 """Evaluations of the rates in a step, at most."""
 
-_WIDTHS = (2, 4, 8)
+_WIDTHS = (2, 4, 6, 8)
 """Columns that are carried back side by side."""
 
 

@@ -22,7 +22,7 @@ def tightened(rtol: float) -> float:
 
     A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
     """
-    return max(1e-3 * rtol, min(rtol, 1e-13))
+    return max(1e-2 * rtol, min(rtol, 1e-13))
 
 
 def varied_name(system: System, name: Name) -> str:

@@ -21,6 +21,7 @@ __all__ = [
     "integral_error",
     "integrals_by_stages",
     "interpolate",
+    "stages",
     "step",
 ]
 
@@ -142,8 +143,8 @@ def _look(run: Run, x: Numbers, t: float, row: int) -> None:
 
 
 @kernel
-def step(run: Run, h: float) -> float:
-    """Compute new states and their derivatives; gives the error relative to the tolerance."""
+def stages(run: Run, h: float) -> None:
+    """Compute new states and their derivatives."""
     plant, t, m = run.plant, run.t, run.m
     n, f = plant.states, plant.rates
     x, k, a, new = run.x, run.stages, run.argument, run.new
@@ -180,7 +181,14 @@ def step(run: Run, h: float) -> float:
     _NEW(x, new, k, n, h)
     evaluate(f, run, new, t + h, m, k[12 * n :])
     run.evaluations += 12
-    _errors(run, x, new, a, k, n, h)
+
+
+@kernel
+def step(run: Run, h: float) -> float:
+    """Compute new states and their derivatives; gives the error relative to the tolerance."""
+    n = run.plant.states
+    stages(run, h)
+    _errors(run, run.x, run.new, run.argument, run.stages, n, h)
     run.stiffness = h * sqrt(run.steepness) / max(sqrt(run.way), 1e-300)
     # the ratio is 0/0 only where both estimates vanish
     size = max((run.error_5 + 0.01 * run.error_3) * n, 1e-300)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from lumped.code.words import Numbers, kernel, written
-from lumped.kernel.dop853 import STAGES, step
+from lumped.code.words import kernel, written
+from lumped.kernel.dop853 import STAGES, stages
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.recorded_steps import Sweep, of_columns
 from lumped.kernel.run import Run
@@ -39,15 +39,16 @@ def _weights(number: int) -> Any:
 (_W0, _W1, _W2, _W3, _W4, _W5, _W6, _W7, _W8, _W9, _W10, _W11) = map(_weights, range(12))
 
 
-@kernel
-def _add_stages(g: Numbers, out: Numbers, n: int, w: int) -> None:
-    """Add what was found at all stages."""
+_SUM = " + ".join(f"g[{j} * w + r]" for j in range(12))
+_add_stages = written(
+    "add_stages",
+    f"""def add_stages(g: Numbers, out: Numbers, n: int, w: int) -> None:
     for r in range(n):
-        total = out[r]
-        for j in range(12):
-            total += g[j * w + r]
-        out[r] = total
-
+        out[r] += {_SUM}
+""",
+    globals(),
+)
+"""Add what was found at all stages."""
 
 _STAGES_BACK = "\n".join(
     f"""    _W{i}(sweep.adjoint, sweep.judged, point[n:], g, flat, w, h)
@@ -74,7 +75,7 @@ def back(run: Run, sweep: Sweep, h: float) -> None:
     n, columns, g, point = run.plant.states, sweep.columns, sweep.pulled, sweep.point
     flat, w = n * columns, (n + sweep.parameters) * columns
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
-    step(run, h)
+    stages(run, h)
     _stages_back(run, sweep, h)
     _W0(sweep.adjoint, sweep.judged, point[n:], g, flat, w, h)
     for i in range(n):

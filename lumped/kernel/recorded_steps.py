@@ -126,7 +126,7 @@ def _step(run: Run, h: float) -> None:
     if run.is_implicit:
         rodas5p.step(run, h)
     else:
-        dop853.step(run, h)
+        dop853.stages(run, h)
 
 
 @kernel

@@ -81,7 +81,8 @@ class Executable:
     plant : Plant
         With its tables.
     beside : dict of str to Function, optional
-        More functions for which what depends on parameters alone is computed once for a run.
+        More functions for which what depends on parameters alone is computed once for a run, also
+        the inverse of what they divide by.
 
     Attributes
     ----------
@@ -108,7 +109,7 @@ class Executable:
             if field.kind is Function:
                 setattr(plant, name, none)
         whole = {name: operations_of(f) for name, f in {**functions, **(beside or {})}.items()}
-        found, parts = prepared(whole, sizes["parameters"])
+        found, parts = prepared(whole, sizes["parameters"], beside or ())
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
