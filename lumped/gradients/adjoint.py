@@ -139,13 +139,15 @@ class Swept(NamedTuple):
     ----------
     by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
         The derivatives, if coinciding changes come in one of their orders.
-    largest : ndarray, shape (n + q, k)
-        Largest size of the derivatives by states, and integrals, at any time.
+    largest, lost : ndarray, shape (n + q, k)
+        Largest size of the derivatives by states, and integrals, at any time; the sizes of the
+        errors that steps add to them, together.
     """
 
     by_states: np.ndarray
     by_parameters: np.ndarray
     largest: np.ndarray
+    lost: np.ndarray
 
 
 class Course(NamedTuple):
@@ -154,7 +156,7 @@ class Course(NamedTuple):
     Attributes
     ----------
     errors : list of ndarray, shape (steps, k)
-        How much less accurate each result gets, relative to what it owes to the states.
+        Error of each result by each step, relative to what it owes to the states by then.
     parts, part_errors : list of ndarray, shape (steps, q)
         Integrals, and their errors.
     """
@@ -283,7 +285,7 @@ def sweep(
     q, count = seeds.chosen.shape
     n = len(run.system.structure.states)
     course = Course.of(legs, count, q)
-    found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q)))]
+    found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for number in reversed(range(len(legs))):
         found = [_over(run, legs[number], number, steps, seeds, points, course, s) for s in found]
         if number:
@@ -327,7 +329,7 @@ def _over(
     after: Swept,
 ) -> Swept:
     """Back over one leg."""
-    adjoint, by_parameters, largest = (v.copy() for v in after)
+    adjoint, by_parameters, *sizes = (v.copy() for v in after)
     n = len(adjoint)
     here = [(int(np.searchsorted(leg.t, p.time)), p) for p in points if p.leg == number]
     end = len(leg.t) - 1
@@ -335,14 +337,14 @@ def _over(
     for stop in sorted({place for place, _ in here} | {0, end, *borders}, reverse=True):
         if stop < end:
             chosen = seeds.at(0.5 * (leg.t[stop] + leg.t[end]))
-            back = steps.back(leg.span(run, stop, end), np.vstack([adjoint, chosen]), largest)
+            back = steps.back(leg.span(run, stop, end), np.vstack([adjoint, chosen]), *sizes)
             if back is None:
                 raise SolverError(
                     f"{run.system.name}: the equations of an implicit step near t = "
                     f"{leg.t[stop]:.9g} s cannot be solved backwards. Tighten rtol.",
                     run,
                 )
-            adjoint, largest = back.adjoint[:n], back.largest
+            adjoint, sizes = back.adjoint[:n], [back.largest, back.lost]
             by_parameters += back.by_parameters
             own = slice(stop, end)
             np.maximum(course.errors[number][own], back.errors, out=course.errors[number][own])
@@ -353,7 +355,7 @@ def _over(
             if place == stop:
                 adjoint[:, point.column] += point.by_states
                 by_parameters[:, point.column] += point.by_parameters
-    return Swept(adjoint, by_parameters, largest)
+    return Swept(adjoint, by_parameters, *sizes)
 
 
 def _across(
@@ -367,7 +369,7 @@ def _across(
     after: Swept,
 ) -> Swept:
     """Back over the changes at which a leg begins."""
-    adjoint, by_parameters, largest = after
+    adjoint, by_parameters, *sizes = after
     for place, jump in reversed(list(enumerate(order))):
         late = np.zeros(adjoint.shape[1])
         for point in points:
@@ -381,7 +383,7 @@ def _across(
             late += (rates[0] - rates[1]) @ seeds.at(crossing.t)
         adjoint, by_p = jump.backward(adjoint, late)
         by_parameters = by_parameters + by_p
-    return Swept(adjoint, by_parameters, largest)
+    return Swept(adjoint, by_parameters, *sizes)
 
 
 def placed(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:

@@ -184,7 +184,10 @@ class Summed:
         results = self._resolved(Seeds(whole, self.seeds.spans), points)
         summed = self._with(results)
         slopes = np.append(summed.slopes, 1.0)[owners]
-        found = [Swept(s[0] * slopes, s[1] * slopes, s[2]) for s in results.found]
+        found = [
+            s._replace(by_states=s.by_states * slopes, by_parameters=s.by_parameters * slopes)
+            for s in results.found
+        ]
         return summed, found, results.errors, columns, guards
 
     # -- forwards ----------------------------------------------------------------------------
@@ -289,9 +292,9 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
                 "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
             )
         if hasattr(functional, "names"):
-            system.expressions(functional.names)
+            system.function(functional.names)
         elif hasattr(functional, "name"):
-            system.expressions([functional.name])
+            system.function([functional.name])
 
 
 def refuse(summed: Summed, labels: Sequence[str], names: Sequence[str], absent: np.ndarray) -> None:

@@ -65,7 +65,7 @@ class Gradient:
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Accuracy asked for; the run is made at a thousandth of it.
+        Accuracy asked for; the run is made at three thousandths of it.
     """
 
     run: Trajectory
@@ -176,7 +176,7 @@ def gradient(
         As for `simulate`.
     rtol : float
         Accuracy asked for, relative to the terms of which a derivative consists. The run is made
-        at a thousandth of it.
+        at three thousandths of it.
 
     Returns
     -------

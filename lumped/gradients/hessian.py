@@ -48,8 +48,7 @@ class Hessian:
     seconds : float
         Wall time of everything after the run.
     rtol : float
-        Accuracy asked for; the run is made at a thousandth of it. Derivatives are exact for its
-        steps.
+        Accuracy asked for; the run is made at three thousandths of it.
     asymmetry : float
         Largest difference of mixed derivatives taken in either order, each for relative changes,
         over the largest of all: rounding. The matrix is their mean.
@@ -161,9 +160,9 @@ def hessian(
     _check_start(system, names, places, S)
     second_order = Second(course, seed, S, of)
     found = second_order.go()
-    while divided(run, legs, steps, found.errors, fine):
+    while divided(run, legs, steps, found.each, found.errors, fine):
         found = second_order.go()
-    value, first, second, _ = found
+    value, first, second = found[:3]
     if isinstance(of, Integral):
         value, slope, curvature = of.outcome(value, until)
         second = slope * second + curvature * np.outer(first, first)

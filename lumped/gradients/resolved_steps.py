@@ -13,6 +13,7 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import AdjointPoint, Course, Leg, Seeds, Steps, Swept, sweep
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["Resolved", "divided", "resolved"]
@@ -22,9 +23,6 @@ _MOST = 1_000_000
 """Steps of a run at most."""
 _FINEST = 1000
 """Parts into which a step is divided at once."""
-_EASED, _EASED_INTEGRALS = 100.0, 100.0
-"""Accuracy of derivatives and of integrals over that of the run, which is a hundredth of what was
-asked for."""
 _ROUNDING = 1e-11
 """Accuracy of derivatives that rounding allows."""
 
@@ -67,9 +65,10 @@ def resolved(
     for _ in range(_ROUNDS):
         found, course = sweep(run, legs, crossings, steps, seeds, points)
         sums, sizes = _totals(legs, course, seeds)
-        errors = np.sum([e.sum(axis=0) for e in course.errors], axis=0)
+        each = [steps.relative(swept.largest, swept.lost) for swept in found]
+        errors: np.ndarray = np.max(each, axis=0)
         many = _for_integrals(run, legs, course, sizes, rtol)
-        if not divided(run, legs, steps, course.errors, rtol, many):
+        if not divided(run, legs, steps, course.errors, errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
 
@@ -78,7 +77,7 @@ def _for_integrals(
     run: Trajectory, legs: list[Leg], course: Course, sizes: np.ndarray, rtol: float
 ) -> list[np.ndarray] | None:
     """Into how many parts each step is divided, so that integrals are accurate."""
-    allowed = np.maximum(_EASED_INTEGRALS * rtol, 1e-15) * sizes
+    allowed = max(rtol / TIGHTER, _ROUNDING) * sizes
     over = np.sum([e.sum(axis=0) for e in course.part_errors], axis=0) > allowed
     if not over.any():
         return None
@@ -94,7 +93,8 @@ def divided(
     run: Trajectory,
     legs: list[Leg],
     steps: Steps,
-    errors: list[np.ndarray],
+    each: list[np.ndarray],
+    errors: np.ndarray,
     rtol: float,
     many: list[np.ndarray] | None = None,
 ) -> bool:
@@ -102,20 +102,22 @@ def divided(
 
     Parameters
     ----------
-    errors : list of ndarray, shape (steps, k)
-        How much less accurate each result gets by each step.
+    each : list of ndarray, shape (steps, k)
+        Error of each result by each step, relative to what it owes to the states by then.
+    errors : ndarray, shape (k,)
+        Errors of the results by all steps.
     many : list of ndarray, shape (steps,), optional
         Into how many parts each step is divided at least.
     """
-    allowed = max(_EASED * rtol, _ROUNDING)
-    over = (np.sum([e.sum(axis=0) for e in errors], axis=0) > allowed).any()
+    allowed = max(rtol / TIGHTER, _ROUNDING)
+    over = errors > allowed
     count = sum(len(leg.t) for leg in legs)
     share = np.full(1, allowed / count)
     finer = False
     for number, leg in enumerate(legs):
         parts = np.ones(len(leg.t) - 1, dtype=int) if many is None else many[number]
-        if over:
-            parts = np.maximum(parts, _parts(errors[number], share, run, leg))
+        if over.any():
+            parts = np.maximum(parts, _parts(each[number][:, over], share, run, leg))
         parts[np.diff(leg.t) <= 1e-12 * (1.0 + np.abs(leg.t[1:]))] = 1
         if (parts > 1).any():
             finer = True

@@ -34,14 +34,17 @@ class Found(NamedTuple):
         What it is.
     first, second : ndarray, shapes (n + p,) and (n + p, k)
         First derivatives; those of the derivatives along each direction.
-    errors : list of ndarray, shape (steps, k)
-        How much less accurate these get by each step, leg by leg.
+    each : list of ndarray, shape (steps, k)
+        Errors of these by each step, leg by leg, relative to what they owe to the states by then.
+    errors : ndarray, shape (k,)
+        Their errors by all steps.
     """
 
     value: float
     first: np.ndarray
     second: np.ndarray
-    errors: list[np.ndarray]
+    each: list[np.ndarray]
+    errors: np.ndarray
 
 
 class Second:
@@ -77,10 +80,11 @@ class Second:
         """Value, and first and second derivatives."""
         own = [self._along(k) for k in range(self.k)]
         second = np.column_stack([found.second for found in own])
-        errors = [np.hstack(columns) for columns in zip(*(f.errors for f in own), strict=True)]
+        each = [np.hstack(columns) for columns in zip(*(f.each for f in own), strict=True)]
+        errors = np.concatenate([f.errors for f in own])
         by_both = np.vstack([self.S, self.seed])
         first = own[0].first
-        return Found(own[0].value, by_both.T @ first, by_both.T @ second, errors)
+        return Found(own[0].value, by_both.T @ first, by_both.T @ second, each, errors)
 
     def _along(self, k: int) -> Found:
         """Value, first derivatives, and those of the derivative along one direction."""
@@ -88,8 +92,8 @@ class Second:
         spans = self._tangents(k)
         twice = _twice(self.steps)
         value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
-        largest = np.zeros((2 * (n + self.steps.integrals), 1))
-        errors = [np.zeros((len(span.t) - 1, 1)) for span in spans]
+        sizes = [np.zeros((2 * (n + self.steps.integrals), 1))] * 2
+        each = [np.zeros((len(span.t) - 1, 1)) for span in spans]
         for number in reversed(range(len(spans))):
             span, leg = spans[number], self.course.legs[number]
             end = len(leg.t) - 1
@@ -100,7 +104,7 @@ class Second:
                 adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
                 own = slice(begin, end + 1)
                 part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
-                back = twice.back(part, adjoint, largest)
+                back = twice.back(part, adjoint, *sizes)
                 if back is None:
                     raise SolverError(
                         f"{self.run.system.name}: the equations of an implicit step near t = "
@@ -110,14 +114,14 @@ class Second:
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
                 second[n:] += back.by_parameters[:p, 0]
                 first[n:] += back.by_parameters[p:, 0]
-                largest, errors[number][begin:end] = back.largest, back.errors
+                sizes, each[number][begin:end] = [back.largest, back.lost], back.errors
                 value += inside * float(back.parts[:, : self.steps.integrals].sum())
                 value += self._look(number, begin, span.x[begin, n:], seed, first, second)
                 end = begin
             if number:
                 crossing = self.course.crossings[number - 1]
                 second += self._across(crossing, span.x[0, n:], seed, first[:n])
-        return Found(value, first, second, errors)
+        return Found(value, first, second, each, twice.relative(*sizes))
 
     def _tangents(self, k: int) -> list[Span]:
         """The legs, with the derivatives of the states along a direction behind these."""

@@ -213,7 +213,7 @@ def sensitivity(
         times of the run.
     rtol : float
         Accuracy asked for, relative to the terms of which a derivative consists. Run and
-        derivatives are integrated at a thousandth of it.
+        derivatives are integrated at three thousandths of it.
     side : {"both", "right", "left"}
         Derivatives for parameters that grow (right) or shrink (left), where these differ: where
         different changes coincide, extremes are equally high, or a change falls on the very

@@ -13,6 +13,7 @@ from lumped.code.operations import Operations, operations_of
 from lumped.kernel import engine
 from lumped.kernel.recorded_steps import LOOKS, Course, Sweep
 from lumped.kernel.run import GIVEN_UP, Run
+from lumped.kernel.sweep_back import LEAST
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable
@@ -59,10 +60,10 @@ class Back(NamedTuple):
         Derivatives of the results by the states at the begin, and by integrals.
     by_parameters : ndarray, shape (p, k)
         By the parameters, of these steps only.
-    largest : ndarray, shape (n + q, k)
-        Largest size of the adjoint so far.
+    largest, lost : ndarray, shape (n + q, k)
+        Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
     errors : ndarray, shape (steps, k)
-        How much less accurate each result gets by each step, relative to what it owes to states.
+        Error of each result by each step, relative to what it owes to the states by then.
     parts, part_errors : ndarray, shape (steps, q)
         Integrals over each step, and their errors.
     """
@@ -70,6 +71,7 @@ class Back(NamedTuple):
     adjoint: np.ndarray
     by_parameters: np.ndarray
     largest: np.ndarray
+    lost: np.ndarray
     errors: np.ndarray
     parts: np.ndarray
     part_errors: np.ndarray
@@ -190,26 +192,43 @@ class StepCode(Shared):
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
 
-    def back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray) -> Back | None:
+    def back(
+        self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray
+    ) -> Back | None:
         """Carry back what results owe to the states at the end, and to integrals.
 
-        None if the equations of an implicit step could not be solved.
+        `largest` and `lost` are those of later steps. None if the equations of an implicit step
+        could not be solved.
         """
         count = adjoint.shape[1]
         most = _WIDTHS[-1] // 2
         if count <= most:
-            return self._back(span, adjoint, largest)
+            return self._back(span, adjoint, largest, lost)
         halves = [
-            self._back(span, adjoint[:, k : k + most], largest[:, k : k + most])
+            self._back(span, *(v[:, k : k + most] for v in (adjoint, largest, lost)))
             for k in range(0, count, most)
         ]
         found = [half for half in halves if half is not None]
         if len(found) < len(halves):
             return None
-        first = [np.concatenate(v, axis=1) for v in zip(*(half[:4] for half in found), strict=True)]
-        return Back(*first, *found[0][4:])
+        both = (np.concatenate(v, axis=1) for v in zip(*(half[:5] for half in found), strict=True))
+        adjoint, by_parameters, largest, lost, errors = both
+        parts, part_errors = found[0][5:]
+        return Back(adjoint, by_parameters, largest, lost, errors, parts, part_errors)
 
-    def _back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray) -> Back | None:
+    def relative(self, largest: np.ndarray, lost: np.ndarray) -> np.ndarray:
+        """Errors relative to what each result owes to the states, shape (k,)."""
+        own = self._nominal > 0
+        nominal = self._nominal[own, None]
+        most = (largest[own] * nominal).max(axis=0, initial=0.0)
+        size = np.maximum(largest[own], LEAST * most / nominal)
+        parts = np.divide(lost[own], size, out=np.zeros_like(size), where=size > 0)
+        found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
+        return found
+
+    def _back(
+        self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray
+    ) -> Back | None:
         """The same for a few results."""
         n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
@@ -230,6 +249,7 @@ class StepCode(Shared):
         columns = (n, width)
         sweep.adjoint.reshape(columns)[:, :count] = adjoint
         sweep.largest.reshape(columns)[:, :count] = largest
+        sweep.errors.reshape(columns)[:, :count] = lost
         sweep.weight[:] = self._nominal
         course = self._course(span)
         course.errors = np.zeros(steps * results)
@@ -243,6 +263,7 @@ class StepCode(Shared):
             sweep.adjoint.reshape(columns)[:, :count].copy(),
             sweep.by_parameters.reshape(p, width)[:, :count].copy(),
             sweep.largest.reshape(columns)[:, :count].copy(),
+            sweep.errors.reshape(columns)[:, :count].copy(),
             course.errors.reshape(steps, results)[:, :count],
             *sums,
         )

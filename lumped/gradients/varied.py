@@ -11,7 +11,18 @@ from lumped.errors import OptionError, SolverError
 from lumped.points.start import by_name, start_slopes
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["END", "slopes_at_zero", "sources", "tightened", "varied_name", "varied_values"]
+__all__ = [
+    "END",
+    "TIGHTER",
+    "slopes_at_zero",
+    "sources",
+    "tightened",
+    "varied_name",
+    "varied_values",
+]
+
+TIGHTER = 3e-3
+"""Accuracy of a run over that of its derivatives."""
 
 END = "until"
 """Name by which the end of a run is varied."""
@@ -22,7 +33,7 @@ def tightened(rtol: float) -> float:
 
     A derivative is what larger terms leave: an instant that moves, times a rate that jumps there.
     """
-    return max(1e-2 * rtol, min(rtol, 1e-13))
+    return max(TIGHTER * rtol, min(rtol, 1e-13))
 
 
 def varied_name(system: System, name: Name) -> str:

@@ -40,7 +40,7 @@ class Course(Record):
     width, found : int, Numbers
         Results of a function, and these at `LOOKS` points of each step.
     errors : Numbers
-        How inaccurate each result gets over each step, relative to what it owes to the states.
+        Error of each result by each step, relative to what it owes to the states by then.
     parts, part_errors : Numbers
         Integrals over each step, and their errors.
     """
@@ -81,8 +81,8 @@ class Sweep(Record):
         What results owe to the parameters so far.
     weight : Numbers
         Nominal values of the states; zero for integrals.
-    largest : Numbers
-        Largest size of the adjoint so far.
+    largest, errors : Numbers
+        Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
     """
 
     results: int
@@ -95,6 +95,7 @@ class Sweep(Record):
     by_parameters: Annotated[Numbers, "parameters * columns"]
     weight: Annotated[Numbers, "states"]
     largest: Annotated[Numbers, "states * columns"]
+    errors: Annotated[Numbers, "states * columns"]
     point: Annotated[Numbers, "2 * states + 1 + states * columns"]
     pulled: Annotated[Numbers, "12 * (states + parameters) * columns"]
     increments: Annotated[Numbers, "8 * states * columns"]

@@ -8,9 +8,9 @@ from lumped.kernel.dop853 import integral_error
 from lumped.kernel.recorded_steps import Course, Sweep, stand
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
-__all__ = ["swept"]
+__all__ = ["LEAST", "swept"]
 
-_LEAST = 1e-3
+LEAST = 1e-3
 """What results owe to a state, relative to the most they owe to any, below which its accuracy does
 not matter; both times the nominal value of the state."""
 _DOUBT = 2.0
@@ -24,13 +24,14 @@ def _judged(run: Run, sweep: Sweep, r: int) -> float:
     for i in range(n):
         place = i * columns + r
         sweep.largest[place] = max(sweep.largest[place], abs(sweep.before[place]))
+        sweep.errors[place] += _DOUBT * abs(sweep.before[place + sweep.results])
         most = max(most, sweep.largest[place] * sweep.weight[i])
     if most == 0.0:
         return 0.0
     total, count = 0.0, 0
     for i in range(n):
         if sweep.weight[i] > 0.0:
-            size = max(sweep.largest[i * columns + r], _LEAST * most / sweep.weight[i])
+            size = max(sweep.largest[i * columns + r], LEAST * most / sweep.weight[i])
             part = sweep.before[i * columns + sweep.results + r] / size
             total += part * part
             count += 1

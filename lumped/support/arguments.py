@@ -258,6 +258,8 @@ def _fit_all(value: Any, kinds: tuple[Any, ...]) -> bool:
         return False
     if len(kinds) > 1 and kinds[1] is not Ellipsis:
         return len(members) == len(kinds) and all(map(_fits, members, kinds))
+    if str in (kinds[0], *get_args(kinds[0])) and all(type(member) is str for member in members):
+        return True
     return all(_fits(member, kinds[0]) for member in members)
 
 
