@@ -1,5 +1,9 @@
+from lumped.gradients.foreign_optimisers import to_jax as to_jax
+from lumped.gradients.foreign_optimisers import value_and_gradient as value_and_gradient
 from lumped.gradients.gradient import Gradient as Gradient
 from lumped.gradients.gradient import gradient as gradient
+from lumped.gradients.gradient_ensemble import GradientEnsemble as GradientEnsemble
+from lumped.gradients.gradient_ensemble import gradient_ensemble as gradient_ensemble
 from lumped.gradients.hessian import Hessian as Hessian
 from lumped.gradients.hessian import hessian as hessian
 from lumped.gradients.sensitivity import Sensitivity as Sensitivity

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import Leg, crossings_of
+from lumped.gradients.adjoint import Leg, Steps, crossings_of
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.state_changes import exchange_fault
 from lumped.numerics.inside_step import Method
+from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.executable import Executable, smooth_executable
 from lumped.timeloop.result import Piece, Trajectory
 from lumped.timeloop.run import nominals
@@ -80,21 +79,77 @@ def coincide(run: Trajectory, crossings: list[Crossing]) -> SolverError:
     )
 
 
+class _Tangents(Shared):
+    """States of a system with their derivatives along some directions.
+
+    Parameters
+    ----------
+    steps : Steps
+        Of the system, with what is integrated.
+    seed : ndarray, shape (parameters, k)
+        Derivatives of the parameters along the directions.
+    """
+
+    def __init__(self, steps: Steps, seed: np.ndarray) -> None:
+        super().__init__(steps.building)
+        self.steps, self.system, self.seed = steps, steps.system, seed
+        self.S = ca.SX.sym("S", steps.states, seed.shape[1])
+
+    @property
+    @made_once
+    def augmented(self) -> Executable:
+        """States, their derivatives, integrals and those of these, ready to be run."""
+        x, p, t, m = self.system.inputs
+        integrands = self.steps.integrands
+        Q = ca.SX.sym("Q", self.steps.integrals, 1 + self.seed.shape[1])
+        both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
+        slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(integrands))
+        rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], integrands, slopes[1]))
+        inputs = [both, p, t, m]
+        functions = {"rates": ca.Function("rates", inputs, [rates])}
+        implicit = len(self.system.structure.implicit)
+        if implicit:
+            closed = self.system.closure(x, p, t, m)
+            functions["closure"] = ca.Function("closure", inputs, list(closed))
+
+        def jacobian() -> ca.Function:
+            results = [ca.jacobian(rates, both), ca.densify(ca.jacobian(rates, t))]
+            return ca.Function("jacobian", inputs, results)
+
+        return smooth_executable(inputs, functions, jacobian, implicit)
+
+    @made_once
+    def output(self, names: tuple[str, ...]) -> ca.Function:
+        """Derivatives of quantities, one direction after the other: (x, S, p, t, m)."""
+        inputs = [self.system.inputs[0], self.S, *self.system.inputs[1:]]
+        along = self._along(self.system.expressions(names))
+        return ca.Function("output", inputs, [ca.vec(along)])
+
+    def _along(self, expression: ca.SX) -> ca.SX:
+        """Derivatives of an expression along the columns of S and the parameters."""
+        x, p, _, _ = self.system.inputs
+        seed = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
+        return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), seed))
+
+
+@made_once
+def _tangents(steps: Steps, k: int, seed: bytes) -> _Tangents:
+    return _Tangents(steps, np.frombuffer(seed).reshape(-1, k))
+
+
 class Forward:
     """Sensitivity equations of one system, ``der(S) == f_x S + f_p``, for any of its runs.
 
     Parameters
     ----------
-    system : System
-        From `assemble`.
+    steps : Steps
+        Of the system, with what is integrated and differentiated too.
     seed : ndarray, shape (parameters, k)
         Derivatives of the parameters by what is varied.
     rtol : float
         Relative tolerance.
-    integrands : SX, shape (q, 1), optional
-        Expressions of the states whose integrals are differentiated too.
     sizes : ndarray, shape (q,), optional
-        Sizes of these integrals.
+        Sizes of the integrals.
 
     Attributes
     ----------
@@ -103,20 +158,13 @@ class Forward:
     """
 
     def __init__(
-        self,
-        system: System,
-        seed: np.ndarray,
-        rtol: float,
-        integrands: ca.SX | None = None,
-        sizes: np.ndarray | None = None,
+        self, steps: Steps, seed: np.ndarray, rtol: float, sizes: np.ndarray | None = None
     ) -> None:
-        self.system, self.seed, self.rtol = system, seed, rtol
-        self.n, self.k = len(system.state_names), seed.shape[1]
-        self.integrands = ca.SX(0, 1) if integrands is None else integrands
-        self.q = int(self.integrands.numel())
+        self.steps, self.system, self.seed, self.rtol = steps, steps.system, seed, rtol
+        self.n, self.k = steps.states, seed.shape[1]
+        self.q = steps.integrals
         self.sizes = np.ones(self.q) if sizes is None else sizes
-        self.S = ca.SX.sym("S", self.n, self.k)
-        self.augmented = self._augment()
+        self.tangents = _tangents(steps, self.k, seed.tobytes())
         self.evaluations = 0
 
     def sensitivities(
@@ -211,25 +259,18 @@ class Forward:
             found.instants.append(StopInstant(crossing.t, slopes, jump.names, jump.shared, number))
         for jump, _, slopes in passed.gains if self.q else ():
             rates = [
-                np.asarray(self._integrated(x, run.theta, crossing.t, m)).ravel()
+                np.asarray(self.steps.integrated(x, run.theta, crossing.t, m)).ravel()
                 for x, m in (jump.before, jump.after)
             ]
             gains += np.outer(rates[0] - rates[1], slopes)
         found.jumps.append(gains)
         return passed.S
 
-    @cached_property
-    def _integrated(self) -> ca.Function:
-        return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
-
     def along(
         self, run: Trajectory, courses: list[np.ndarray], names: tuple[str, ...]
     ) -> np.ndarray:
         """Derivatives of quantities, shape (len(run.t), len(names), k)."""
-        y = self.system.expressions(names)
-        inputs = [self.system.inputs[0], self.S, *self.system.inputs[1:]]
-        output = ca.Function("output", inputs, [ca.vec(self._along(y))])
-        values = []
+        output, values = self.tangents.output(names), []
         pieces = [piece for piece in run.pieces if len(piece.t)]
         for piece, course in zip(pieces, courses, strict=True):
             count = len(piece.t)
@@ -244,31 +285,6 @@ class Forward:
             values.append(rows.transpose(0, 2, 1))
         return np.concatenate(values)
 
-    def _along(self, expression: ca.SX) -> ca.SX:
-        """Derivatives of an expression along the columns of S and the parameters."""
-        x, p, _, _ = self.system.inputs
-        seed = ca.vertcat(self.S, ca.SX(ca.DM(self.seed)))
-        return ca.densify(ca.jtimes(expression, ca.vertcat(x, p), seed))
-
-    def _augment(self) -> Executable:
-        x, p, t, m = self.system.inputs
-        Q = ca.SX.sym("Q", self.q, 1 + self.k)
-        both = ca.vertcat(x, ca.vec(self.S), ca.vec(Q))
-        slopes = ca.vec(self._along(self.system.rates)), ca.vec(self._along(self.integrands))
-        rates = ca.cse(ca.vertcat(self.system.rates, slopes[0], self.integrands, slopes[1]))
-        inputs = [both, p, t, m]
-        functions = {"rates": ca.Function("rates", inputs, [rates])}
-        implicit = len(self.system.structure.implicit)
-        if implicit:
-            closed = self.system.closure(x, p, t, m)
-            functions["closure"] = ca.Function("closure", inputs, list(closed))
-
-        def jacobian() -> ca.Function:
-            results = [ca.jacobian(rates, both), ca.densify(ca.jacobian(rates, t))]
-            return ca.Function("jacobian", inputs, results)
-
-        return smooth_executable(inputs, functions, jacobian, implicit)
-
     def _through(
         self, method: Method, run: Trajectory, piece: Piece, S: np.ndarray
     ) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -277,7 +293,14 @@ class Forward:
         sizes = np.tile(nominals(self.system), 1 + self.k), np.tile(self.sizes, 1 + self.k)
         atol = max(self.rtol * 1e-3, 1e-12) * np.concatenate(sizes)
         found = smooth_part(
-            self.augmented, run.theta, piece.t, x, piece.settings[0], method, self.rtol, atol
+            self.tangents.augmented,
+            run.theta,
+            piece.t,
+            x,
+            piece.settings[0],
+            method,
+            self.rtol,
+            atol,
         )
         self.evaluations += found.evaluations
         if found.fault_at is not None:

@@ -304,7 +304,7 @@ class Varied:
         for column, place in enumerate(self.places):
             if place >= 0:
                 self.seed[place, column] = self.scale[column]
-        self.forward = Forward(system, self.seed, rtol)
+        self.forward = Forward(steps_of(system, ()), self.seed, rtol)
 
     def go(self, run: Trajectory, side: Side = "both") -> Sensitivity:
         """Follow the derivatives along the pieces of a run."""
@@ -338,7 +338,7 @@ class Varied:
         summed = Summed.of(run, functionals, self.rtol).integrated()
         steps, course = summed.course.steps, summed.course
         sizes = summed.sizes
-        forward = Forward(self.system, self.seed, self.rtol, steps.integrands, sizes)
+        forward = Forward(steps, self.seed, self.rtol, sizes)
         begin = slopes_at_zero(run, self.given, self.seed, self.varied)
         several = any(len(crossing.orders) > 1 for crossing in course.crossings)
         sides: list[np.ndarray] = []

@@ -14,9 +14,9 @@ from lumped.errors import OptionError
 from lumped.optimisation.design import Bounds, bounds_of
 from lumped.simulation.functionals import Functional
 
-__all__ = ["first_designs"]
+__all__ = ["TRIED", "apart", "first_designs"]
 
-_TRIED = 128
+TRIED = 128
 """Designs that are run for each search."""
 _APART = 0.15
 """Least distance of designs from which searches begin, over the diagonal of the bounds."""
@@ -70,7 +70,7 @@ def first_designs(
     over: dict[Any, Any] = {
         name: uniform(*ends) for name, *ends in zip(names, low, high, strict=True)
     }
-    tried: dict[str, Any] = {"runs": _TRIED * count, "sampling": "sobol"}
+    tried: dict[str, Any] = {"runs": TRIED * count, "sampling": "sobol"}
     found = ensemble(system, over=over, of=labels, **tried, **scene)
     points, results = found.points, dict(zip(of, found.values.T, strict=True))
     worth = np.zeros(len(points))
@@ -86,11 +86,17 @@ def first_designs(
         size = max([abs(b) for b in (least, most) if np.isfinite(b)], default=0.0) or 1.0
         missed += np.maximum(np.maximum(least - value, value - most), 0.0) / size
     order = np.lexsort((worth, missed))
+    order = order[np.isfinite(worth[order]) & np.isfinite(missed[order])]
+    return apart(points[order], low, high, count)
+
+
+def apart(points: np.ndarray, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
+    """The first designs of a list that are not near to others, shape (at most count, k)."""
     chosen: list[np.ndarray] = []
-    for i in order[np.isfinite(worth[order]) & np.isfinite(missed[order])].tolist():
-        place = (points[i] - low) / (high - low)
-        far = [np.linalg.norm(place - other) / np.sqrt(len(names)) for other in chosen]
+    for point in points:
+        place = (point - low) / (high - low)
+        far = [np.linalg.norm(place - other) / np.sqrt(len(low)) for other in chosen]
         if len(chosen) < count and min(far, default=1.0) > _APART:
             chosen.append(place)
-    begins: np.ndarray = low + (high - low) * np.array(chosen).reshape(-1, len(names))
+    begins: np.ndarray = low + (high - low) * np.array(chosen).reshape(-1, len(low))
     return begins

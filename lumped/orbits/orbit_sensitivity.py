@@ -11,6 +11,7 @@ import scipy
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.gradients.adjoint import steps_of
 from lumped.gradients.forward import Forward
 from lumped.orbits.shooting import Orbit, OrbitProblem, bordered
 from lumped.orbits.smooth_curves import Extreme
@@ -110,7 +111,7 @@ def orbit_sensitivity(
     scale[scale == 0] = 1.0
     seed = np.zeros((len(run.theta), k + len(places)))
     seed[places, k + np.arange(len(places))] = scale
-    forward = Forward(system, seed, problem.rtol)
+    forward = Forward(steps_of(system, ()), seed, problem.rtol)
     begin = np.hstack([np.eye(n)[:, active], np.zeros((n, len(places)))])
     courses, instants = forward.sensitivities(run, begin)
     last = run.pieces[-1]

@@ -11,6 +11,7 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.gradients.adjoint import steps_of
 from lumped.gradients.forward import Forward
 from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
@@ -208,7 +209,8 @@ def _forward(problem: OrbitProblem) -> Forward:
 
 @made_once
 def _made_forward(system: System, varied: int, rtol: float) -> Forward:
-    return Forward(system, np.zeros((system.inputs[1].numel(), varied)), rtol)
+    seed = np.zeros((system.inputs[1].numel(), varied))
+    return Forward(steps_of(system, ()), seed, rtol)
 
 
 def _monodromy(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:

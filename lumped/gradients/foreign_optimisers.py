@@ -1,0 +1,203 @@
+"""Runs as functions of their parameters for optimisers and learners made elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError
+from lumped.gradients.functional_values import check
+from lumped.gradients.gradient import Gradient, gradient
+from lumped.gradients.gradient_ensemble import gradients_at
+from lumped.simulation.functional_kinds import Functional
+from lumped.support.arguments import checked
+from lumped.support.optional_packages import extra
+from lumped.support.units import in_seconds
+
+__all__ = ["to_jax", "value_and_gradient"]
+
+
+@checked
+def value_and_gradient(
+    system: System,
+    *,
+    of: Functional | Mapping[Functional, float],
+    over: Iterable[Name],
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+) -> Callable[[np.ndarray], tuple[float, np.ndarray]]:
+    """A functional of a run and its gradient, as a function of parameters.
+
+    It is what ``scipy.optimize.minimize(..., jac=True)`` takes.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    of : functional, or mapping of functional to float
+        From `lumped.functionals`; of several the sum with these weights.
+    over : iterable of names
+        Parameters, whose values the function takes in this order, in SI units.
+    until, parameters, start, rtol
+        As for `gradient`.
+
+    Returns
+    -------
+    callable
+        ``function(values) -> (value, gradient)``, with arrays of shape (len(over),).
+
+    Raises
+    ------
+    OptionError
+        If `over` holds nothing that can be changed, or there is no functional.
+    UnknownNameError
+        If a quantity or parameter does not exist.
+
+    Examples
+    --------
+    >>> fun = value_and_gradient(system, of=peak("shaft.tau"), over=["shaft.c"], until=2.0)
+    >>> scipy.optimize.minimize(fun, [1e4], jac=True)  # doctest: +SKIP
+    """
+    weights = dict(of) if isinstance(of, Mapping) else {of: 1.0}
+    names, known, options = _scene(system, weights, over, until, parameters, start, rtol)
+    factors = np.array(list(weights.values()), dtype=float)
+
+    def function(values: np.ndarray) -> tuple[float, np.ndarray]:
+        point = np.asarray(values, dtype=float)
+        _check_shape(system, names, point.shape)
+        found = _at(system, names, point, tuple(weights), known, options)
+        return float(factors @ found.values), factors @ found.derivatives
+
+    return function
+
+
+@checked
+def to_jax(
+    system: System,
+    *,
+    of: Iterable[Functional],
+    over: Iterable[Name],
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    workers: int | None = None,
+) -> Callable[[Any], Any]:
+    """Functionals of a run as a function for JAX.
+
+    The function goes through ``jax.grad``, ``jax.jit`` and ``jax.vmap``; a batch is computed on
+    all cores. Derivatives are those of `gradient`. There are no second derivatives.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    of : iterable of functionals
+        From `lumped.functionals`.
+    over : iterable of names
+        Parameters, whose values the function takes in this order, in SI units.
+    until, parameters, start, rtol
+        As for `gradient`.
+    workers : int, optional
+        Threads for a batch; default is one for each core.
+
+    Returns
+    -------
+    callable
+        ``function(values)``: from an array of shape (len(over),) to one of shape (len(of),).
+
+    Raises
+    ------
+    OptionError
+        If JAX is missing or computes with single precision, `over` holds nothing that can be
+        changed, or there is no functional.
+    UnknownNameError
+        If a quantity or parameter does not exist.
+    """
+    jax = extra("jax", "jax", "to_jax")
+    if not jax.config.jax_enable_x64:
+        raise OptionError(
+            "to_jax: JAX computes with single precision, which loses what runs are good for; call "
+            'jax.config.update("jax_enable_x64", True) first.'
+        )
+    wanted = tuple(of)
+    names, known, options = _scene(system, wanted, over, until, parameters, start, rtol)
+    sizes = len(wanted), len(names)
+
+    def computed(values: Any) -> tuple[np.ndarray, np.ndarray]:
+        points = np.asarray(values, dtype=float)
+        if points.ndim == 1:
+            found = _at(system, names, points, wanted, known, options)
+            return found.values, found.derivatives
+        rows = points.reshape(-1, sizes[1])
+        many = gradients_at(system, names, rows, wanted, names, known, options, workers)
+        if many.failures:
+            first, text = next(iter(many.failures.items()))
+            raise OptionError(f"to_jax: {len(many.failures)} runs fail. Run {first}: {text}")
+        outer = points.shape[:-1]
+        return many.values.reshape(*outer, -1), many.derivatives.reshape(*outer, *sizes)
+
+    def called(values: Any) -> Any:
+        _check_shape(system, names, values.shape)
+        shapes = tuple(
+            jax.ShapeDtypeStruct((*values.shape[:-1], *own), np.float64)
+            for own in (sizes[:1], sizes)
+        )
+        return jax.pure_callback(computed, shapes, values, vmap_method="broadcast_all")
+
+    @jax.custom_vjp  # type: ignore[untyped-decorator]
+    def function(values: Any) -> Any:
+        return called(values)[0]
+
+    def forward(values: Any) -> tuple[Any, Any]:
+        found: tuple[Any, Any] = called(values)
+        return found
+
+    def backward(slopes: Any, owed: Any) -> tuple[Any]:
+        return (owed @ slopes,)
+
+    function.defvjp(forward, backward)
+    made: Callable[[Any], Any] = function
+    return made
+
+
+def _scene(
+    system: System,
+    of: Iterable[Functional],
+    over: Iterable[Name],
+    until: float | str,
+    parameters: Changes | None,
+    start: Changes | None,
+    rtol: float,
+) -> tuple[tuple[str, ...], dict[str, Any], dict[str, Any]]:
+    """What varies, other parameters, and options of `gradient`."""
+    names = tuple(system.key(name) for name in over)
+    check(system, list(of), names, "to_jax")
+    system.places(names)
+    known = {system.key(name): value for name, value in (parameters or {}).items()}
+    return names, known, {"until": in_seconds(until, "until"), "start": start, "rtol": rtol}
+
+
+def _check_shape(system: System, names: tuple[str, ...], shape: tuple[int, ...]) -> None:
+    if shape != (len(names),):
+        raise OptionError(
+            f"{system.name}: values of the shape {shape}; {len(names)} are needed, those of "
+            f"{', '.join(names)}."
+        )
+
+
+def _at(
+    system: System,
+    names: tuple[str, ...],
+    values: np.ndarray,
+    of: tuple[Functional, ...],
+    known: dict[str, Any],
+    options: dict[str, Any],
+) -> Gradient:
+    given = known | dict(zip(names, values.tolist(), strict=True))
+    return gradient(system, of=of, to=names, parameters=given, **options)

@@ -1,0 +1,305 @@
+"""Least squares by Gauss and Newton's method, from one design or from several."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+
+import numpy as np
+import scipy
+
+from lumped.compiler.system import Changes, System
+from lumped.ensembles.distributions import paired
+from lumped.ensembles.ensemble import ensemble
+from lumped.errors import LumpedError, OptimisationError, OptionError
+from lumped.gradients.sensitivity import Sensitivity, Varied
+from lumped.optimisation.design import Bounds, room_of
+from lumped.optimisation.first_designs import TRIED, apart
+from lumped.optimisation.identification import Identification
+from lumped.points.start import start_point
+from lumped.simulation.functionals import at
+from lumped.simulation.sampled_runs import places_of, sampled
+from lumped.support.made_once import made_once
+from lumped.support.units import plain
+
+__all__ = ["FitSearch"]
+
+_Names = tuple[str, ...]
+_LOST = 1e-6
+"""Singular value, relative to the largest, below which a direction is not told by the curves."""
+_TAKES_PART = 0.05
+_CHANCE = 1e-4
+"""Probability of noise so large, or so regular, below which there is doubt."""
+_NEGLIGIBLE = 1e-4
+"""Deviation without `sigma` below which residuals are errors of the runs."""
+
+
+@made_once
+def _varied(system: System, of: _Names, to: _Names, start: _Names, rtol: float) -> Varied:
+    """Derivatives for any values of the start."""
+    return Varied(system, of, to, dict.fromkeys(start, 0.0), rtol)
+
+
+class FitSearch:
+    """Searches for the parameters that fit curves best; arguments as for `identify`."""
+
+    def __init__(
+        self,
+        system: System,
+        vary: Mapping[str, Bounds],
+        t: Sequence[float] | np.ndarray,
+        measured: Mapping[str, Sequence[float] | np.ndarray],
+        sigma: Mapping[str, float] | None,
+        parameters: Changes,
+        start: Changes,
+    ) -> None:
+        self.system, self.given = system, sigma is not None
+        self.t = np.asarray(t, dtype=float)
+        if not (
+            self.t.ndim == 1 and len(self.t) > 1 and self.t[0] >= 0 and (np.diff(self.t) > 0).all()
+        ):
+            raise OptionError("identify: t must hold at least two increasing instants from 0 s on.")
+        self.curves = {system.key(name): np.asarray(y, dtype=float) for name, y in measured.items()}
+        self.names = [system.key(name) for name in vary]
+        if not self.curves or not self.names:
+            raise OptionError("identify: give at least one measured curve and one name in `vary`.")
+        for name, y in self.curves.items():
+            if y.shape != self.t.shape or not np.isfinite(y).all():
+                raise OptionError(
+                    f"identify: {name} has the shape {y.shape} and {int((~np.isfinite(y)).sum())} "
+                    f"values that are no numbers; {len(self.t)} finite values are needed."
+                )
+        self.weights = self._weights(sigma)
+        self.parameters = {system.key(k): v for k, v in parameters.items()}
+        self.begin = {system.key(k): v for k, v in start.items()}
+        point = start_point(system, parameters=parameters, start=start)
+        known = point.parameters
+        self.u = np.array([known[n] if n in known else point[n] for n in self.names])
+        self.low, self.high = np.array([room_of(n, b) for n, b in vary.items()]).T
+        for name, value, low, high in zip(self.names, self.u, self.low, self.high, strict=True):
+            if not low <= value <= high:
+                raise OptionError(
+                    f"identify: the search would begin with {name} = {value:g}, outside its bounds "
+                    f"({low:g}, {high:g}). Give a value between them in `parameters` or `start`."
+                )
+        span = self.high - self.low
+        self.scale = np.where(self.u != 0, np.abs(self.u), np.where(np.isfinite(span), span, 1.0))
+        self.last: tuple[bytes, Sensitivity] | None = None
+        self.runs = 0
+
+    def _weights(self, sigma: Mapping[str, float] | None) -> dict[str, float]:
+        if sigma is None:
+            sizes = {name: float(np.sqrt(np.mean(y**2))) for name, y in self.curves.items()}
+            return {name: 1 / size if size else 1.0 for name, size in sizes.items()}
+        given = {}
+        for name, value in sigma.items():
+            key, unit = self.system.key(name), self.system.quantity(name).unit
+            given[key] = plain(value, unit, f"identify: sigma of {key} =", OptionError)
+        if set(given) != set(self.curves) or not all(0 < v < np.inf for v in given.values()):
+            raise OptionError(
+                f"identify: sigma = {dict(sigma)!r}; give a positive standard deviation for each "
+                f"of {', '.join(self.curves)}."
+            )
+        return {name: 1 / value for name, value in given.items()}
+
+    def _at(self, u: np.ndarray, rtol: float) -> Sensitivity:
+        """Run and derivatives for scaled unknowns."""
+        if self.last is not None and self.last[0] == u.tobytes():
+            return self.last[1]
+        values = dict(zip(self.names, (u * self.scale).tolist(), strict=True))
+        inner = {n: v for n, v in values.items() if n in self.system.parameters}
+        outer = {n: v for n, v in values.items() if n not in inner}
+        begin = self.begin | outer
+        names = tuple(self.curves), tuple(self.names), tuple(begin)
+        forward = copy(_varied(self.system, *names, rtol))
+        forward.given = begin
+        point = start_point(self.system, parameters=self.parameters | inner, start=begin)
+        run = sampled(point, self.t, rtol)
+        found = forward.go(run)
+        self.runs += 1
+        self.last = u.tobytes(), found
+        return found
+
+    def _residuals(self, u: np.ndarray, rtol: float) -> np.ndarray:
+        run = self._at(u, rtol).run
+        places = places_of(run, self.t)
+        parts = [(run[name][places] - y) * self.weights[name] for name, y in self.curves.items()]
+        return np.concatenate(parts)
+
+    def _jacobian(self, u: np.ndarray, rtol: float) -> np.ndarray:
+        found = self._at(u, rtol)
+        places = places_of(found.run, self.t)
+        parts = [
+            found.values[places, i, :] * self.weights[name] for i, name in enumerate(self.curves)
+        ]
+        return np.concatenate(parts) * self.scale
+
+    def _begins(self, count: int, rtol: float) -> np.ndarray:
+        """Scaled unknowns at which further searches begin: designs that fit best."""
+        for name, low, high in zip(self.names, self.low, self.high, strict=True):
+            if not (np.isfinite(low) and np.isfinite(high)):
+                raise OptionError(
+                    f"identify: starts needs both bounds of {name}; designs are tried between them."
+                )
+        sampler = scipy.stats.qmc.Sobol(len(self.names), rng=0)
+        unit = sampler.random_base2(int(np.ceil(np.log2(TRIED * count))))
+        points = self.low + (self.high - self.low) * unit
+        if all(name in self.system.parameters for name in self.names):
+            points = points[np.argsort(self._misfits(points, rtol), kind="stable")]
+        begins: np.ndarray = apart(points, self.low, self.high, count) / self.scale
+        return begins
+
+    def _misfits(self, points: np.ndarray, rtol: float) -> np.ndarray:
+        """Weighted sums of squares of many designs; infinite where a run fails."""
+        pairs = [(name, k) for name in self.curves for k in range(len(self.t))]
+        of = {f"{name} {k}": at(float(self.t[k]), name) for name, k in pairs}
+        found = ensemble(
+            self.system,
+            over=paired(dict(zip(self.names, points.T, strict=True))),
+            of=of,
+            until=float(self.t[-1]),
+            parameters=self.parameters,
+            start=self.begin,
+            rtol=max(rtol, 1e-6),
+        )
+        wanted = np.concatenate(list(self.curves.values()))
+        weights = np.repeat(list(self.weights.values()), len(self.t))
+        total: np.ndarray = (((found.values - wanted) * weights) ** 2).sum(axis=1)
+        return np.where(np.isfinite(total), total, np.inf)
+
+    def _search(self, first: np.ndarray, rtol: float) -> scipy.optimize.OptimizeResult:
+        """The minimum to which a search leads."""
+        result = scipy.optimize.least_squares(
+            self._residuals,
+            first,
+            self._jacobian,
+            (self.low / self.scale, self.high / self.scale),
+            xtol=1e-12,
+            ftol=1e-14,
+            gtol=1e-14,
+            max_nfev=200,
+            args=(rtol,),
+        )
+        if result.status <= 0:
+            raise OptimisationError(
+                f"{self.system.name}: identification did not end in {result.nfev} runs; the last "
+                f"values are {dict(zip(self.names, result.x * self.scale, strict=True))}. Begin "
+                "nearer, or narrow the bounds.",
+                result.message,
+            )
+        return result
+
+    def found(self, level: float, rtol: float, starts: int) -> Identification:
+        """Search, and tell how well the result is known."""
+        tic = clock.perf_counter()
+        first = self.u / self.scale
+        slope = np.abs(self._jacobian(first, rtol).T @ self._residuals(first, rtol)).max()
+        results, faults = [], list[LumpedError]()
+        for begin in [first, *(self._begins(starts - 1, rtol) if starts > 1 else ())]:
+            try:
+                results.append(self._search(begin, rtol))
+            except LumpedError as fault:
+                faults.append(fault)
+        if not results:
+            raise faults[0]
+        result, *others = sorted(results, key=lambda r: float(r.cost))
+        J, u = self._jacobian(result.x, rtol), result.x * self.scale
+        relative = J * np.where(u != 0, np.abs(u) / self.scale, 1.0)
+        _, s, v = np.linalg.svd(relative, full_matrices=False)
+        lost = s <= _LOST * s[0]
+        unknown = (np.abs(v[lost]) > _TAKES_PART).any(axis=0)
+        freedom = max(len(result.fun) - int((~lost).sum()), 1)
+        deviation = float(np.sqrt(2 * result.cost / freedom))
+        size = np.where(u != 0, np.abs(u), self.scale)
+        inverse = v[~lost].T / s[~lost]
+        covariance = (inverse @ inverse.T) * np.outer(size, size)
+        covariance *= 1.0 if self.given else deviation**2
+        errors = np.sqrt(np.diag(covariance))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            correlation = covariance / np.outer(errors, errors)
+        correlation[unknown] = correlation[:, unknown] = np.nan
+        covariance[unknown, unknown] = np.inf
+        errors[unknown] = np.inf
+        reach = (
+            scipy.stats.norm.ppf(0.5 + level / 2)
+            if self.given
+            else scipy.stats.t.ppf(0.5 + level / 2, freedom)
+        )
+        run = self._at(result.x, rtol).run
+        return Identification(
+            run,
+            dict(zip(self.names, u.tolist(), strict=True)),
+            dict(zip(self.names, self.u.tolist(), strict=True)),
+            covariance,
+            level,
+            {
+                n: (float(a - reach * e), float(a + reach * e))
+                for n, a, e in zip(self.names, u, errors, strict=True)
+            },
+            correlation,
+            s,
+            tuple(n for n, lost_ in zip(self.names, unknown, strict=True) if lost_),
+            {
+                n: -part / self.weights[n]
+                for n, part in zip(self.curves, np.split(result.fun, len(self.curves)), strict=True)
+            },
+            deviation,
+            tuple(n for n, m in zip(self.names, result.active_mask, strict=True) if m),
+            (
+                *self._doubts(result.fun, deviation, freedom),
+                *self._rivals(result, others, deviation, rtol),
+            ),
+            tuple(
+                (
+                    float(np.sqrt(2 * other.cost / freedom)),
+                    dict(zip(self.names, (other.x * self.scale).tolist(), strict=True)),
+                )
+                for other in others
+            ),
+            result.message.rstrip("."),
+            int(result.njev),
+            self.runs,
+            float(np.abs(J.T @ result.fun).max() / slope) if slope else 0.0,
+            clock.perf_counter() - tic,
+        )
+
+    def _rivals(
+        self,
+        best: scipy.optimize.OptimizeResult,
+        others: Sequence[scipy.optimize.OptimizeResult],
+        deviation: float,
+        rtol: float,
+    ) -> Iterator[str]:
+        """Another minimum that noise cannot tell from the best one, with a barrier between them."""
+        # the likelihood ratio is chi-square (Seber and Wild, Nonlinear Regression, 1989, ch. 5)
+        noise = 1.0 if self.given else deviation**2
+        limit = noise * scipy.stats.chi2.isf(_CHANCE, len(self.names))
+        for other in others:
+            if 2 * (other.cost - best.cost) > limit:
+                return
+            between = self._residuals(0.5 * (other.x + best.x), rtol)
+            if between @ between - 2 * other.cost > limit:
+                found = dict(zip(self.names, (other.x * self.scale).tolist(), strict=True))
+                values = ", ".join(f"{name} = {value:.6g}" for name, value in found.items())
+                yield f"other values fit as well as noise can tell: {values}"
+                return
+
+    def _doubts(self, weighted: np.ndarray, deviation: float, freedom: int) -> tuple[str, ...]:
+        """What speaks against noise as the reason of the residuals."""
+        found = []
+        if self.given:
+            chance = scipy.stats.chi2.sf(deviation**2 * freedom, freedom)
+            if chance < _CHANCE:
+                found.append(f"the residuals are {deviation:.3g} times the noise given as sigma")
+        if not self.given and deviation < _NEGLIGIBLE:
+            return ()
+        for name, rest in zip(self.curves, np.split(weighted, len(self.curves)), strict=True):
+            along = float(rest[1:] @ rest[:-1] / (rest @ rest)) if rest.any() else 0.0
+            # of white noise it is normal with the variance 1 / n (Box and Jenkins, 1970, ch. 2)
+            if along > scipy.stats.norm.isf(_CHANCE) / np.sqrt(len(rest)):
+                found.append(
+                    f"the residuals of {name} follow each other (correlation {along:.2f} from one "
+                    "instant to the next), as noise does not"
+                )
+        return tuple(found)

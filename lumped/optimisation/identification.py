@@ -1,0 +1,123 @@
+"""Parameters that fit measured curves, and how well these tell them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.optimisation.design import unit_of
+from lumped.support.text_table import number, table
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["Identification"]
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """Parameters that fit measured curves best.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The run with these parameters.
+    parameters, start : dict of str to float
+        Values found, and those at which the search began.
+    covariance : ndarray, shape (p, p)
+        Of the parameters in this order; infinite on the diagonal for those of `unknown`.
+    level : float
+        Probability of `intervals`.
+    intervals : dict of str to (float, float)
+        Confidence intervals of single parameters, from the linearised model.
+    correlation : ndarray, shape (p, p)
+        Correlation coefficients; nan where not identified.
+    singular_values : ndarray, shape (p,)
+        Of the weighted derivatives by relative changes, the largest first.
+    unknown : tuple of str
+        Parameters that the curves do not tell: changed together in some ratio they have no effect.
+    residuals : dict of str to ndarray
+        Measured less computed.
+    deviation : float
+        Root of the weighted sum of squares over the degrees of freedom: 1 if model, `sigma` and
+        noise agree; without `sigma` the relative noise.
+    bounded : tuple of str
+        Parameters at a bound, for which the interval does not hold.
+    doubts : tuple of str
+        Why no interval may hold: residuals far above `sigma`, or residuals that are no noise, as in
+        a local minimum or where the model cannot follow the curves.
+    others : tuple of (float, dict of str to float)
+        Other minima that searches found: the deviation and the values of each, the best first.
+    status : str
+        Why the search ended.
+    iterations, evaluations : int
+        Jacobians and runs.
+    residual : float
+        Greatest slope of the sum of squares that is left, relative to that at the start.
+    seconds : float
+        Wall time.
+    """
+
+    run: Trajectory
+    parameters: dict[str, float]
+    start: dict[str, float]
+    covariance: np.ndarray
+    level: float
+    intervals: dict[str, tuple[float, float]]
+    correlation: np.ndarray
+    singular_values: np.ndarray
+    unknown: tuple[str, ...]
+    residuals: dict[str, np.ndarray]
+    deviation: float
+    bounded: tuple[str, ...]
+    doubts: tuple[str, ...]
+    others: tuple[tuple[float, dict[str, float]], ...]
+    status: str
+    iterations: int
+    evaluations: int
+    residual: float
+    seconds: float
+
+    @property
+    def condition(self) -> float:
+        """Largest over smallest singular value."""
+        s = self.singular_values
+        return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
+
+    def __repr__(self) -> str:
+        system, rows = self.run.system, []
+        for name, value in self.parameters.items():
+            low, high = self.intervals[name]
+            note = "not identified" if name in self.unknown else f"{number(low)} .. {number(high)}"
+            if name in self.bounded:
+                note += " (at its bound)"
+            unit = (
+                unit_of(system, name) if name in system.parameters else system.quantity(name).unit
+            )
+            rows.append((name, number(self.start[name]), number(value, 8), note, unit))
+        lines = [
+            f"{system.name}: {self.status}; {self.iterations} iterations, {self.evaluations} runs, "
+            f"{self.seconds:.2g} s",
+            f"slope left {self.residual:.1e}, condition {self.condition:.1e}, deviation "
+            f"{self.deviation:.4g}",
+            table(("parameter", "start", "found", f"{100 * self.level:g} %", "unit"), rows),
+        ]
+        if self.doubts:
+            lines.append(
+                f"doubtful: {'; '.join(self.doubts)}. The intervals do not hold where this is a "
+                "local minimum or the model cannot follow the curves: begin elsewhere, and look at "
+                "the residuals."
+            )
+        if self.unknown:
+            lines.append(
+                f"not told by these curves: {', '.join(self.unknown)}. Hold one of them, or "
+                "measure more."
+            )
+        pairs = [
+            (abs(self.correlation[i, j]), a, b, self.correlation[i, j])
+            for i, a in enumerate(self.parameters)
+            for j, b in enumerate(self.parameters)
+            if i < j and abs(self.correlation[i, j]) > 0.9
+        ]
+        for _, a, b, value in sorted(pairs, reverse=True)[:6]:
+            lines.append(f"correlated: {a} and {b}, {value:+.4f}")
+        return "\n".join(lines)
