@@ -110,7 +110,7 @@ def divided(
         Into how many parts each step is divided at least.
     """
     allowed = max(rtol / TIGHTER, _ROUNDING)
-    over = errors > allowed
+    over = ~(errors <= allowed)  # also where an adjoint has grown beyond all numbers
     count = sum(len(leg.t) for leg in legs)
     share = np.full(1, allowed / count)
     finer = False
@@ -142,7 +142,8 @@ def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -
         return np.ones(len(errors), dtype=int)
     implicit = leg.t[:-1] >= run.statistics.implicit_from
     with np.errstate(divide="ignore", invalid="ignore"):
-        over = np.nan_to_num(errors / allowed, nan=1.0, posinf=1e300).max(axis=1)
+        over = np.where(errors == 0, 0.0, errors / allowed)
+    over = np.nan_to_num(over, nan=1e300, posinf=1e300).max(axis=1)
     # an error of order p in one step is one of order p - 1 in all its parts together
     many: np.ndarray = np.ceil(1.2 * over ** np.where(implicit, 1 / 4, 1 / 6))
     return np.where(over > 1.0, np.clip(many, 2, _FINEST), 1).astype(int)

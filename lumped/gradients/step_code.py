@@ -220,10 +220,11 @@ class StepCode(Shared):
         """Errors relative to what each result owes to the states, shape (k,)."""
         own = self._nominal > 0
         nominal = self._nominal[own, None]
-        most = (largest[own] * nominal).max(axis=0, initial=0.0)
-        size = np.maximum(largest[own], LEAST * most / nominal)
-        parts = np.divide(lost[own], size, out=np.zeros_like(size), where=size > 0)
-        found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
+        with np.errstate(invalid="ignore", over="ignore"):
+            most = (largest[own] * nominal).max(axis=0, initial=0.0)
+            size = np.maximum(largest[own], LEAST * most / nominal)
+            parts = np.divide(lost[own], size, out=np.zeros_like(size), where=size != 0)
+            found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
         return found
 
     def _back(

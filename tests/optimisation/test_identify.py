@@ -235,3 +235,75 @@ def test_bad_input_is_named(options, error, text):
     given = {"vary": {"motor.tau": (0, 9)}, "t": [0, 1, 2], "measured": {"body.w": [1, 2, 3]}}
     with pytest.raises(error, match=text):
         lp.identify(pushed(), **given | options)
+
+
+def swinging():
+    """A body on a spring: its speed tells the frequency, sampled seldom several of them."""
+    model = lp.compose(
+        body=Inertia(J=1.0, w=1.0),
+        spring=SpringDamper(c=100.0, d=0.1),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.body, m.spring, m.wall),
+    )
+    return lp.assemble(model)
+
+
+def swing(t, c=100.0, d=0.1):
+    w, z = np.sqrt(c), d / 2 / np.sqrt(c)
+    v = w * np.sqrt(1 - z * z)
+    return np.exp(-z * w * t) * (np.cos(v * t) - z * w / v * np.sin(v * t))
+
+
+def test_several_searches_leave_a_local_minimum():
+    """From 300 N.m/rad one search ends at a frequency that is out of phase."""
+    t = np.linspace(0.0, 5.0, 60)
+    options = {
+        "vary": {"spring.c": (20.0, 400.0)},
+        "t": t,
+        "measured": {"body.w": swing(t)},
+        "sigma": {"body.w": 0.01},
+        "parameters": {"spring.c": 300.0},
+    }
+    one = lp.identify(swinging(), **options)
+    several = lp.identify(swinging(), **options, starts=4)
+    assert abs(one.parameters["spring.c"] - 100) > 10
+    assert several.parameters["spring.c"] == pytest.approx(100.0, rel=1e-6)
+    assert several.others
+    assert several.others[0][0] >= several.deviation
+    assert not [text for text in several.doubts if "fit as well" in text]
+
+
+def test_two_minima_that_fit_as_well_are_named():
+    """Ten samples at a multiple of the period cannot tell a frequency from its alias."""
+    t = np.arange(10) * np.pi / 10
+    found = lp.identify(
+        swinging(),
+        vary={"spring.c": (20.0, 1500.0)},
+        t=t,
+        measured={"body.w": swing(t)},
+        sigma={"body.w": 0.2},
+        parameters={"spring.c": 90.0},
+        starts=4,
+    )
+    text = " ".join(found.doubts)
+    print(text)
+    assert "other values fit as well as noise can tell" in text
+    # cos(10 k pi / 10) == cos(30 k pi / 10)
+    both = {round(found.parameters["spring.c"], -2), round(found.others[0][1]["spring.c"], -2)}
+    assert both == {100.0, 900.0}
+
+
+def test_searches_between_no_bounds_are_refused():
+    t = np.linspace(0.0, 1.0, 20)
+    with pytest.raises(OptionError, match=r"both bounds of spring\.c"):
+        lp.identify(
+            swinging(),
+            vary={"spring.c": (1.0, np.inf)},
+            t=t,
+            measured={"body.w": swing(t)},
+            starts=2,
+        )
+    with pytest.raises(OptionError, match="starts = 0"):
+        lp.identify(
+            swinging(), vary={"spring.c": (1, 2)}, t=t, measured={"body.w": swing(t)}, starts=0
+        )

@@ -1,0 +1,243 @@
+"""Gradients where the steps of the states say little about the derivatives; closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import lumped as lp
+from lumped import functionals, ops
+from lumped.code.operations import operations_of
+from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
+from lumped.gradients.adjoint import legs_of, steps_of
+from lumped.kernel import engine
+from lumped.simulation.simulate import simulate
+from lumped.timeloop.counted_function import CountedFunction
+
+J, C, D, END = 1.0, 100.0, 0.1, 10.0
+
+
+def oscillator(w=0.0):
+    """``J w' + d w + c phi == 0``."""
+    return lp.assemble(
+        lp.compose(
+            body=Inertia(J=J, w=w),
+            spring=SpringDamper(c=C, d=D),
+            wall=Fixed(),
+            connections=lambda m: lp.chain(m.body, m.spring, m.wall),
+        )
+    )
+
+
+def speed(c, d, w, end=END):
+    """Speed of the oscillator at the end, for complex parameters too."""
+    return (expm(np.array([[0, 1], [-c / J, -d / J]]) * end) @ np.array([0, w]))[1]
+
+
+def by_complex_step(at):
+    return at(1e-30j).imag / 1e-30
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit", "auto"])
+def test_a_drive_at_rest_has_the_derivatives_of_its_motion(method):
+    """Steps grow without bound across rest, where a disturbance would swing."""
+    found = lp.gradient(
+        oscillator(), of=[functionals.final("body.w")], to=["body.w"], until=END, method=method
+    )
+    right = by_complex_step(lambda e: speed(C, D, e))
+    error = abs(found["final(body.w)", "body.w"] / right - 1)
+    print(f"{method}: {found.run.steps} steps, error {error:.1e}, told {found.errors[0]:.1e}")
+    assert error < 1e-6
+
+
+def test_second_derivatives_at_rest_are_those_of_the_motion():
+    found = lp.gradients.hessian(
+        oscillator(), of=functionals.final("body.w"), to=["body.w", "spring.c"], until=END
+    )
+    h = 1e-4
+    mixed = (
+        by_complex_step(lambda e: speed(C + h, D, e))
+        - by_complex_step(lambda e: speed(C - h, D, e))
+    ) / (2 * h)
+    error = abs(found.matrix[0, 1] / mixed - 1)
+    print(f"error {error:.1e}")
+    assert error < 1e-6
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_errors_are_below_what_was_asked_for(rtol):
+    found = lp.gradient(
+        oscillator(1.0),
+        of=[functionals.final("body.w")],
+        to=["spring.c", "spring.d", "body.w"],
+        until=END,
+        rtol=rtol,
+    )
+    right = np.array(
+        [
+            by_complex_step(lambda e: speed(C + e, D, 1.0)),
+            by_complex_step(lambda e: speed(C, D + e, 1.0)),
+            by_complex_step(lambda e: speed(C, D, 1.0 + e)),
+        ]
+    )
+    # relative to the terms of which a derivative consists: amplitude and growth over 16 periods
+    size = math.exp(-D / 2 * END) * np.array([END / 2 / math.sqrt(C), END, 1.0])
+    errors = np.abs(found.derivatives[0] - right) / size
+    print(f"rtol {rtol:.0e}: errors {errors}, told {found.errors[0]:.1e}")
+    assert (errors < 10 * rtol).all()
+    assert 0 < found.errors[0] <= rtol
+
+
+def test_an_integrand_faster_than_all_states_is_resolved():
+    """A load that no state feels enters an integral with 30 periods in each step of the states."""
+
+    class Ripple(lp.Component):
+        """A torque that is only looked at."""
+
+        amplitude: lp.Param = lp.param("N.m", "amplitude", 2.0)
+        tau: lp.Var = lp.var("N.m", "the torque")
+
+        def equations(self):
+            yield self.tau == self.amplitude * ops.sin(300.0 * lp.time)
+
+    system = lp.assemble(
+        lp.compose(
+            body=Inertia(J=J, w=1.0),
+            drag=Damper(d=0.1),
+            wall=Fixed(),
+            ripple=Ripple(),
+            connections=lambda m: lp.chain(m.body, m.drag, m.wall),
+        )
+    )
+    of = functionals.integral("ripple.tau", "ripple.tau")
+    found = lp.gradient(system, of=[of], to=["ripple.amplitude"], until=END)
+    right = 2 * 2.0 * (END / 2 - math.sin(600 * END) / 1200)
+    error = abs(found.derivatives[0, 0] / right - 1)
+    print(f"error {error:.1e}")
+    assert error < 1e-6
+
+
+def stiff_chain():
+    return lp.assemble(
+        lp.compose(
+            load=Torque(tau=3.0),
+            a=Inertia(J=1.0),
+            soft=SpringDamper(c=50.0, d=0.5),
+            b=Inertia(J=0.5),
+            stiff=SpringDamper(c=1e8, d=1e4),
+            c=Inertia(J=0.2),
+            connections=lambda m: lp.chain(m.load, m.a, m.soft, m.b, m.stiff, m.c),
+        )
+    )
+
+
+def test_a_stiff_drive_agrees_with_the_exponential():
+    """Implicit steps backwards, against a complex step through the matrix exponential."""
+    to = {"a.J": 1.0, "b.J": 0.5, "soft.c": 50.0, "soft.d": 0.5, "load.tau": 3.0}
+
+    def final(values):
+        a, b, c, d, tau = values
+        k = np.zeros((3, 3), dtype=complex)
+        r = np.zeros((3, 3), dtype=complex)
+        for stiffness, damping, i in ((c, d, 0), (1e8, 1e4, 1)):
+            twist = np.zeros(3)
+            twist[i], twist[i + 1] = -1, 1
+            k += stiffness * np.outer(twist, twist)
+            r += damping * np.outer(twist, twist)
+        inverse = np.diag(1 / np.array([a, b, 0.2]))
+        whole = np.zeros((7, 7), dtype=complex)
+        whole[:3, 3:6] = np.eye(3)
+        whole[3:6, :3], whole[3:6, 3:6] = -inverse @ k, -inverse @ r
+        whole[3, 6] = tau / a
+        start = np.zeros(7)
+        start[6] = 1.0
+        return (expm(whole * 2.0) @ start)[3]
+
+    found = lp.gradient(
+        stiff_chain(), of=[functionals.final("a.w")], to=list(to), until=2.0, method="implicit"
+    )
+    values = np.array(list(to.values()), dtype=complex)
+    for k, name in enumerate(to):
+        moved = values.copy()
+        moved[k] += 1e-30j
+        right = final(moved).imag / 1e-30
+        error = abs(found["final(a.w)", name] - right) / max(abs(right), 1e-2)
+        print(f"{name}: error {error:.1e}")
+        assert error < 1e-6
+
+
+def test_nine_functionals_at_once_are_each_alone():
+    """More columns than go side by side."""
+    system = oscillator(1.0)
+    of = [functionals.at(1.0 + k, "body.w") for k in range(9)]
+    to = ["spring.c", "spring.d"]
+    together = lp.gradient(system, of=of, to=to, until=END)
+    for k, one in enumerate(of):
+        alone = lp.gradient(system, of=[one], to=to, until=END)
+        assert together.derivatives[k] == pytest.approx(alone.derivatives[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["explicit", "implicit"])
+def test_the_sweep_has_the_same_bits_in_all_engines(method):
+    system = stiff_chain() if method == "implicit" else oscillator(1.0)
+    run = simulate(system, until=0.3, grid=None, method=method)
+    (leg,) = legs_of(run)
+    steps, n = steps_of(system, (("soft.tau" if method == "implicit" else "spring.tau",),)), 0
+    n = len(system.state_names)
+    adjoint = np.random.default_rng(2).normal(size=(n + 1, 3))
+    found = {}
+    for name in ("llvm", "c", "python"):
+        with engine.using(name):
+            found[name] = steps.back(leg.span(run), adjoint, *np.zeros((2, n + 1, 3)))
+    for name in ("c", "python"):
+        for one, other in zip(found["llvm"], found[name], strict=True):
+            assert (one == other).all()
+
+
+@pytest.mark.parametrize("columns", [2, 4, 6, 8])
+def test_compiled_columns_have_the_bits_of_the_interpreter(columns):
+    system = stiff_chain()
+    run = simulate(system, until=0.3, grid=None, method="implicit")
+    (leg,) = legs_of(run)
+    n, k = len(system.state_names), columns // 2
+    adjoint = np.random.default_rng(3).normal(size=(n, k))
+    steps = steps_of(system, ())
+    slow = steps.back(leg.span(run), adjoint, *np.zeros((2, n, k)))
+    for name in ("pullback", "bent"):
+        steps._columns(name, columns).for_more(10**6)
+    fast = steps.back(leg.span(run), adjoint, *np.zeros((2, n, k)))
+    for one, other in zip(slow, fast, strict=True):
+        assert (one == other).all()
+
+
+def test_a_counted_function_is_compiled_when_that_pays_and_keeps_its_bits():
+    system = oscillator(1.0)
+    function = CountedFunction(operations_of(system.rhs))
+    run = simulate(system, until=1.0, grid=None)
+    (leg,) = legs_of(run)
+    steps, n = steps_of(system, ()), len(system.state_names)
+    slow = steps.looked(leg.span(run), function, n)
+    function.for_more(10**6)
+    assert function._record.address
+    assert (steps.looked(leg.span(run), function, n) == slow).all()
+
+
+def test_too_many_steps_are_refused_in_words():
+    """A stiff drive at rest would need millions of explicit steps."""
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0),
+            shaft=SpringDamper(c=1e14, d=1.0),
+            b=Inertia(J=1.0),
+            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+        )
+    )
+    with pytest.raises(lp.errors.SolverError, match="implicit"):
+        lp.gradient(
+            system,
+            of=[functionals.final("a.w")],
+            to=["a.w"],
+            until=10.0,
+            method="explicit",
+        )
