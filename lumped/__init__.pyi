@@ -22,9 +22,7 @@ from lumped.ensembles.sweep import sweep as sweep
 from lumped.exchange.fmu import export_fmu as export_fmu
 from lumped.exchange.modelica import export_modelica as export_modelica
 from lumped.gradients.foreign_optimisers import to_jax as to_jax
-from lumped.gradients.foreign_optimisers import value_and_gradient as value_and_gradient
 from lumped.gradients.gradient import gradient as gradient
-from lumped.gradients.gradient_ensemble import gradient_ensemble as gradient_ensemble
 from lumped.gradients.sensitivity import sensitivity as sensitivity
 from lumped.language.check_units import check_units as check_units
 from lumped.language.component import Component as Component

@@ -11,12 +11,11 @@ from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps, crossings_of
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.state_changes import exchange_fault
-from lumped.numerics.inside_step import Method
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.executable import Executable, smooth_executable
 from lumped.timeloop.result import Piece, Trajectory
 from lumped.timeloop.run import nominals
-from lumped.timeloop.smooth_part import smooth_part
+from lumped.timeloop.smooth_part import Method, smooth_part
 
 __all__ = ["Followed", "Forward", "StopInstant", "coincide"]
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.code.operations import Operations, operations_of
 from lumped.kernel import engine
+from lumped.kernel.plant import Function
 from lumped.kernel.recorded_steps import LOOKS, Course, Sweep
 from lumped.kernel.run import GIVEN_UP, Run
 from lumped.kernel.sweep_back import LEAST
@@ -241,11 +242,14 @@ class StepCode(Shared):
             columns=width,
             parameters=p,
         )
-        work = 0
-        for name in ("pullback", "bent") if implicit else ("pullback",):
-            function = self._columns(name, max(width, 2))
-            work = max(work, function.work)
-            setattr(sweep, name, function.for_more(_STAGES * steps * (width > 0)))
+        work, none = 0, Function()
+        for name in ("pullback", "bent"):
+            if width and (implicit or name == "pullback"):
+                function = self._columns(name, width)
+                work = max(work, function.work)
+                setattr(sweep, name, function.for_more(_STAGES * steps))
+            else:
+                setattr(sweep, name, none)
         run = self._run(span, work, implicit)
         columns = (n, width)
         sweep.adjoint.reshape(columns)[:, :count] = adjoint

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from lumped.kernel import engine
 from lumped.kernel.run import DONE, FULL, RESTART, RunOutput
-from lumped.numerics.inside_step import Method
 from lumped.timeloop.executable import Executable, span
 
-__all__ = ["SmoothSolution", "smooth_part"]
+__all__ = ["Method", "SmoothSolution", "smooth_part"]
+
+Method = Literal["explicit", "implicit"]
 
 
 class SmoothSolution(NamedTuple):

@@ -183,13 +183,18 @@ def test_the_sweep_has_the_same_bits_in_all_engines(method):
     system = stiff_chain() if method == "implicit" else oscillator(1.0)
     run = simulate(system, until=0.3, grid=None, method=method)
     (leg,) = legs_of(run)
-    steps, n = steps_of(system, (("soft.tau" if method == "implicit" else "spring.tau",),)), 0
+    integrand = "soft.tau" if method == "implicit" else "spring.tau"
+    steps = steps_of(system, ((integrand,),))
     n = len(system.state_names)
     adjoint = np.random.default_rng(2).normal(size=(n + 1, 3))
-    found = {}
+    found, span = {}, leg.span(run)
     for name in ("llvm", "c", "python"):
+        function = CountedFunction(operations_of(system.rhs))
         with engine.using(name):
-            found[name] = steps.back(leg.span(run), adjoint, *np.zeros((2, n + 1, 3)))
+            back = steps.back(span, adjoint, *np.zeros((2, n + 1, 3)))
+            again = steps.replayed(span, np.arange(len(span.t)) % 3 == 0)
+            found[name] = *back, again, steps.looked(span, function, n)
+    assert found["llvm"][-2] == pytest.approx(leg.x, rel=1e-12, abs=1e-15)
     for name in ("c", "python"):
         for one, other in zip(found["llvm"], found[name], strict=True):
             assert (one == other).all()
@@ -209,6 +214,33 @@ def test_compiled_columns_have_the_bits_of_the_interpreter(columns):
     fast = steps.back(leg.span(run), adjoint, *np.zeros((2, n, k)))
     for one, other in zip(slow, fast, strict=True):
         assert (one == other).all()
+
+
+def test_a_sweep_without_results_writes_no_columns(monkeypatch):
+    """Integrals alone: machine code of two columns must not be called for none."""
+    system = oscillator(1.0)
+    run = simulate(system, until=1.0, grid=None)
+    (leg,) = legs_of(run)
+    n = len(system.state_names)
+    steps = steps_of(system, (("spring.tau", "spring.tau"),))
+    steps._columns("pullback", 2).for_more(10**6)
+    called = []
+    original = engine.call
+
+    def noting(name, *given):
+        called.append(given)
+        return original(name, *given)
+
+    monkeypatch.setattr(engine, "call", noting)
+    none = np.zeros((n + 1, 0))
+    found = steps.back(leg.span(run), none, none, none)
+    (sweep,) = (given[1] for given in called if len(given) == 3)
+    assert sweep.pullback.wide_address == sweep.bent.wide_address == 0
+    # integral of (c phi + d w)^2 by the states between, with Simpson's rule
+    t = np.linspace(0, 1, 20001)
+    y = lp.simulate(system, until=1.0, grid=t, rtol=1e-10)["spring.tau"] ** 2
+    simpson = (y[0] + y[-1] + 4 * y[1::2].sum() + 2 * y[2:-1:2].sum()) * (t[1] / 3)
+    assert found.parts.sum() == pytest.approx(simpson, rel=1e-6)
 
 
 def test_a_counted_function_is_compiled_when_that_pays_and_keeps_its_bits():

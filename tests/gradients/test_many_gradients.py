@@ -30,7 +30,7 @@ def system():
 
 def test_gradients_of_many_runs_are_those_of_each(system):
     over = {"a.J": lp.uniform(0.5, 2.0), "shaft.c": lp.uniform(50.0, 200.0)}
-    found = lp.gradient_ensemble(system, over=over, runs=12, of=[PEAK, LAST], until=2.0)
+    found = lp.gradients.gradient_ensemble(system, over=over, runs=12, of=[PEAK, LAST], until=2.0)
     assert found.derivatives.shape == (12, 2, 2)
     assert not found.failures
     for i, point in enumerate(found.points):
@@ -46,7 +46,7 @@ def test_gradients_of_many_runs_are_those_of_each(system):
 def test_a_linear_drive_has_one_gradient_by_its_torque(system):
     """The final speed is proportional to the torque: its derivative is the same in all runs."""
     over = {"load.tau": [1.0, 2.0, 5.0]}
-    found = lp.gradient_ensemble(system, over=over, of=[LAST], until=2.0, rtol=1e-8)
+    found = lp.gradients.gradient_ensemble(system, over=over, of=[LAST], until=2.0, rtol=1e-8)
     slopes = found.values[:, 0] / found.points[:, 0]
     assert np.abs(found.derivatives[:, 0, 0] / slopes - 1).max() < 1e-8
 
@@ -54,19 +54,19 @@ def test_a_linear_drive_has_one_gradient_by_its_torque(system):
 def test_runs_without_a_derivative_are_set_apart(system):
     growing = lp.assemble(_growing())
     of = [functionals.final("g.x")]
-    found = lp.gradient_ensemble(growing, over={"g.a": [0.5, 2.0]}, of=of, until=1.0)
+    found = lp.gradients.gradient_ensemble(growing, over={"g.a": [0.5, 2.0]}, of=of, until=1.0)
     assert set(found.failures) == {1}
     assert np.isnan(found.values[1]).all()
     # x = 1 / (1 - a t), dx/da = t x^2
     assert found.derivatives[0, 0, 0] == pytest.approx(4.0, rel=1e-6)
     with pytest.raises(SolverError, match="all 2 runs fail"):
-        lp.gradient_ensemble(growing, over={"g.a": [2.0, 3.0]}, of=of, until=1.0)
+        lp.gradients.gradient_ensemble(growing, over={"g.a": [2.0, 3.0]}, of=of, until=1.0)
 
 
 def test_scipy_finds_the_optimum_of_a_run(system):
     """Least root mean square of the torque by the stiffness, against a scan by single runs."""
     rms = functionals.rms("shaft.tau")
-    fun = lp.value_and_gradient(system, of=rms, over=["rest.c"], until=2.0)
+    fun = lp.gradients.value_and_gradient(system, of=rms, over=["rest.c"], until=2.0)
 
     def scaled(u):
         value, slope = fun(u * 100)
@@ -82,7 +82,9 @@ def test_scipy_finds_the_optimum_of_a_run(system):
 
 
 def test_weighted_sums_have_the_gradients_of_their_parts(system):
-    fun = lp.value_and_gradient(system, of={PEAK: 2.0, LAST: -1.0}, over=VARIED, until=2.0)
+    fun = lp.gradients.value_and_gradient(
+        system, of={PEAK: 2.0, LAST: -1.0}, over=VARIED, until=2.0
+    )
     value, slope = fun(np.array([1.0, 100.0]))
     one = lp.gradient(system, of=[PEAK, LAST], to=VARIED, until=2.0)
     assert value == pytest.approx(2 * one.values[0] - one.values[1], rel=1e-12)
@@ -119,11 +121,13 @@ def test_jax_differentiates_compiles_and_batches_runs(system):
 
 def test_bad_input_is_refused_by_name(system):
     with pytest.raises(UnknownNameError, match=r"shaft\.cc"):
-        lp.value_and_gradient(system, of=PEAK, over=["shaft.cc"], until=2.0)
+        lp.gradients.value_and_gradient(system, of=PEAK, over=["shaft.cc"], until=2.0)
     with pytest.raises(OptionError, match="workers = 0"):
-        lp.gradient_ensemble(system, over={"a.J": [1.0]}, of=[PEAK], until=1.0, workers=0)
+        lp.gradients.gradient_ensemble(system, over={"a.J": [1.0]}, of=[PEAK], until=1.0, workers=0)
     with pytest.raises(UnknownNameError, match=r"shaft\.torque"):
-        lp.value_and_gradient(system, of=functionals.peak("shaft.torque"), over=VARIED, until=2.0)
+        lp.gradients.value_and_gradient(
+            system, of=functionals.peak("shaft.torque"), over=VARIED, until=2.0
+        )
 
 
 def _growing():

@@ -296,7 +296,7 @@ def test_functions_are_compiled_when_that_pays_and_give_the_same_bits(monkeypatc
     interpreted = lp.simulate(system, **options)
     plant = executable(system).plant
     assert not plant.rates.address
-    monkeypatch.setattr("lumped.timeloop.executable._WORTH", 0)
+    monkeypatch.setattr("lumped.timeloop.executable.WORTH", 0)
     monkeypatch.setattr(Executable, "attempts", 3)
     changing = lp.simulate(system, **options)
     assert plant.rates.address
