@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853, rodas5p
+from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
@@ -35,6 +35,8 @@ def inside(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
     if run.is_implicit:
         rodas5p.interpolate(run, part, out)
+    elif run.order > 0:
+        taylor.interpolate(run, part, out)
     else:
         dop853.interpolate(run, part, out)
 

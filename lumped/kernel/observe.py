@@ -79,7 +79,7 @@ def has_border(begin: float, end: float, t: float, t_new: float) -> bool:
 def _is_rough(run: Run) -> bool:
     """Whether integrals over the step need values inside it."""
     watch = run.watch
-    if run.is_implicit:
+    if run.is_implicit or run.order > 0:
         return True
     for k in range(watch.integrands):
         if has_border(watch.begin[k], watch.end[k], run.t, run.t_new):

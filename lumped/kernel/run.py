@@ -11,7 +11,7 @@ from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
-from lumped.kernel.plant import Plant
+from lumped.kernel.plant import Function, Plant
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
 
@@ -360,3 +360,9 @@ class Run(Record):
     followed_before: Annotated[Numbers, "followers"]
     followed_after: Annotated[Numbers, "followers"]
     work: Annotated[Numbers, "work"]
+
+    # steps by Taylor's series: the function of its coefficients, its order (0: other steps are
+    # made), the coefficients of the states, order after order
+    series: Function
+    order: int
+    coefficients: Numbers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel import dop853, rodas5p
+from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.crossing import find_crossing, is_suspected
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
@@ -120,6 +120,9 @@ def _begin(run: Run) -> bool:
         if not abs(f[i]) < math.inf:
             return False
         later[i] = 0.0
+    if run.order > 0:
+        run.h = 1e-6 * length
+        return True
     d0, d1 = _norm(run, x, later), _norm(run, f, later)
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h0 = min(h0, length)
@@ -151,6 +154,8 @@ def _tried(run: Run, h: float) -> float:
         error = 0.0
     elif run.is_implicit:
         error = rodas5p.step(run, h)
+    elif run.order > 0:
+        error = taylor.step(run, h)
     else:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
@@ -178,6 +183,8 @@ def _dense_error(run: Run, h: float) -> float:
     if run.is_implicit:
         rodas5p.dense_output(run)
         return rodas5p.dense_error(run, h)
+    if run.order > 0:
+        return 0.0
     dop853.dense_output(run, h)
     return dop853.dense_error(run, h)
 
@@ -258,6 +265,8 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
 def _attempt(run: Run) -> int:
     """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
+    if run.order > 0:
+        taylor.expand(run)
     h = min(min(run.h, run.longest), end - t)
     if _is_trial_due(run, h):
         if not run.has_matrix:

@@ -29,7 +29,7 @@ __all__ = ["Method", "check_options", "simulate"]
 
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
-Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
+Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]
 
 
 def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
@@ -109,7 +109,7 @@ def simulate(
         Absolute tolerance, relative to the nominal value of each state; default is
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
-    method : {"auto", "explicit", "implicit", "exact", "steps"}
+    method : {"auto", "explicit", "implicit", "exact", "steps", "taylor"}
         "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
         holds its steps and implicit ones are longer, then the second. "exact" is the closed form,
         for systems that are linear between jumps, with functions of time that are polynomials
@@ -230,6 +230,6 @@ def check_options(
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
     if max_steps < 1:
         raise OptionError(f"max_steps = {max_steps}: at least one step is needed.")
-    methods = ("auto", "explicit", "implicit", "exact", "steps")
+    methods = ("auto", "explicit", "implicit", "exact", "steps", "taylor")
     if method not in methods:
         raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

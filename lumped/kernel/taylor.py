@@ -1,0 +1,82 @@
+"""Steps by Taylor's series of the states about the begin of the step.
+
+The coefficients follow from the operations of the rates (`lumped.code.taylor`); they give the step
+before it is made (Jorba and Zou, Experimental Mathematics 14 (2005) 99), the states at its end, and
+those inside it, all with the same accuracy.
+"""
+
+from __future__ import annotations
+
+from lumped.code.words import Numbers, exp, kernel, log, sqrt
+from lumped.kernel.interpret import evaluate
+from lumped.kernel.run import Run
+
+__all__ = ["expand", "interpolate", "length", "step"]
+
+
+@kernel
+def length(run: Run) -> float:
+    """Step in which neither of the last two terms of any state exceeds its tolerance.
+
+    It is infinite where they vanish, and not positive where they are no numbers.
+    """
+    n, order, c = run.plant.states, run.order, run.coefficients
+    last = before = 0.0
+    for i in range(n):
+        weight = 1.0 / (run.atol[i] + run.rtol * abs(run.x[i]))
+        last = max(last, abs(c[order * n + i]) * weight)
+        before = max(before, abs(c[(order - 1) * n + i]) * weight)
+    return exp(-max(log(last) / order, log(before) / (order - 1)))
+
+
+@kernel
+def expand(run: Run) -> None:
+    """Coefficients of the states about the begin of the step; sets its length.
+
+    After a step that was rejected, its length stays.
+    """
+    evaluate(run.series, run, run.x, run.t, run.m, run.coefficients)
+    run.evaluations += run.order
+    if run.was_rejected == 0:
+        found = length(run)
+        if found > 0.0:
+            run.h = found
+
+
+@kernel
+def step(run: Run, h: float) -> float:
+    """Compute new states and their derivatives; gives the error relative to the tolerance.
+
+    The series lacks the term of the next order, and so do its derivatives: by as many times more
+    as the order of the term they miss the rates at the end of the step.
+    """
+    n, order, c, new, slope = run.plant.states, run.order, run.coefficients, run.new, run.argument
+    f = run.stages[12 * n :]
+    for i in range(n):
+        value = c[order * n + i]
+        rise = 0.0 * value
+        for j in range(1, order + 1):
+            rise = rise * h + value
+            value = value * h + c[(order - j) * n + i]
+        new[i] = value
+        slope[i] = rise
+    evaluate(run.plant.rates, run, new, run.t + h, run.m, f)
+    run.evaluations += 1
+    total = 0.0
+    for i in range(n):
+        scale = run.atol[i] + run.rtol * max(abs(run.x[i]), abs(new[i]))
+        part = h * (slope[i] - f[i]) / scale
+        total += part * part
+    return sqrt(total / n) / (order + 1)
+
+
+@kernel
+def interpolate(run: Run, part: float, out: Numbers) -> None:
+    """States at a part of the step."""
+    n, order, c = run.plant.states, run.order, run.coefficients
+    h = part * (run.t_new - run.t)
+    for i in range(n):
+        value = c[order * n + i]
+        for j in range(1, order + 1):
+            value = value * h + c[(order - j) * n + i]
+        out[i] = value
