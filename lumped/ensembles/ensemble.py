@@ -86,7 +86,7 @@ def ensemble(
         Start values to set or change.
     rtol, atol, max_steps
         As for `simulate`.
-    method : {"auto", "explicit", "implicit", "steps"}
+    method : {"auto", "explicit", "implicit", "steps", "taylor"}
         As for `simulate`; "auto" is "steps", as many runs have no closed form in common.
     workers : int, optional
         Threads; default is one for each core.

@@ -100,6 +100,8 @@ class RunRecords:
         self._first_instants = self._instants(theta)
         if self.has_lanes:
             self._code.compile_lanes(engine.LANES)
+            if options.method == "taylor":
+                self._code.taylor.compile_lanes(options.rtol, engine.LANES)
             engine.lanes()
             self._compile_watch()
 
@@ -155,6 +157,8 @@ class RunRecords:
         if options.method == "implicit" and n:
             self._code.add_matrix(run)
             run.is_implicit = 1
+        if options.method == "taylor" and n:
+            self._code.taylor.add_to(run, options.rtol)
         run.t = options.begin
         sizes = {"states": n, "settings": plant.settings}
         variants = Variants(
@@ -186,7 +190,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes["extremes"] = watch.extremes
+        sizes |= {"extremes": watch.extremes, "terms": run.order + 1}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.integrand, own.extreme = watch.integrand, watch.extreme
         own.end_value = watch.end_value
@@ -205,7 +209,11 @@ class RunRecords:
             max_steps=float(run.max_steps),
             rtol=run.rtol,
             longest=run.longest,
+            order=run.order,
+            caution=run.caution,
         )
+        if run.order:
+            lanes.series = run.series
         for name in names:
             setattr(lanes, name, entries[name])
         lanes.slot[:] = [address(slot) for slot in slots]

@@ -15,7 +15,7 @@ from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_crossing", "inside", "is_suspected", "may_dip"]
+__all__ = ["find_crossing", "inside", "inside_explicit", "is_suspected", "may_dip"]
 
 _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
@@ -31,14 +31,21 @@ _SUSPECT, _LATER = 1, 2
 
 
 @kernel
+def inside_explicit(run: Run, part: float, out: Numbers) -> None:
+    """States at a part of an explicit step."""
+    if run.order > 0:
+        taylor.interpolate(run, part, out)
+    else:
+        dop853.interpolate(run, part, out)
+
+
+@kernel
 def inside(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
     if run.is_implicit:
         rodas5p.interpolate(run, part, out)
-    elif run.order > 0:
-        taylor.interpolate(run, part, out)
     else:
-        dop853.interpolate(run, part, out)
+        inside_explicit(run, part, out)
 
 
 @kernel

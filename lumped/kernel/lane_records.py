@@ -124,3 +124,8 @@ class Lanes(Record):
     slopes: Annotated[Wides, "lanes * 2 * margins"]
     inner: Annotated[Wides, "lanes * states"]
     ratio: Annotated[Wides, "lanes * levers"]
+
+    series: Function
+    order: int
+    caution: float
+    coefficients: Annotated[Wides, "lanes * terms * states"]

@@ -20,8 +20,8 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853
-from lumped.kernel.crossing import inside, may_dip
+from lumped.kernel import dop853, taylor
+from lumped.kernel.crossing import inside, inside_explicit, may_dip
 from lumped.kernel.extremes import (
     bound,
     end_bound,
@@ -136,7 +136,7 @@ def _sample_margins(lanes: Lanes) -> None:
             slopes[i] = slopes[n + i]
     for j in range(1, 4):
         part = 0.25 * j
-        dop853.interpolate(lanes, part, lanes.inner)
+        inside_explicit(lanes, part, lanes.inner)
         t = lanes.t + part * (lanes.t_new - lanes.t)
         evaluate_wide(plant.margin, lanes, lanes.inner, t, lanes.m, lanes.margin)
         for i in range(n):
@@ -302,7 +302,9 @@ def _note_rises_between_ends(lanes: Lanes, is_good: Wide) -> None:
 def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes integrals over the step need values inside it."""
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
-    rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0 * t
+    rough = 1.0 + 0.0 * t
+    if lanes.order == 0:
+        rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
     for k in range(watch.integrands):
         rough = 1.0 if has_border(watch.begin[k], watch.end[k], t, t_new) else rough
     lanes.is_rough = rough * is_good
@@ -311,7 +313,10 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
 @kernel
 def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
-    error = dop853.step(lanes, h)
+    if lanes.order > 0:
+        error = taylor.step(lanes, h)
+    else:
+        error = dop853.step(lanes, h)
     error = error if error < HOPELESS else HOPELESS
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
@@ -323,7 +328,7 @@ def _error(lanes: Lanes, h: Wide) -> Wide:
         is_wanted = lanes.may_rise > 0.5 or lanes.is_rough > 0.5
         is_dense = is_dense and (is_wanted or lanes.next_look < lanes.t_new)
     lanes.mark = 1.0 if is_dense else 0.0
-    if any_lane(is_dense):
+    if lanes.order == 0 and any_lane(is_dense):
         dop853.dense_output(lanes, h)
         dense = dop853.dense_error(lanes, h)
         error = max(error, dense) if is_dense else error
@@ -348,9 +353,19 @@ def _note_attempt(lanes: Lanes, h: Wide, error: Wide) -> Wide:
 
 
 @kernel
+def _expand(lanes: Lanes) -> None:
+    """Coefficients of the states about the begins of the steps; sets their lengths."""
+    evaluate_wide(lanes.series, lanes, lanes.x, lanes.t, lanes.m, lanes.coefficients)
+    found = taylor.length(lanes)
+    lanes.h = found if lanes.was_rejected < 0.5 and found > 0.0 else lanes.h
+
+
+@kernel
 def _attempt(lanes: Lanes) -> None:
     """One attempt of all lanes."""
     t, end = lanes.t, lanes.end
+    if lanes.order > 0:
+        _expand(lanes)
     h = min(min(lanes.h, lanes.longest), end - t)
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
@@ -384,6 +399,6 @@ COUNTERPARTS: dict[Any, Any] = {
     Run: Lanes,
     Watch: LaneWatch,
     evaluate: evaluate_wide,
-    inside: dop853.interpolate.widened,  # type: ignore[attr-defined]
+    inside: inside_explicit.widened,  # type: ignore[attr-defined]
 }
 """What stands for records and kernels of a single run."""

@@ -362,7 +362,8 @@ class Run(Record):
     work: Annotated[Numbers, "work"]
 
     # steps by Taylor's series: the function of its coefficients, its order (0: other steps are
-    # made), the coefficients of the states, order after order
+    # made), part of the step that the last terms allow, the coefficients of the states, order after order
     series: Function
     order: int
+    caution: float
     coefficients: Numbers

@@ -16,7 +16,7 @@ __all__ = ["expand", "interpolate", "length", "step"]
 
 @kernel
 def length(run: Run) -> float:
-    """Step in which neither of the last two terms of any state exceeds its tolerance.
+    """Step in which neither of the last two terms of any state exceeds its tolerance, with caution.
 
     It is infinite where they vanish, and not positive where they are no numbers.
     """
@@ -26,7 +26,7 @@ def length(run: Run) -> float:
         weight = 1.0 / (run.atol[i] + run.rtol * abs(run.x[i]))
         last = max(last, abs(c[order * n + i]) * weight)
         before = max(before, abs(c[(order - 1) * n + i]) * weight)
-    return exp(-max(log(last) / order, log(before) / (order - 1)))
+    return run.caution * exp(-max(log(last) / order, log(before) / (order - 1)))
 
 
 @kernel
@@ -54,7 +54,7 @@ def step(run: Run, h: float) -> float:
     f = run.stages[12 * n :]
     for i in range(n):
         value = c[order * n + i]
-        rise = 0.0 * value
+        rise = 0.0
         for j in range(1, order + 1):
             rise = rise * h + value
             value = value * h + c[(order - j) * n + i]
