@@ -61,7 +61,8 @@ def _highest(run: Run, k: int, sign: float, low: float, width: float, near: int)
         if not p > q:
             break
         x = min(max(u - 0.5 * ((u - a) * p - (u - c) * q) / (p - q), low), high)
-        is_close = abs(x - u) <= _CLOSE * width
+        # the first parabola may have its vertex in the middle by chance
+        is_close = reach < width / _FINE and abs(x - u) <= _CLOSE * width
         u = x
         reach *= 0.0625
         if is_close:
