@@ -48,8 +48,12 @@ Factor = tuple[bool, int]
 """A factor in a sum: a value, or (with True) its coefficients times their orders."""
 
 
-def series_assembly(function: Operations, name: str, order: int, lanes: int = 1) -> str:
-    """LLVM assembly of the coefficients of a function whose results are rates of the states.
+def series_assembly(
+    function: Operations, name: str, order: int, states: int, lanes: int = 1
+) -> str:
+    """LLVM assembly of the coefficients of states and integrals.
+
+    Results of the function are the rates of the states, then what is integrated from zero on.
 
     Raises
     ------
@@ -64,7 +68,7 @@ def series_assembly(function: Operations, name: str, order: int, lanes: int = 1)
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %h, ptr %c"
     parts, firsts, laters = [], [], []
     for k, rows in enumerate(places.first_chunks):
-        lines = _First(series, places, needed, lanes, function.results).lines_of(rows, k)
+        lines = _First(series, places, needed, lanes, function.results).lines_of(rows, states if k == 0 else 0)
         head = f"define internal void @{name}_first_{k}({given}, {_OWN})"
         parts.append("\n".join([f"{head} {{", *lines, "  ret void\n}"]))
         firsts.append(f"  call void @{name}_first_{k}({passed})")
@@ -175,17 +179,17 @@ class _First(Body):
     """Order zero."""
 
     def __init__(
-        self, series: Series, places: _Places, needed: set[str], lanes: int, states: int
+        self, series: Series, places: _Places, needed: set[str], lanes: int, width: int
     ) -> None:
         super().__init__(series.constants, needed, lanes)
-        self._places, self._states = places, states
+        self._places, self._width = places, width
 
-    def lines_of(self, rows: list[tuple[int, ...]], chunk: int) -> list[str]:
-        """Instructions of a chunk."""
+    def lines_of(self, rows: list[tuple[int, ...]], states: int) -> list[str]:
+        """Instructions of a chunk; the first one takes the states over."""
         places = self._places
-        if chunk == 0:
-            for i in range(self._states):
-                self._store(self._load("x", i), "out", i)
+        for i in range(self._width if states else 0):
+            value = self._load("x", i) if i < states else self._constant(0.0)
+            self._store(value, "out", i)
         own = {row[1] for row in rows if row[0] != RESULT}
         live = {v for v in own if (False, v) in places.kept or v in places.fixed}
         return self.lines([list(row) for row in rows], live)
@@ -203,15 +207,15 @@ class _First(Body):
             self._store(value, "c", self._places.fixed[place])
 
     def _give(self, value: str, place: int) -> None:
-        self._store(value, "out", self._states + place)
+        self._store(value, "out", self._width + place)
 
 
 class _Later(Body):
     """Order k, from one on."""
 
-    def __init__(self, places: _Places, needed: set[str], lanes: int, states: int) -> None:
+    def __init__(self, places: _Places, needed: set[str], lanes: int, width: int) -> None:
         super().__init__([], needed, lanes)
-        self._places, self._states = places, states
+        self._places, self._width = places, width
         self._block = "entry"
         self._held: dict[int, str] = {}
 
@@ -224,17 +228,17 @@ class _Later(Body):
         after = self._put(f"fadd {kind} {self._order}, {one}")
         over_next = self._put(f"fdiv {kind} {one}, {after}")
         self._row = self._put(f"mul i64 %k, {self._places.width}")
-        states = self._put(f"mul i64 %k, {self._states}")
+        row = self._put(f"mul i64 %k, {self._width}")
         sums = self._sums(list(dict.fromkeys(f for r in rows if (f := _factors(r)) is not None)))
         for r in rows:
             if r.kind == WRITTEN:
                 found = zero
                 if r.a >= 0:
                     found = self._put(f"fmul {kind} {self._get(r.a)}, {over_next}")
-                self._store_from("out", states, self._states + r.value, found)
+                self._store_from("out", row, self._width + r.value, found)
                 continue
             if r.kind == OF_STATE:
-                found = self._load_from("out", states, r.a)
+                found = self._load_from("out", row, r.a)
             elif r.kind == OF_TIME:
                 is_first = self._put("icmp eq i64 %k, 1")
                 found = self._put(f"select i1 {is_first}, {kind} {one}, {kind} {zero}")

@@ -96,18 +96,20 @@ def _column_source(function: Operations, columns: int, columns_from: int) -> str
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def compiled_series(function: Operations, order: int, lanes: int = 1) -> Code:
+def compiled_series(function: Operations, order: int, states: int, lanes: int = 1) -> Code:
     """Machine code of a function named ``series`` that gives Taylor coefficients of the states.
+
+    Results of the function are the rates of the states, then what is integrated.
 
     Raises
     ------
     UnsupportedError
         If what varies goes through an operation without Taylor coefficients.
     """
-    parts = [code_cache.own(), f"series {order} {lanes}", function.key.hex()]
+    parts = [code_cache.own(), f"series {order} {states} {lanes}", function.key.hex()]
 
     def text() -> str:
-        written = series_assembly(function, "series", order, lanes)
+        written = series_assembly(function, "series", order, states, lanes)
         used = {name: own for name, own in _OWN.items() if f"@{name}(" in written}
         if used:
             own = {name: kernel if lanes == 1 else kernel.widened for name, kernel in used.items()}

@@ -127,5 +127,6 @@ class Lanes(Record):
 
     series: Function
     order: int
+    row: int
     caution: float
-    coefficients: Annotated[Wides, "lanes * terms * states"]
+    coefficients: Annotated[Wides, "lanes * terms * row"]

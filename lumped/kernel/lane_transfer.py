@@ -100,8 +100,8 @@ def unload_step(lanes: Lanes, k: int) -> Variants:
         _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)
     _copy_out(flat(lanes.new), n, count, k, run.new)
     if lanes.order > 0:
-        terms = (lanes.order + 1) * n
-        _copy_out(flat(lanes.coefficients), terms, count, k, run.coefficients)
+        size = (lanes.order + 1) * lanes.row
+        _copy_out(flat(lanes.coefficients), size, count, k, run.coefficients)
     else:
         _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
     _copy_out(flat(lanes.stages)[12 * n * count :], n, count, k, run.stages[12 * n :])

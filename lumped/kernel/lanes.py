@@ -303,7 +303,10 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes integrals over the step need values inside it."""
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
     rough = 1.0 + 0.0 * t
-    if lanes.order == 0:
+    if lanes.order > 0:
+        if lanes.row > lanes.plant.states:
+            rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
+    else:
         rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
     for k in range(watch.integrands):
         rough = 1.0 if has_border(watch.begin[k], watch.end[k], t, t_new) else rough

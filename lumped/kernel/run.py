@@ -361,9 +361,11 @@ class Run(Record):
     followed_after: Annotated[Numbers, "followers"]
     work: Annotated[Numbers, "work"]
 
-    # steps by Taylor's series: the function of its coefficients, its order (0: other steps are
-    # made), part of the step that the last terms allow, the coefficients of the states, order after order
+    # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
+    # made); the length of a row of coefficients, one for each order: those of states, then of
+    # integrals; the part of the step that the last terms allow
     series: Function
     order: int
+    row: int
     caution: float
     coefficients: Numbers

@@ -11,7 +11,7 @@ from lumped.code.words import Numbers, exp, kernel, log, sqrt
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
-__all__ = ["expand", "interpolate", "length", "step"]
+__all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "step"]
 
 
 @kernel
@@ -20,12 +20,12 @@ def length(run: Run) -> float:
 
     It is infinite where they vanish, and not positive where they are no numbers.
     """
-    n, order, c = run.plant.states, run.order, run.coefficients
+    n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
     last = before = 0.0
     for i in range(n):
         weight = 1.0 / (run.atol[i] + run.rtol * abs(run.x[i]))
-        last = max(last, abs(c[order * n + i]) * weight)
-        before = max(before, abs(c[(order - 1) * n + i]) * weight)
+        last = max(last, abs(c[order * row + i]) * weight)
+        before = max(before, abs(c[(order - 1) * row + i]) * weight)
     return run.caution * exp(-max(log(last) / order, log(before) / (order - 1)))
 
 
@@ -50,14 +50,15 @@ def step(run: Run, h: float) -> float:
     The series lacks the term of the next order, and so do its derivatives: by as many times more
     as the order of the term they miss the rates at the end of the step.
     """
-    n, order, c, new, slope = run.plant.states, run.order, run.coefficients, run.new, run.argument
+    n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
+    new, slope = run.new, run.argument
     f = run.stages[12 * n :]
     for i in range(n):
-        value = c[order * n + i]
+        value = c[order * row + i]
         rise = 0.0
         for j in range(1, order + 1):
             rise = rise * h + value
-            value = value * h + c[(order - j) * n + i]
+            value = value * h + c[(order - j) * row + i]
         new[i] = value
         slope[i] = rise
     evaluate(run.plant.rates, run, new, run.t + h, run.m, f)
@@ -73,10 +74,36 @@ def step(run: Run, h: float) -> float:
 @kernel
 def interpolate(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
-    n, order, c = run.plant.states, run.order, run.coefficients
+    n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
     h = part * (run.t_new - run.t)
     for i in range(n):
-        value = c[order * n + i]
+        value = c[order * row + i]
         for j in range(1, order + 1):
-            value = value * h + c[(order - j) * n + i]
+            value = value * h + c[(order - j) * row + i]
         out[i] = value
+
+
+@kernel
+def has_integrals(run: Run) -> bool:
+    """Whether there are coefficients of what is integrated."""
+    return run.row > run.plant.states
+
+
+@kernel
+def integrals(run: Run, h: float) -> float:
+    """Integrals over a step; gives the last term of the worst of them, relative to the tolerance.
+
+    The tolerance is that of what has come together so far, as for a state.
+    """
+    watch, worst = run.watch, 0.0
+    order, row, c = run.order, run.row, run.coefficients[run.plant.states :]
+    for i in range(watch.integrands):
+        value = c[order * row + i]
+        last = value
+        for j in range(1, order + 1):
+            value = value * h + c[(order - j) * row + i]
+            last = last * h
+        watch.parts[i] = value
+        size = max(max(h * abs(c[row + i]), abs(value)), abs(watch.sums[i]))
+        worst = max(worst, abs(last) / max(run.rtol * size, 1e-300))
+    return worst

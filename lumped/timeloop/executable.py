@@ -116,7 +116,7 @@ class Executable:
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
-        self.taylor = TaylorSeries(found["rates"], sizes["implicit"])
+        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.code.functions import compiled_series
 from lumped.code.machine_code import Code
-from lumped.code.operations import Operations, UnsupportedError
+from lumped.code.operations import Operations, UnsupportedError, joined
 from lumped.code.taylor import series_of
 from lumped.errors import OptionError
 from lumped.kernel.plant import Function
@@ -33,15 +33,30 @@ class TaylorSeries:
     Parameters
     ----------
     rates : Operations
-        Derivatives of the states.
+        Derivatives of the states, then what is integrated.
+    states : int
+        Number of states.
     implicit : int
         Number of quantities that are found by iteration.
     """
 
-    def __init__(self, rates: Operations, implicit: int) -> None:
-        self._rates, self._implicit = rates, implicit
+    def __init__(self, rates: Operations, states: int, implicit: int) -> None:
+        self._rates, self._states, self._implicit = rates, states, implicit
         self._functions: dict[int, Function] = {}
         self._kept: list[Code] = []
+
+    def with_integrals(self, integrands: Operations) -> TaylorSeries:
+        """The same with integrals of quantities; itself if their series would do badly.
+
+        The square of a sine has a series of twice the frequency, so where steps are as long as a
+        linear system allows, only what is linear has integrals of the same accuracy.
+        """
+        more = TaylorSeries(joined(self._rates, integrands), self._states, self._implicit)
+        try:
+            series_of(integrands)
+        except UnsupportedError:
+            return self
+        return self if self.is_linear and not more.is_linear else more
 
     @cached_property
     def is_linear(self) -> bool:
@@ -73,7 +88,7 @@ class TaylorSeries:
 
     def _function(self, order: int) -> Function:
         if order not in self._functions:
-            code = compiled_series(self._rates, order)
+            code = compiled_series(self._rates, order, self._states)
             self._kept.append(code)
             self._functions[order] = Function(address=code.addresses["series"])
         return self._functions[order]
@@ -83,7 +98,7 @@ class TaylorSeries:
         order = self.order(rtol)
         function = self._function(order)
         if not function.wide_address:
-            code = compiled_series(self._rates, order, count)
+            code = compiled_series(self._rates, order, self._states, count)
             self._kept.append(code)
             function.wide_address = code.addresses["series"]
 
@@ -92,4 +107,5 @@ class TaylorSeries:
         run.order = self.order(rtol)
         run.series = self._function(run.order)
         run.caution = 1.0 if self.is_linear else _CAUTION
-        run.coefficients = np.zeros((run.order + 1) * run.plant.states)
+        run.row = self._rates.results
+        run.coefficients = np.zeros((run.order + 1) * run.row)
