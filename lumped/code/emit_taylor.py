@@ -9,6 +9,7 @@ lanes each number is a vector of as many.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TypeVar
 
 import casadi as ca
 
@@ -44,6 +45,8 @@ _MOST_ON_STACK = 16384
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 _OWN = "ptr noalias %h, ptr noalias %c"
 
+Row = tuple[int, int, int, int]
+_T = TypeVar("_T")
 Factor = tuple[bool, int]
 """A factor in a sum: a value, or (with True) its coefficients times their orders."""
 
@@ -68,7 +71,8 @@ def series_assembly(
     passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %h, ptr %c"
     parts, firsts, laters = [], [], []
     for k, rows in enumerate(places.first_chunks):
-        lines = _First(series, places, needed, lanes, function.results).lines_of(rows, states if k == 0 else 0)
+        first = _First(series, places, needed, lanes, function.results)
+        lines = first.lines_of(rows, 0 if k else states)
         head = f"define internal void @{name}_first_{k}({given}, {_OWN})"
         parts.append("\n".join([f"{head} {{", *lines, "  ret void\n}"]))
         firsts.append(f"  call void @{name}_first_{k}({passed})")
@@ -94,7 +98,7 @@ def series_assembly(
     return "\n".join([*parts, *sorted(needed)])
 
 
-def _chunks(rows: list[tuple[int, ...]]) -> list[list[tuple[int, ...]]]:
+def _chunks(rows: list[_T]) -> list[list[_T]]:
     return [rows[k : k + _CHUNK] for k in range(0, max(len(rows), 1), _CHUNK)]
 
 
@@ -166,7 +170,7 @@ def _read(r: Recurrence) -> Iterable[int]:
     return [r.a] if r.a >= 0 and r.kind not in (OF_STATE, OF_TIME) else []
 
 
-def _read_first(row: tuple[int, ...]) -> Iterable[int]:
+def _read_first(row: Row) -> Iterable[int]:
     op, _, a, b = row
     if op == RESULT:
         return [a]
@@ -184,7 +188,7 @@ class _First(Body):
         super().__init__(series.constants, needed, lanes)
         self._places, self._width = places, width
 
-    def lines_of(self, rows: list[tuple[int, ...]], states: int) -> list[str]:
+    def lines_of(self, rows: list[Row], states: int) -> list[str]:
         """Instructions of a chunk; the first one takes the states over."""
         places = self._places
         for i in range(self._width if states else 0):

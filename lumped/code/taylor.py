@@ -1,4 +1,4 @@
-"""Taylor coefficients of rates: what is computed at order zero, and recurrences for the orders after.
+"""Taylor coefficients of rates: operations at order zero, and recurrences for those after it.
 
 Each operation of a function gives the coefficient of order k of its result from those of lower
 orders of its arguments (Jorba and Zou, Experimental Mathematics 14 (2005) 99, prop. 2.1). A linear
@@ -34,7 +34,7 @@ __all__ = [
 
 (OF_STATE, OF_TIME, WRITTEN, COPIED, NEGATIVE, TWICE, SUM, DIFFERENCE, SCALED) = range(9)
 (CHOSEN, PRODUCT, QUOTIENT, ROOT, INTEGRAL) = range(9, 14)
-"""Kinds of recurrences. CHOSEN: the second argument where the first, a constant, is not zero."""
+"""Kinds of recurrences. CHOSEN: the first argument where the second, a constant, is not zero."""
 
 Row = tuple[int, int, int, int]
 _MOST_MULTIPLIED = 16
@@ -60,7 +60,7 @@ class Recurrence(NamedTuple):
     a, b : int
         Values that it is made of, or -1; of an integral the value a and its g.
     factor : int
-        Constant that multiplies what a quotient or root divides by; -1 if there is none.
+        Constant by which a quotient or root is multiplied: the inverse of what it divides by.
     sign : int
         Of an integral.
     """

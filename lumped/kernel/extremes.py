@@ -199,7 +199,20 @@ def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: in
 
 @kernel
 def raise_all(run: Run, first: int, begin: float, end: float) -> None:
-    """Extremes over a part of the step: of a quantity and of all others with the same part."""
+    """Extremes over a part of the step: of a quantity and of all others with the same part.
+
+    Steps by series are so long that each half is looked at by itself.
+    """
+    if run.order > 0:
+        middle = 0.5 * (begin + end)
+        _raise_between(run, first, begin, middle)
+        _raise_between(run, first, middle, end)
+    else:
+        _raise_between(run, first, begin, end)
+
+
+@kernel
+def _raise_between(run: Run, first: int, begin: float, end: float) -> None:
     watch, length, parts = run.watch, run.t_new - run.t, 1
     n = watch.integrands
     sample_extremes(run, begin, end)

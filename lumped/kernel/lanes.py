@@ -185,6 +185,14 @@ def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
 
 
 @kernel
+def _note_between(lanes: Lanes, first: int, begin: Wide, end: Wide, is_on: Wide) -> None:
+    """The same, from samples between two instants of the step."""
+    sample_extremes(lanes, begin, end)
+    _note_rises(lanes, first, 1.0, is_on)
+    _note_rises(lanes, first, -1.0, is_on)
+
+
+@kernel
 def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
     """Mark lanes in which an extreme may rise."""
     watch, n = lanes.watch, lanes.watch.integrands
@@ -193,9 +201,12 @@ def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
             begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
             is_inside = 1.0 if is_on > 0.5 and end >= begin else 0.0
             if any_lane(is_inside > 0.5):
-                sample_extremes(lanes, begin, end)
-                _note_rises(lanes, k - n, 1.0, is_inside)
-                _note_rises(lanes, k - n, -1.0, is_inside)
+                if lanes.order > 0:
+                    middle = 0.5 * (begin + end)
+                    _note_between(lanes, k - n, begin, middle, is_inside)
+                    _note_between(lanes, k - n, middle, end, is_inside)
+                else:
+                    _note_between(lanes, k - n, begin, end, is_inside)
 
 
 @kernel
@@ -316,10 +327,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
 @kernel
 def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
-    if lanes.order > 0:
-        error = taylor.step(lanes, h)
-    else:
-        error = dop853.step(lanes, h)
+    error = taylor.step(lanes, h) if lanes.order > 0 else dop853.step(lanes, h)
     error = error if error < HOPELESS else HOPELESS
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
