@@ -212,6 +212,7 @@ class RunRecords:
             longest=run.longest,
             order=run.order,
             row=run.row,
+            by_series=run.order > 0,
             caution=run.caution,
         )
         if run.order:

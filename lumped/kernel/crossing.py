@@ -33,7 +33,7 @@ _SUSPECT, _LATER = 1, 2
 @kernel
 def inside_explicit(run: Run, part: float, out: Numbers) -> None:
     """States at a part of an explicit step."""
-    if run.order > 0:
+    if run.by_series:
         taylor.interpolate(run, part, out)
     else:
         dop853.interpolate(run, part, out)

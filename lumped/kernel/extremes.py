@@ -203,7 +203,7 @@ def raise_all(run: Run, first: int, begin: float, end: float) -> None:
 
     Steps by series are so long that each half is looked at by itself.
     """
-    if run.order > 0:
+    if run.by_series:
         middle = 0.5 * (begin + end)
         _raise_between(run, first, begin, middle)
         _raise_between(run, first, middle, end)

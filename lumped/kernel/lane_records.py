@@ -128,5 +128,6 @@ class Lanes(Record):
     series: Function
     order: int
     row: int
+    by_series: int
     caution: float
     coefficients: Annotated[Wides, "lanes * terms * row"]

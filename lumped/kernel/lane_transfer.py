@@ -99,7 +99,8 @@ def unload_step(lanes: Lanes, k: int) -> Variants:
         run.watch.is_rough = int(flat(lanes.is_rough)[k])
         _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)
     _copy_out(flat(lanes.new), n, count, k, run.new)
-    if lanes.order > 0:
+    run.by_series = lanes.by_series
+    if lanes.by_series:
         size = (lanes.order + 1) * lanes.row
         _copy_out(flat(lanes.coefficients), size, count, k, run.coefficients)
     else:

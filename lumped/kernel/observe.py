@@ -80,12 +80,12 @@ def has_border(begin: float, end: float, t: float, t_new: float) -> bool:
 def _is_rough(run: Run) -> bool:
     """Whether integrals over the step need values inside it."""
     watch = run.watch
-    if run.is_implicit or (run.order > 0 and not has_integrals(run)):
+    if run.is_implicit or (run.by_series and not has_integrals(run)):
         return True
     for k in range(watch.integrands):
         if has_border(watch.begin[k], watch.end[k], run.t, run.t_new):
             return True
-    if run.order > 0:
+    if run.by_series:
         return integrals(run, run.t_new - run.t) > 1.0
     return dop853.integrals_by_stages(run, run.t_new - run.t) > 1.0
 

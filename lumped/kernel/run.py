@@ -363,9 +363,11 @@ class Run(Record):
 
     # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
     # made); the length of a row of coefficients, one for each order: those of states, then of
-    # integrals; the part of the step that the last terms allow
+    # integrals; whether the present step is made by them; the part of the step that the last
+    # terms allow
     series: Function
     order: int
     row: int
+    by_series: int
     caution: float
     coefficients: Numbers

@@ -120,9 +120,6 @@ def _begin(run: Run) -> bool:
         if not abs(f[i]) < math.inf:
             return False
         later[i] = 0.0
-    if run.order > 0:
-        run.h = 1e-6 * length
-        return True
     d0, d1 = _norm(run, x, later), _norm(run, f, later)
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h0 = min(h0, length)
@@ -154,7 +151,7 @@ def _tried(run: Run, h: float) -> float:
         error = 0.0
     elif run.is_implicit:
         error = rodas5p.step(run, h)
-    elif run.order > 0:
+    elif run.by_series:
         error = taylor.step(run, h)
     else:
         error = dop853.step(run, h)
@@ -183,7 +180,7 @@ def _dense_error(run: Run, h: float) -> float:
     if run.is_implicit:
         rodas5p.dense_output(run)
         return rodas5p.dense_error(run, h)
-    if run.order > 0:
+    if run.by_series:
         return 0.0
     dop853.dense_output(run, h)
     return dop853.dense_error(run, h)

@@ -18,29 +18,33 @@ __all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "ste
 def length(run: Run) -> float:
     """Step in which neither of the last two terms of any state exceeds its tolerance, with caution.
 
-    It is infinite where they vanish, and not positive where they are no numbers.
+    It is infinite where they vanish, and zero where they are no numbers.
     """
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
-    last = before = 0.0
+    last = before = bad = 0.0
     for i in range(n):
         weight = 1.0 / (run.atol[i] + run.rtol * abs(run.x[i]))
-        last = max(last, abs(c[order * row + i]) * weight)
-        before = max(before, abs(c[(order - 1) * row + i]) * weight)
-    return run.caution * exp(-max(log(last) / order, log(before) / (order - 1)))
+        a, b = abs(c[order * row + i]) * weight, abs(c[(order - 1) * row + i]) * weight
+        bad += 0.0 if a + b < 1e300 else 1.0
+        last = max(last, a)
+        before = max(before, b)
+    found = run.caution * exp(-max(log(last) / order, log(before) / (order - 1)))
+    return found if bad == 0.0 else 0.0
 
 
 @kernel
 def expand(run: Run) -> None:
     """Coefficients of the states about the begin of the step; sets its length.
 
-    After a step that was rejected, its length stays.
+    After a step that was rejected, its length stays. Where there is no series, as of a root at
+    zero, the step is made in the other way.
     """
     evaluate(run.series, run, run.x, run.t, run.m, run.coefficients)
     run.evaluations += run.order
-    if run.was_rejected == 0:
-        found = length(run)
-        if found > 0.0:
-            run.h = found
+    found = length(run)
+    run.by_series = found > 0.0
+    if run.by_series and run.was_rejected == 0:
+        run.h = found
 
 
 @kernel
