@@ -148,8 +148,9 @@ def _bracketed(run: Run) -> bool:
     """Find between which parts of the step a margin first falls below zero.
 
     Leaves the two parts as the first of `halves` and marks the margins that fall; gives whether
-    there are any. The search goes depth first through doubtful halves. Each entry has its begin,
-    its width, the sample that is below zero, and the number of its own halves already searched.
+    there are any. The search goes depth first through doubtful halves, up to the first sample below
+    zero: another margin may dip just before it. Each entry has its begin, its width, that sample,
+    and the number of its own halves already searched.
     """
     n, halves, suspect = run.plant.margins, run.halves, run.suspect
     halves[0], halves[1], halves[2], halves[3] = 0.0, 1.0, _NOT_YET, 0.0
@@ -168,7 +169,7 @@ def _bracketed(run: Run) -> bool:
         end = int(part[2])
         if part[3] < _DONE:
             begin = low + 0.5 * part[3] * width
-            if end > 0 and low + 0.25 * (end - 1) * width <= begin:
+            if end > 0 and low + 0.25 * end * width <= begin:
                 part[3] = _DONE
             else:
                 part[3] += 1.0
