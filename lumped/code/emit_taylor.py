@@ -2,14 +2,15 @@
 
 A function becomes ``void name(x, p, t, m, out)`` with the arguments of `emit_llvm`; it writes the
 coefficients of the states of orders 0, 1, ... up to a fixed one, each order after the other. At
-order k all sums over lower orders are taken in one loop, and the rest needs no loop. For several
-lanes each number is a vector of as many.
+order k all sums over lower orders are taken in loops of their own, and the rest needs no loop. For
+several lanes each number is a vector of as many; else four sums at a time are one vector, so what
+is multiplied stands side by side, if need be more than once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import casadi as ca
 
@@ -39,8 +40,9 @@ __all__ = ["series_assembly"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
-_TOGETHER = 8
-"""Sums in one loop, as many as registers hold."""
+_TOGETHER, _MOST_VECTORS, _FEW = 4, 8, 6
+"""Sums in a vector, vectors in one loop, and sums that are better taken one by one: a vector waits
+until the numbers in it, which were written one by one, are in the cache."""
 _MOST_ON_STACK = 16384
 _ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
 _OWN = "ptr noalias %h, ptr noalias %c"
@@ -49,6 +51,16 @@ Row = tuple[int, int, int, int]
 _T = TypeVar("_T")
 Factor = tuple[bool, int]
 """A factor in a sum: a value, or (with True) its coefficients times their orders."""
+Pair = tuple[Factor, Factor]
+
+
+class _Group(NamedTuple):
+    """Sums that are taken together, and the columns of their factors."""
+
+    pairs: list[Pair]
+    left: list[int]
+    right: list[int]
+    is_vector: bool
 
 
 def series_assembly(
@@ -64,7 +76,7 @@ def series_assembly(
         If what varies goes through an operation without Taylor coefficients.
     """
     series = series_of(function)
-    places = _Places(series)
+    places = _Places(series, lanes)
     needed: set[str] = set()
     time = "double" if lanes == 1 else "ptr"
     given = _ARGUMENTS.format(time)
@@ -77,7 +89,8 @@ def series_assembly(
         parts.append("\n".join([f"{head} {{", *lines, "  ret void\n}"]))
         firsts.append(f"  call void @{name}_first_{k}({passed})")
     for k, chunk in enumerate(places.later_chunks):
-        lines = _Later(places, needed, lanes, function.results).lines_of(chunk)
+        later = _Later(places, needed, lanes, function.results)
+        lines = later.lines_of(chunk, places.groups[k])
         head = f"define internal void @{name}_later_{k}(ptr noalias %out, {_OWN}, i64 %k)"
         parts.append("\n".join([f"{head} {{\nentry:", *lines, "  ret void\n}"]))
         laters.append(f"  call void @{name}_later_{k}(ptr %out, ptr %h, ptr %c, i64 %k)")
@@ -102,7 +115,7 @@ def _chunks(rows: list[_T]) -> list[list[_T]]:
     return [rows[k : k + _CHUNK] for k in range(0, max(len(rows), 1), _CHUNK)]
 
 
-def _factors(r: Recurrence) -> tuple[Factor, Factor] | None:
+def _factors(r: Recurrence) -> Pair | None:
     """What is multiplied in the sum of a recurrence, if it has one."""
     if r.kind == PRODUCT:
         return (False, r.a), (False, r.b)
@@ -123,21 +136,27 @@ class _Places:
     first_chunks, later_chunks : list
         Operations for order zero, and recurrences, in parts.
     kept : dict
-        Column of each coefficient that is kept, of `width` in all; each order has a row.
+        Columns of each coefficient that is kept, of `width` in all; each order has a row.
+    groups : list
+        Sums of each part of the recurrences.
     fixed : dict of int to int
         Place of each value that is needed as it is at order zero only.
     """
 
-    def __init__(self, series: Series) -> None:
+    def __init__(self, series: Series, lanes: int) -> None:
         self.first_chunks, self.later_chunks = _chunks(series.first), _chunks(series.later)
         self.varying = {r.value for r in series.later if r.kind != WRITTEN}
-        self.kept: dict[Factor, int] = {}
+        self.kept: dict[Factor, list[int]] = {}
+        self.groups: list[list[_Group]] = []
         self.fixed: dict[int, int] = {}
+        self.width = 0
         for chunk in self.later_chunks:
+            pairs = list(dict.fromkeys(f for r in chunk if (f := _factors(r)) is not None))
+            are_vectors = lanes == 1 and len(pairs) >= _FEW
+            parts = [pairs[k : k + _TOGETHER] for k in range(0, len(pairs), _TOGETHER)]
+            self.groups.append([self._group(part, are_vectors) for part in parts])
             own = set()
             for r in chunk:
-                for factor in _factors(r) or ():
-                    self._keep(factor)
                 if r.kind == SCALED or r.kind == CHOSEN:
                     self._fix(r.b)
                 if r.factor >= 0:
@@ -154,10 +173,21 @@ class _Places:
                     if value in made:
                         self._keep((False, value)) if value in self.varying else self._fix(value)
             made |= own
-        self.width = max(len(self.kept), 1)
+        self.width = max(self.width, 1)
 
-    def _keep(self, factor: Factor) -> None:
-        self.kept.setdefault(factor, len(self.kept))
+    def _group(self, pairs: list[Pair], is_vector: bool) -> _Group:
+        sides = pairs + ([pairs[-1]] * (_TOGETHER - len(pairs)) if is_vector else [])
+        left = [self._keep(a, again=is_vector) for a, _ in sides]
+        right = [self._keep(b, again=is_vector) for _, b in sides]
+        return _Group(pairs, left, right, is_vector)
+
+    def _keep(self, factor: Factor, again: bool = False) -> int:
+        """A column of a coefficient, a new one if it is to be kept once more."""
+        columns = self.kept.setdefault(factor, [])
+        if again or not columns:
+            columns.append(self.width)
+            self.width += 1
+        return columns[-1]
 
     def _fix(self, value: int) -> None:
         self.fixed.setdefault(value, len(self.fixed))
@@ -199,14 +229,14 @@ class _First(Body):
         return self.lines([list(row) for row in rows], live)
 
     def _kept(self, place: int) -> str:
-        column = self._places.kept.get((False, place))
-        if column is not None:
-            return self._load("h", column)
+        columns = self._places.kept.get((False, place))
+        if columns is not None:
+            return self._load("h", columns[0])
         return self._load("c", self._places.fixed[place])
 
     def _keep(self, value: str, place: int) -> None:
         if (False, place) in self._places.kept:
-            self._store(value, "h", self._places.kept[False, place])
+            self._store(value, "h", self._places.kept[False, place][0])
         if place in self._places.fixed:
             self._store(value, "c", self._places.fixed[place])
 
@@ -223,7 +253,7 @@ class _Later(Body):
         self._block = "entry"
         self._held: dict[int, str] = {}
 
-    def lines_of(self, rows: list[Recurrence]) -> list[str]:
+    def lines_of(self, rows: list[Recurrence], groups: list[_Group]) -> list[str]:
         """Instructions of a chunk."""
         kind, one, zero = self._number, self._constant(1.0), self._constant(0.0)
         order = self._put("uitofp i64 %k to double")
@@ -233,7 +263,7 @@ class _Later(Body):
         over_next = self._put(f"fdiv {kind} {one}, {after}")
         self._row = self._put(f"mul i64 %k, {self._places.width}")
         row = self._put(f"mul i64 %k, {self._width}")
-        sums = self._sums(list(dict.fromkeys(f for r in rows if (f := _factors(r)) is not None)))
+        sums = self._sums(groups)
         for r in rows:
             if r.kind == WRITTEN:
                 found = zero
@@ -251,11 +281,12 @@ class _Later(Body):
             else:
                 found = self._linear(r)
             self._held[r.value] = found
-            if (False, r.value) in self._places.kept:
-                self._store_from("h", self._row, self._places.kept[False, r.value], found)
+            for column in self._places.kept.get((False, r.value), ()):
+                self._store_from("h", self._row, column, found)
             if (True, r.value) in self._places.kept:
-                by_order = self._put(f"fmul {kind} {self._order}, {found}")
-                self._store_from("h", self._row, self._places.kept[True, r.value], by_order)
+                found = self._put(f"fmul {kind} {self._order}, {found}")
+            for column in self._places.kept.get((True, r.value), ()):
+                self._store_from("h", self._row, column, found)
         return self._text
 
     def _linear(self, r: Recurrence) -> str:
@@ -298,13 +329,13 @@ class _Later(Body):
     def _get(self, value: int) -> str:
         """The coefficient of the present order."""
         if value not in self._held:
-            column = self._places.kept[False, value]
+            column = self._places.kept[False, value][0]
             self._held[value] = self._load_from("h", self._row, column)
         return self._held[value]
 
     def _begin(self, factor: Factor) -> str:
         """A value at order zero."""
-        return self._load("h", self._places.kept[factor])
+        return self._load("h", self._places.kept[factor][0])
 
     def _fixed_value(self, value: int) -> str:
         return self._load("c", self._places.fixed[value])
@@ -330,46 +361,57 @@ class _Later(Body):
         zeros = f"<{self._lanes} x i32> zeroinitializer"
         return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
 
-    def _sums(self, pairs: list[tuple[Factor, Factor]]) -> dict[tuple[Factor, Factor], str]:
+    def _sums(self, groups: list[_Group]) -> dict[Pair, str]:
         """Sums over the orders between zero and k, of one factor's rising, the other's falling."""
-        found: dict[tuple[Factor, Factor], str] = {}
-        for first in range(0, len(pairs), _TOGETHER):
-            found |= self._loop(pairs[first : first + _TOGETHER], f"{first}")
+        found: dict[Pair, str] = {}
+        vector = f"<{_TOGETHER} x double>"
+        # of lanes, more sums than these would not stay in registers
+        count = _MOST_VECTORS if self._lanes == 1 else 1
+        for k in range(0, len(groups), count):
+            part = groups[k : k + count]
+            if part[0].is_vector:
+                sides = [(group.left[0], group.right[0]) for group in part]
+                for group, sums in zip(part, self._loop(sides, vector, f"{k}"), strict=True):
+                    for i, pair in enumerate(group.pairs):
+                        found[pair] = self._put(f"extractelement {vector} {sums}, i32 {i}")
+            else:
+                pairs = [pair for group in part for pair in group.pairs]
+                sides = [s for g in part for s in zip(g.left, g.right, strict=True)]
+                found |= zip(pairs, self._loop(sides, self._number, f"{k}"), strict=True)
         return found
 
-    def _loop(
-        self, pairs: list[tuple[Factor, Factor]], label: str
-    ) -> dict[tuple[Factor, Factor], str]:
-        kind, zero, kept, text = self._number, self._constant(0.0), self._places.kept, self._text
-        before, inside, behind = self._block, f"sum{label}", f"after{label}"
+    def _loop(self, sides: list[tuple[int, int]], kind: str, label: str) -> list[str]:
+        """Sums of products from two columns, one number or vector each."""
+        text, before = self._text, self._block
+        inside, behind = f"sum{label}", f"after{label}"
         is_any = self._put("icmp sgt i64 %k, 1")
         text.append(f"  br i1 {is_any}, label %{inside}, label %{behind}")
         text.append(f"{inside}:")
         text.append(f"  %j{label} = phi i64 [1, %{before}], [%n{label}, %{inside}]")
-        for s in range(len(pairs)):
-            symbol = f"%s{label}.{s}"
-            text.append(f"  {symbol} = phi {kind} [{zero}, %{before}], [{symbol}n, %{inside}]")
+        sums = [f"%s{label}.{s}" for s in range(len(sides))]
+        for symbol in sums:
+            text.append(
+                f"  {symbol} = phi {kind} [zeroinitializer, %{before}], [{symbol}n, %{inside}]"
+            )
         rising = self._put(f"mul i64 %j{label}, {self._places.width}")
         falling = self._put(f"sub i64 {self._row}, {rising}")
-        loaded: dict[tuple[str, Factor], str] = {}
+        loaded: dict[tuple[str, int], str] = {}
 
-        def factor(row: str, of: Factor) -> str:
-            if (row, of) not in loaded:
-                loaded[row, of] = self._load_from("h", row, kept[of])
-            return loaded[row, of]
+        def factor(row: str, column: int) -> str:
+            if (row, column) not in loaded:
+                place = self._place_from("h", row, column)
+                loaded[row, column] = self._put(f"load {kind}, ptr {place}, align 8")
+            return loaded[row, column]
 
-        for s, (a, b) in enumerate(pairs):
+        for symbol, (a, b) in zip(sums, sides, strict=True):
             part = self._put(f"fmul {kind} {factor(rising, a)}, {factor(falling, b)}")
-            symbol = f"%s{label}.{s}"
             text.append(f"  {symbol}n = fadd {kind} {symbol}, {part}")
         text.append(f"  %n{label} = add i64 %j{label}, 1")
         is_done = self._put(f"icmp sge i64 %n{label}, %k")
         text.append(f"  br i1 {is_done}, label %{behind}, label %{inside}")
         text.append(f"{behind}:")
-        found = {}
-        for s, pair in enumerate(pairs):
-            symbol = f"%s{label}.{s}n"
-            merged = f"phi {kind} [{zero}, %{before}], [{symbol}, %{inside}]"
-            found[pair] = self._put(merged)
         self._block = behind
-        return found
+        return [
+            self._put(f"phi {kind} [zeroinitializer, %{before}], [{symbol}n, %{inside}]")
+            for symbol in sums
+        ]

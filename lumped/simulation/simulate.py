@@ -111,7 +111,11 @@ def simulate(
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
     method : {"auto", "explicit", "implicit", "exact", "steps", "taylor"}
         "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
-        holds its steps and implicit ones are longer, then the second. "exact" is the closed form,
+        holds its steps and implicit ones are longer, then the second. "taylor" makes explicit
+        steps by Taylor's series of the states, compiled for the system and the order that `rtol`
+        asks for: long ones for smooth motions, above all of linear drives and at tight
+        tolerances; it is refused where what varies goes through an operation without derivatives,
+        or a linkage is closed by iteration. "exact" is the closed form,
         for systems that are linear between jumps, with functions of time that are polynomials
         there. "auto" takes the closed form where there is one, rounding leaves it better than
         `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps".
@@ -129,7 +133,8 @@ def simulate(
     ------
     OptionError
         If `until`, `begin`, `grid`, `rtol`, `atol` or `method` make no sense, the start point
-        belongs to another system, or `method` is "exact" and the system is not linear.
+        belongs to another system, `method` is "exact" and the system is not linear, or it is
+        "taylor" and there are no series.
     StartError
         If the start values contradict each other.
     SolverError
