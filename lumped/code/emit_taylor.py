@@ -38,7 +38,7 @@ from lumped.code.taylor import (
 
 __all__ = ["series_assembly"]
 
-_CHUNK = 400
+_CHUNK = 200
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
 _TOGETHER, _MOST_VECTORS, _FEW = 4, 8, 6
 """Sums in a vector, vectors in one loop, and sums that are better taken one by one: a vector waits
@@ -85,13 +85,13 @@ def series_assembly(
     for k, rows in enumerate(places.first_chunks):
         first = _First(series, places, needed, lanes, function.results)
         lines = first.lines_of(rows, 0 if k else states)
-        head = f"define internal void @{name}_first_{k}({given}, {_OWN})"
+        head = f"define internal void @{name}_first_{k}({given}, {_OWN}) noinline"
         parts.append("\n".join([f"{head} {{", *lines, "  ret void\n}"]))
         firsts.append(f"  call void @{name}_first_{k}({passed})")
     for k, chunk in enumerate(places.later_chunks):
         later = _Later(places, needed, lanes, function.results)
         lines = later.lines_of(chunk, places.groups[k])
-        head = f"define internal void @{name}_later_{k}(ptr noalias %out, {_OWN}, i64 %k)"
+        head = f"define internal void @{name}_later_{k}(ptr noalias %out, {_OWN}, i64 %k) noinline"
         parts.append("\n".join([f"{head} {{\nentry:", *lines, "  ret void\n}"]))
         laters.append(f"  call void @{name}_later_{k}(ptr %out, ptr %h, ptr %c, i64 %k)")
     sizes = places.width * order * lanes, max(len(places.fixed), 1) * lanes

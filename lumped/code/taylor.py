@@ -40,6 +40,9 @@ Row = tuple[int, int, int, int]
 _MOST_MULTIPLIED = 16
 """Whole exponents up to which a power is made of products, which also hold where its base is 0."""
 _NAMES = {getattr(ca, n): n[3:].lower() for n in dir(ca) if n.startswith("OP_")}
+_NAMES |= dict.fromkeys((ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE), "a comparison")
+_NAMES |= dict.fromkeys((ca.OP_NOT, ca.OP_AND, ca.OP_OR), "a logical operation")
+_NAMES[ca.OP_IF_ELSE_ZERO] = "a choice by the value"
 _LINEAR = {ca.OP_ADD: SUM, ca.OP_SUB: DIFFERENCE}
 _ONE_LINEAR = {
     ca.OP_NEG: NEGATIVE,

@@ -391,7 +391,9 @@ def test_a_root_at_zero_is_passed_in_another_way():
 
 def test_refusals_name_what_has_no_series_and_what_to_do():
     arguments = [ca.SX.sym("x", 1), ca.SX.sym("p", 0), ca.SX.sym("t"), ca.SX.sym("m", 0)]
-    for operation, name in ((ca.floor, "floor"), (ca.fabs, "fabs"), (ca.sign, "sign")):
+    refused = {"floor": ca.floor, "fabs": ca.fabs, "a comparison": lambda x: x < 1}
+    refused["a choice by the value"] = lambda x: ca.if_else(x, 2.0, 0.0)
+    for name, operation in refused.items():
         function = ca.Function("rates", arguments, [operation(arguments[0])])
         code = smooth_executable(arguments, {"rates": function}, lambda f=function: f, 0)
         with pytest.raises(OptionError, match=f"contain {name} of .* take method='steps'"):
