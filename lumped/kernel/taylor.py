@@ -7,11 +7,16 @@ those inside it, all with the same accuracy.
 
 from __future__ import annotations
 
-from lumped.code.words import Numbers, exp, kernel, log, sqrt
+from typing import Any
+
+from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
 __all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "step"]
+
+_TOGETHER = 3
+"""States whose series are summed at a time."""
 
 
 @kernel
@@ -30,6 +35,30 @@ def length(run: Run) -> float:
         before = max(before, b)
     found = run.caution * exp(-max(log(last) / order, log(before) / (order - 1)))
     return found if bad == 0.0 else 0.0
+
+
+def _sums(name: str, results: str, derivative: bool) -> Any:
+    """Horner's rule for all states, some at a time: one alone would wait for each product."""
+    lines = ["for i in range(0, n, _TOGETHER):"]
+    for s in range(_TOGETHER):
+        lines.append(f"    i{s} = min(i + {s}, n - 1)")  # the last one may come again
+        lines.append(f"    v{s}, d{s} = c[order * row + i{s}], 0.0")
+    lines += ["    for j in range(1, order + 1):", "        at = (order - j) * row"]
+    for s in range(_TOGETHER):
+        if derivative:
+            lines.append(f"        d{s} = d{s} * h + v{s}")
+        lines.append(f"        v{s} = v{s} * h + c[at + i{s}]")
+    for s in range(_TOGETHER):
+        lines.append(f"    out[i{s}] = v{s}")
+        if derivative:
+            lines.append(f"    slope[i{s}] = d{s}")
+    body = "\n".join(f"    {line}" for line in lines)
+    head = f"c: Numbers, order: int, row: int, n: int, h: float, {results}"
+    return written(name, f"def {name}({head}) -> None:\n{body}\n", globals())
+
+
+_values = _sums("values", "out: Numbers", False)
+_ends = _sums("ends", "out: Numbers, slope: Numbers", True)
 
 
 @kernel
@@ -57,14 +86,7 @@ def step(run: Run, h: float) -> float:
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
     new, slope = run.new, run.argument
     f = run.stages[12 * n :]
-    for i in range(n):
-        value = c[order * row + i]
-        rise = 0.0
-        for j in range(1, order + 1):
-            rise = rise * h + value
-            value = value * h + c[(order - j) * row + i]
-        new[i] = value
-        slope[i] = rise
+    _ends(c, order, row, n, h, new, slope)
     evaluate(run.plant.rates, run, new, run.t + h, run.m, f)
     run.evaluations += 1
     total = 0.0
@@ -79,12 +101,7 @@ def step(run: Run, h: float) -> float:
 def interpolate(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
-    h = part * (run.t_new - run.t)
-    for i in range(n):
-        value = c[order * row + i]
-        for j in range(1, order + 1):
-            value = value * h + c[(order - j) * row + i]
-        out[i] = value
+    _values(c, order, row, n, part * (run.t_new - run.t), out)
 
 
 @kernel
