@@ -99,6 +99,8 @@ class RunRecords:
             functions["at"] = self._moved.function
         self._functions, self._nothing = self._compiled(functions), Function()
         self._first_instants = self._instants(theta)
+        if options.method == "taylor":
+            self._taylor.order(options.rtol)  # refused before there are threads
         if self.has_lanes:
             self._code.compile_lanes(engine.LANES)
             if options.method == "taylor":

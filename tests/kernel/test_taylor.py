@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import scipy.special
 from ensemble_runs import Alone, all_functionals, assert_same_bits, drive, ran
+from linkages import four_bar
 from scipy.linalg import expm
 
 import lumped as lp
@@ -398,10 +399,12 @@ def test_refusals_name_what_has_no_series_and_what_to_do():
         code = smooth_executable(arguments, {"rates": function}, lambda f=function: f, 0)
         with pytest.raises(OptionError, match=f"contain {name} of .* take method='steps'"):
             code.taylor.order(1e-6)
-    function = ca.Function("rates", arguments, [arguments[0]])
-    code = smooth_executable(arguments, {"rates": function}, lambda: function, 2)
+    system = lp.assemble(four_bar(w=10.0))
+    options = {"until": 0.1, "method": "taylor"}
     with pytest.raises(OptionError, match=r"closed linkage.* take method='steps'"):
-        code.taylor.order(1e-6)
+        lp.simulate(system, **options)
+    with pytest.raises(OptionError, match=r"closed linkage.* take method='steps'"):
+        lp.ensemble(system, over={"linkage.r": [0.9, 1.0]}, of=[fun.final("crank.w")], **options)
 
 
 # -- many runs -------------------------------------------------------------------------------------
