@@ -390,6 +390,18 @@ def test_a_root_at_zero_is_passed_in_another_way():
     assert lanes.values[0, 0] == pytest.approx(run["x"][-1], rel=1e-15)
 
 
+def test_a_switch_that_no_coefficient_shows_is_not_jumped_over():
+    """All coefficients of ``1 + tanh(1000 (t - 1))`` at 0 are rounded to zero; it holds after 1."""
+
+    def equations(self):
+        yield lp.der(self.x) == 1 + lp.ops.tanh(1e3 * (lp.time - 1.0))
+
+    system = lp.assemble(one(x=lp.var("m", "position", start=0.0), equations=equations))
+    run = lp.simulate(system, until=2.0, method="taylor", rtol=1e-8)
+    print(run.statistics)
+    assert run["x"][-1] == pytest.approx(2.0, rel=1e-8)
+
+
 def test_refusals_name_what_has_no_series_and_what_to_do():
     arguments = [ca.SX.sym("x", 1), ca.SX.sym("p", 0), ca.SX.sym("t"), ca.SX.sym("m", 0)]
     refused = {"floor": ca.floor, "fabs": ca.fabs, "a comparison": lambda x: x < 1}
