@@ -22,7 +22,7 @@ from lumped.code.operations import (
 )
 from lumped.code.to_llvm import literal
 
-__all__ = ["OWN", "assembly"]
+__all__ = ["OWN", "Body", "assembly"]
 
 _CHUNK = 400
 """Operations in one LLVM function: the time to compile grows faster than linearly in them."""
@@ -123,13 +123,13 @@ def _body(
     lanes: int,
     columns_from: int | None,
     wide: set[int],
-) -> _Body:
+) -> Body:
     if columns_from is None:
-        return _Body(constants, needed, lanes)
+        return Body(constants, needed, lanes)
     return _ColumnBody(constants, needed, lanes, columns_from, wide)
 
 
-class _Body:
+class Body:
     """Instructions of a chunk.
 
     Parameters
@@ -286,13 +286,13 @@ class _Body:
         raise UnsupportedError(f"operation {op} of CasADi")
 
 
-class _ColumnBody(_Body):
+class _ColumnBody(Body):
     """Instructions of a chunk, in which only what depends on columns is wide.
 
     Parameters
     ----------
     constants, needed, lanes
-        As for `_Body`.
+        As for `Body`.
     columns_from : int
         The first of the states that have columns.
     wide : set of int

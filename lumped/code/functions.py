@@ -8,12 +8,19 @@ from typing import Any
 
 from lumped.code import code_cache
 from lumped.code.emit_llvm import OWN, assembly
+from lumped.code.emit_taylor import series_assembly
 from lumped.code.machine_code import Code, built, kept
 from lumped.code.operations import Operations
 from lumped.code.to_llvm import as_llvm
 from lumped.code.trigonometry import cosine, sine
 
-__all__ = ["compiled_columns", "compiled_functions", "known_columns", "known_functions"]
+__all__ = [
+    "compiled_columns",
+    "compiled_functions",
+    "compiled_series",
+    "known_columns",
+    "known_functions",
+]
 
 
 _OWN: dict[str, Any] = {"lumped_sin": sine, "lumped_cos": cosine}
@@ -87,3 +94,27 @@ def known_columns(function: Operations, columns: int, columns_from: int) -> Code
 def _column_source(function: Operations, columns: int, columns_from: int) -> str:
     parts = [code_cache.own(), f"{columns} {columns_from}", function.key.hex()]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def compiled_series(function: Operations, order: int, states: int, lanes: int = 1) -> Code:
+    """Machine code of a function named ``series`` that gives Taylor coefficients of the states.
+
+    Results of the function are the rates of the states, then what is integrated.
+
+    Raises
+    ------
+    UnsupportedError
+        If what varies goes through an operation without Taylor coefficients.
+    """
+    parts = [code_cache.own(), f"series {order} {states} {lanes}", function.key.hex()]
+
+    def text() -> str:
+        written = series_assembly(function, "series", order, states, lanes)
+        used = {name: own for name, own in _OWN.items() if f"@{name}(" in written}
+        if used:
+            own = {name: kernel if lanes == 1 else kernel.widened for name, kernel in used.items()}
+            written += "\n" + as_llvm(own, lanes, inline=lanes > 1)
+        return _declared_once(written, ())
+
+    source = hashlib.sha256("\n".join(parts).encode()).hexdigest()
+    return built(source, ["series"], text, "series-")

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-__all__ = ["TWO", "Operations", "UnsupportedError", "operations_of"]
+__all__ = ["TWO", "Operations", "UnsupportedError", "joined", "operations_of"]
 
 
 STATE, PARAMETER, TIME, SETTING, RESULT = range(-5, 0)
@@ -104,3 +104,21 @@ def operations_of(function: ca.Function, *, full: bool = True) -> Operations:
             rows.append((op, out[0], given[0], given[-1]))
     table = np.array(rows, dtype=np.int64).reshape(-1, 4)
     return Operations(table, np.array(constants), max(function.sz_w(), 1), first)
+
+
+def joined(first: Operations, second: Operations) -> Operations:
+    """The results of one function, then those of another one with the same arguments."""
+    table = second.table.copy()
+    op = table[:, 0]
+    reads = ~np.isin(op, _INPUTS) & (op != ca.OP_CONST)
+    table[op != RESULT, 1] += first.work
+    table[op == RESULT, 1] += first.results
+    table[op == ca.OP_CONST, 2] += len(first.constants)
+    table[reads, 2] += first.work
+    table[reads & (op != RESULT), 3] += first.work
+    return Operations(
+        np.vstack([first.table, table]),
+        np.concatenate([first.constants, second.constants]),
+        first.work + second.work,
+        first.results + second.results,
+    )

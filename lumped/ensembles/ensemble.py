@@ -59,7 +59,8 @@ def ensemble(
     """Run a system for many values of its parameters, in machine code and on all cores.
 
     Functionals are collected in the time loop while it runs; nothing else is kept. Each run is the
-    one that `simulate` makes with ``method="steps"``, whatever the number of threads.
+    one that `simulate` makes with ``method="steps"``, or by the method that is named, whatever the
+    number of threads.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def ensemble(
         Start values to set or change.
     rtol, atol, max_steps
         As for `simulate`.
-    method : {"auto", "explicit", "implicit", "steps"}
+    method : {"auto", "explicit", "implicit", "steps", "taylor"}
         As for `simulate`; "auto" is "steps", as many runs have no closed form in common.
     workers : int, optional
         Threads; default is one for each core.

@@ -34,6 +34,7 @@ from lumped.timeloop.recorder import scale
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.run import nominals
 from lumped.timeloop.settings import just_after
+from lumped.timeloop.taylor_series import TaylorSeries
 
 __all__ = ["RunOptions", "RunRecords"]
 
@@ -98,8 +99,12 @@ class RunRecords:
             functions["at"] = self._moved.function
         self._functions, self._nothing = self._compiled(functions), Function()
         self._first_instants = self._instants(theta)
+        if options.method == "taylor":
+            self._taylor.order(options.rtol)  # refused before there are threads
         if self.has_lanes:
             self._code.compile_lanes(engine.LANES)
+            if options.method == "taylor":
+                self._taylor.compile_lanes(options.rtol, engine.LANES)
             engine.lanes()
             self._compile_watch()
 
@@ -155,6 +160,8 @@ class RunRecords:
         if options.method == "implicit" and n:
             self._code.add_matrix(run)
             run.is_implicit = 1
+        if options.method == "taylor" and n:
+            self._taylor.add_to(run, options.rtol)
         run.t = options.begin
         sizes = {"states": n, "settings": plant.settings}
         variants = Variants(
@@ -186,7 +193,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes["extremes"] = watch.extremes
+        sizes |= {"extremes": watch.extremes, "terms": run.order + 1, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.integrand, own.extreme = watch.integrand, watch.extreme
         own.end_value = watch.end_value
@@ -205,12 +212,25 @@ class RunRecords:
             max_steps=float(run.max_steps),
             rtol=run.rtol,
             longest=run.longest,
+            order=run.order,
+            row=run.row,
+            by_series=run.order > 0,
+            caution=run.caution,
         )
+        if run.order:
+            lanes.series = run.series
         for name in names:
             setattr(lanes, name, entries[name])
         lanes.slot[:] = [address(slot) for slot in slots]
         lanes.atol[:] = run.atol
         return lanes
+
+    @cached_property
+    def _taylor(self) -> TaylorSeries:
+        """Series of the states, and of what is integrated if that does well."""
+        integrand = self.watched.functions.get("integrand")
+        found = self._code.taylor
+        return found if integrand is None else found.with_integrals(operations_of(integrand))
 
     @cached_property
     def has_lanes(self) -> bool:

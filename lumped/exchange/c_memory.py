@@ -77,7 +77,7 @@ class Memory:
     def _field(self, record: str, field: Field, values: Mapping[str, int | np.ndarray]) -> None:
         place, name = f"memory->{record}.{field.name}", field.name
         if isinstance(field.kind, type):
-            if field.kind is Function and record == "watch":
+            if field.kind is Function and record != "plant":
                 return
             if field.kind is Function:
                 self._lines.append(f"    {place} = &memory->functions[FUNCTION_{name}];")

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853, rodas5p
+from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
 
-__all__ = ["find_crossing", "inside", "is_suspected", "may_dip"]
+__all__ = ["find_crossing", "inside", "inside_explicit", "is_suspected", "may_dip"]
 
 _FINEST = 1e-3
 """Part of a step down to which a margin is searched for a dip below zero."""
@@ -31,12 +31,21 @@ _SUSPECT, _LATER = 1, 2
 
 
 @kernel
+def inside_explicit(run: Run, part: float, out: Numbers) -> None:
+    """States at a part of an explicit step."""
+    if run.by_series:
+        taylor.interpolate(run, part, out)
+    else:
+        dop853.interpolate(run, part, out)
+
+
+@kernel
 def inside(run: Run, part: float, out: Numbers) -> None:
     """States at a part of the step."""
     if run.is_implicit:
         rodas5p.interpolate(run, part, out)
     else:
-        dop853.interpolate(run, part, out)
+        inside_explicit(run, part, out)
 
 
 @kernel
@@ -139,8 +148,9 @@ def _bracketed(run: Run) -> bool:
     """Find between which parts of the step a margin first falls below zero.
 
     Leaves the two parts as the first of `halves` and marks the margins that fall; gives whether
-    there are any. The search goes depth first through doubtful halves. Each entry has its begin,
-    its width, the sample that is below zero, and the number of its own halves already searched.
+    there are any. The search goes depth first through doubtful halves, up to the first sample below
+    zero: another margin may dip just before it. Each entry has its begin, its width, that sample,
+    and the number of its own halves already searched.
     """
     n, halves, suspect = run.plant.margins, run.halves, run.suspect
     halves[0], halves[1], halves[2], halves[3] = 0.0, 1.0, _NOT_YET, 0.0
@@ -159,7 +169,7 @@ def _bracketed(run: Run) -> bool:
         end = int(part[2])
         if part[3] < _DONE:
             begin = low + 0.5 * part[3] * width
-            if end > 0 and low + 0.25 * (end - 1) * width <= begin:
+            if end > 0 and low + 0.25 * end * width <= begin:
                 part[3] = _DONE
             else:
                 part[3] += 1.0

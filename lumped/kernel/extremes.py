@@ -61,7 +61,8 @@ def _highest(run: Run, k: int, sign: float, low: float, width: float, near: int)
         if not p > q:
             break
         x = min(max(u - 0.5 * ((u - a) * p - (u - c) * q) / (p - q), low), high)
-        is_close = abs(x - u) <= _CLOSE * width
+        # the first parabola may have its vertex in the middle by chance
+        is_close = reach < width / _FINE and abs(x - u) <= _CLOSE * width
         u = x
         reach *= 0.0625
         if is_close:
@@ -198,7 +199,20 @@ def _is_any_unresolved(run: Run, first: int, begin: float, end: float, parts: in
 
 @kernel
 def raise_all(run: Run, first: int, begin: float, end: float) -> None:
-    """Extremes over a part of the step: of a quantity and of all others with the same part."""
+    """Extremes over a part of the step: of a quantity and of all others with the same part.
+
+    Steps by series are so long that each half is looked at by itself.
+    """
+    if run.by_series:
+        middle = 0.5 * (begin + end)
+        _raise_between(run, first, begin, middle)
+        _raise_between(run, first, middle, end)
+    else:
+        _raise_between(run, first, begin, end)
+
+
+@kernel
+def _raise_between(run: Run, first: int, begin: float, end: float) -> None:
     watch, length, parts = run.watch, run.t_new - run.t, 1
     n = watch.integrands
     sample_extremes(run, begin, end)

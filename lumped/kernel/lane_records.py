@@ -124,3 +124,10 @@ class Lanes(Record):
     slopes: Annotated[Wides, "lanes * 2 * margins"]
     inner: Annotated[Wides, "lanes * states"]
     ratio: Annotated[Wides, "lanes * levers"]
+
+    series: Function
+    order: int
+    row: int
+    by_series: int
+    caution: float
+    coefficients: Annotated[Wides, "lanes * terms * row"]

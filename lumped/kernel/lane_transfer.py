@@ -99,7 +99,12 @@ def unload_step(lanes: Lanes, k: int) -> Variants:
         run.watch.is_rough = int(flat(lanes.is_rough)[k])
         _copy_out(flat(own.parts), own.integrands, count, k, run.watch.parts)
     _copy_out(flat(lanes.new), n, count, k, run.new)
-    _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
+    run.by_series = lanes.by_series
+    if lanes.by_series:
+        size = (lanes.order + 1) * lanes.row
+        _copy_out(flat(lanes.coefficients), size, count, k, run.coefficients)
+    else:
+        _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)
     _copy_out(flat(lanes.stages)[12 * n * count :], n, count, k, run.stages[12 * n :])
     run.t_new = flat(lanes.t_new)[k]
     return variants

@@ -20,8 +20,8 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853
-from lumped.kernel.crossing import inside, may_dip
+from lumped.kernel import dop853, taylor
+from lumped.kernel.crossing import inside, inside_explicit, may_dip
 from lumped.kernel.extremes import (
     bound,
     end_bound,
@@ -136,7 +136,7 @@ def _sample_margins(lanes: Lanes) -> None:
             slopes[i] = slopes[n + i]
     for j in range(1, 4):
         part = 0.25 * j
-        dop853.interpolate(lanes, part, lanes.inner)
+        inside_explicit(lanes, part, lanes.inner)
         t = lanes.t + part * (lanes.t_new - lanes.t)
         evaluate_wide(plant.margin, lanes, lanes.inner, t, lanes.m, lanes.margin)
         for i in range(n):
@@ -185,6 +185,14 @@ def _note_rises(lanes: Lanes, first: int, sign: float, is_on: Wide) -> None:
 
 
 @kernel
+def _note_between(lanes: Lanes, first: int, begin: Wide, end: Wide, is_on: Wide) -> None:
+    """The same, from samples between two instants of the step."""
+    sample_extremes(lanes, begin, end)
+    _note_rises(lanes, first, 1.0, is_on)
+    _note_rises(lanes, first, -1.0, is_on)
+
+
+@kernel
 def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
     """Mark lanes in which an extreme may rise."""
     watch, n = lanes.watch, lanes.watch.integrands
@@ -193,9 +201,12 @@ def _note_extremes(lanes: Lanes, is_on: Wide) -> None:
             begin, end = max(lanes.t, watch.begin[k]), min(lanes.t_new, watch.end[k])
             is_inside = 1.0 if is_on > 0.5 and end >= begin else 0.0
             if any_lane(is_inside > 0.5):
-                sample_extremes(lanes, begin, end)
-                _note_rises(lanes, k - n, 1.0, is_inside)
-                _note_rises(lanes, k - n, -1.0, is_inside)
+                if lanes.by_series:
+                    middle = 0.5 * (begin + end)
+                    _note_between(lanes, k - n, begin, middle, is_inside)
+                    _note_between(lanes, k - n, middle, end, is_inside)
+                else:
+                    _note_between(lanes, k - n, begin, end, is_inside)
 
 
 @kernel
@@ -302,7 +313,12 @@ def _note_rises_between_ends(lanes: Lanes, is_good: Wide) -> None:
 def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     """Note in which of some lanes integrals over the step need values inside it."""
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
-    rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0 * t
+    rough = 1.0 + 0.0 * t
+    if lanes.by_series:
+        if lanes.row > lanes.plant.states:
+            rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
+    else:
+        rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
     for k in range(watch.integrands):
         rough = 1.0 if has_border(watch.begin[k], watch.end[k], t, t_new) else rough
     lanes.is_rough = rough * is_good
@@ -311,7 +327,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
 @kernel
 def _error(lanes: Lanes, h: Wide) -> Wide:
     """Error of a step, relative to the tolerance; notes where values inside it are known."""
-    error = dop853.step(lanes, h)
+    error = taylor.step(lanes, h) if lanes.by_series else dop853.step(lanes, h)
     error = error if error < HOPELESS else HOPELESS
     is_dense = error <= 1.0 and is_finite(lanes) and lanes.is_on > 0.5
     is_good = 1.0 if is_dense else lanes.t * 0.0
@@ -323,7 +339,7 @@ def _error(lanes: Lanes, h: Wide) -> Wide:
         is_wanted = lanes.may_rise > 0.5 or lanes.is_rough > 0.5
         is_dense = is_dense and (is_wanted or lanes.next_look < lanes.t_new)
     lanes.mark = 1.0 if is_dense else 0.0
-    if any_lane(is_dense):
+    if not lanes.by_series and any_lane(is_dense):
         dop853.dense_output(lanes, h)
         dense = dop853.dense_error(lanes, h)
         error = max(error, dense) if is_dense else error
@@ -348,9 +364,29 @@ def _note_attempt(lanes: Lanes, h: Wide, error: Wide) -> Wide:
 
 
 @kernel
+def _expand(lanes: Lanes) -> bool:
+    """Coefficients of the states about the begins of the steps; sets their lengths.
+
+    Lets runs go on alone for which there are none; whether there are any.
+    """
+    evaluate_wide(lanes.series, lanes, lanes.x, lanes.t, lanes.m, lanes.coefficients)
+    found = taylor.length(lanes)
+    lanes.h = found if lanes.was_rejected < 0.5 and found > 0.0 else lanes.h
+    lanes.mark = 0.0 if found > 0.0 or lanes.is_on < 0.5 else 1.0
+    if not any_lane(lanes.mark > 0.5):
+        return False
+    for k in range(lanes.count):
+        if flat(lanes.mark)[k] > 0.5:
+            hand_over(lanes, k, lanes.attempt_of)
+    return True
+
+
+@kernel
 def _attempt(lanes: Lanes) -> None:
     """One attempt of all lanes."""
     t, end = lanes.t, lanes.end
+    if lanes.by_series and _expand(lanes):
+        return
     h = min(min(lanes.h, lanes.longest), end - t)
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
@@ -384,6 +420,6 @@ COUNTERPARTS: dict[Any, Any] = {
     Run: Lanes,
     Watch: LaneWatch,
     evaluate: evaluate_wide,
-    inside: dop853.interpolate.widened,  # type: ignore[attr-defined]
+    inside: inside_explicit.widened,  # type: ignore[attr-defined]
 }
 """What stands for records and kernels of a single run."""

@@ -15,6 +15,7 @@ from lumped.kernel.extremes import (
 )
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
+from lumped.kernel.taylor import has_integrals, integrals
 from lumped.kernel.watch import ALL, ANY, COUNT, IMPULSE, INSTANT, LOSS, TIMED, VALUE
 
 __all__ = [
@@ -79,11 +80,13 @@ def has_border(begin: float, end: float, t: float, t_new: float) -> bool:
 def _is_rough(run: Run) -> bool:
     """Whether integrals over the step need values inside it."""
     watch = run.watch
-    if run.is_implicit:
+    if run.is_implicit or (run.by_series and not has_integrals(run)):
         return True
     for k in range(watch.integrands):
         if has_border(watch.begin[k], watch.end[k], run.t, run.t_new):
             return True
+    if run.by_series:
+        return integrals(run, run.t_new - run.t) > 1.0
     return dop853.integrals_by_stages(run, run.t_new - run.t) > 1.0
 
 

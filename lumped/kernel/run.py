@@ -11,7 +11,7 @@ from typing import Annotated
 
 from lumped.code.records import Record
 from lumped.code.words import Integers, Numbers
-from lumped.kernel.plant import Plant
+from lumped.kernel.plant import Function, Plant
 from lumped.kernel.rounds import Rounds
 from lumped.kernel.watch import Watch
 
@@ -360,3 +360,14 @@ class Run(Record):
     followed_before: Annotated[Numbers, "followers"]
     followed_after: Annotated[Numbers, "followers"]
     work: Annotated[Numbers, "work"]
+
+    # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
+    # made); the length of a row of coefficients, one for each order: those of states, then of
+    # integrals; whether the present step is made by them; the part of the step that the last
+    # terms allow
+    series: Function
+    order: int
+    row: int
+    by_series: int
+    caution: float
+    coefficients: Numbers

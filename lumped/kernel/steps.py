@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel, sqrt
-from lumped.kernel import dop853, rodas5p
+from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.crossing import find_crossing, is_suspected
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.linkages import follow
@@ -151,6 +151,8 @@ def _tried(run: Run, h: float) -> float:
         error = 0.0
     elif run.is_implicit:
         error = rodas5p.step(run, h)
+    elif run.by_series:
+        error = taylor.step(run, h)
     else:
         error = dop853.step(run, h)
     if run.plant.implicit > 0 and not follow(run, run.new, run.t_new, run.m):
@@ -178,6 +180,8 @@ def _dense_error(run: Run, h: float) -> float:
     if run.is_implicit:
         rodas5p.dense_output(run)
         return rodas5p.dense_error(run, h)
+    if run.by_series:
+        return 0.0
     dop853.dense_output(run, h)
     return dop853.dense_error(run, h)
 
@@ -258,6 +262,8 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
 def _attempt(run: Run) -> int:
     """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
+    if run.order > 0:
+        taylor.expand(run)
     h = min(min(run.h, run.longest), end - t)
     if _is_trial_due(run, h):
         if not run.has_matrix:

@@ -29,7 +29,7 @@ __all__ = ["Method", "check_options", "simulate"]
 
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
-Method = Literal["auto", "explicit", "implicit", "exact", "steps"]
+Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]
 
 
 def _told(analysis: Callable[_P, Trajectory]) -> Callable[_P, Trajectory]:
@@ -109,9 +109,13 @@ def simulate(
         Absolute tolerance, relative to the nominal value of each state; default is
         ``rtol / 1000``, at least 1e-12. It governs a state that stays smaller than
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
-    method : {"auto", "explicit", "implicit", "exact", "steps"}
+    method : {"auto", "explicit", "implicit", "exact", "steps", "taylor"}
         "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
-        holds its steps and implicit ones are longer, then the second. "exact" is the closed form,
+        holds its steps and implicit ones are longer, then the second. "taylor" makes explicit
+        steps by Taylor's series of the states, compiled for the system and the order that `rtol`
+        asks for: long ones for smooth motions, above all of linear drives and at tight
+        tolerances; it is refused where what varies goes through an operation without derivatives,
+        or a linkage is closed by iteration. "exact" is the closed form,
         for systems that are linear between jumps, with functions of time that are polynomials
         there. "auto" takes the closed form where there is one, rounding leaves it better than
         `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps".
@@ -129,7 +133,8 @@ def simulate(
     ------
     OptionError
         If `until`, `begin`, `grid`, `rtol`, `atol` or `method` make no sense, the start point
-        belongs to another system, or `method` is "exact" and the system is not linear.
+        belongs to another system, `method` is "exact" and the system is not linear, or it is
+        "taylor" and there are no series.
     StartError
         If the start values contradict each other.
     SolverError
@@ -230,6 +235,6 @@ def check_options(
         raise OptionError(f"atol = {atol}: the absolute tolerance must be positive.")
     if max_steps < 1:
         raise OptionError(f"max_steps = {max_steps}: at least one step is needed.")
-    methods = ("auto", "explicit", "implicit", "exact", "steps")
+    methods = ("auto", "explicit", "implicit", "exact", "steps", "taylor")
     if method not in methods:
         raise OptionError(f"method = {method!r}: choose one of {', '.join(map(repr, methods))}.")

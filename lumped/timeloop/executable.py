@@ -23,6 +23,7 @@ from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
 from lumped.timeloop.output_room import OutputRoom
+from lumped.timeloop.taylor_series import TaylorSeries
 
 __all__ = [
     "WORTH",
@@ -88,6 +89,8 @@ class Executable:
     ----------
     beside : dict of str to Operations
         These functions.
+    taylor : TaylorSeries
+        For steps by series.
     """
 
     def __init__(
@@ -113,6 +116,7 @@ class Executable:
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
+        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:

@@ -40,6 +40,7 @@ _WORDS = {
     "exact": "closed form, as the model is linear between jumps",
     "explicit": "DOP853",
     "implicit": "Rodas5P",
+    "taylor": "Taylor's series",
     "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
 }
 

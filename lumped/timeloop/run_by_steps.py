@@ -62,7 +62,7 @@ class RunBySteps(Simulation):
         As for `Simulation`.
     atol : float
         Absolute tolerance relative to nominal values.
-    method : {"steps", "explicit", "implicit"}
+    method : {"steps", "explicit", "implicit", "taylor"}
         As for `simulate`.
     max_steps : int
         Give up after so many attempts.
@@ -86,7 +86,8 @@ class RunBySteps(Simulation):
 
     def _note_method(self, t: float) -> None:
         """A method is used from now on."""
-        self.methods.append("implicit" if self._is_implicit else "explicit")
+        explicit = "taylor" if self._method == "taylor" else "explicit"
+        self.methods.append("implicit" if self._is_implicit else explicit)
         if self._is_implicit:
             self.implicit_from = float(t) if len(self.methods) > 1 else 0.0
 
@@ -182,6 +183,8 @@ class RunBySteps(Simulation):
     def _take_method(self) -> None:
         if self._is_implicit and self._executable.plant.states:
             self._executable.add_matrix(self._run)
+        if self._method == "taylor" and self._executable.plant.states:
+            self._executable.taylor.add_to(self._run, self.rtol)
         self._run.is_implicit = self._is_implicit
 
     # -- out of the loop ---------------------------------------------------------------------

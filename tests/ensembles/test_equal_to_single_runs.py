@@ -39,6 +39,7 @@ from lumped.kernel import engine
 from lumped.ops import sin, where
 
 paired = lp.ensembles.paired
+EXPLICIT = ("explicit", "taylor")
 DRIVES = [("hybrid", seed) for seed in range(704, 728)]
 DRIVES += [("smooth", seed) for seed in (2100, 2101, 2102, 2103, 2105)]
 
@@ -122,11 +123,11 @@ def stiff(bodies, brakes=False):
     )
 
 
-@pytest.mark.parametrize("method", ["steps", "explicit", "implicit"])
+@pytest.mark.parametrize("method", ["steps", "explicit", "implicit", "taylor"])
 @pytest.mark.parametrize("brakes", [False, True])
 def test_stiff_drives_by_all_methods(method, brakes):
     """By steps, all change over to implicit ones in the middle of a run."""
-    system, until = lp.assemble(stiff(3, brakes)), 0.4 if method == "explicit" else 2.0
+    system, until = lp.assemble(stiff(3, brakes)), 0.4 if method in EXPLICIT else 2.0
     varied = ["shaft[0].d", "body[1].J"]
     points = np.array([[100.0, 1e-3], [70.0, 2e-3], [0.1, 1e-3], [130.0, 3e-3], [90.0, 1e-3]])
     names, times = states(system), (0.1, 0.3)
@@ -137,7 +138,7 @@ def test_stiff_drives_by_all_methods(method, brakes):
     print(method, told)
     if method == "steps":
         assert told["explicit then implicit"] >= 4
-    if method != "explicit":
+    if method not in EXPLICIT:
         of, options = all_functionals(system, until), {"method": method, "rtol": 1e-7}
         one = ran(system, varied, points, of, until, **options)
         assert_same_bits(one, ran(system, varied, points, of, until, Alone, **options))

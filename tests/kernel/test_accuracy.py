@@ -55,7 +55,7 @@ def rotor(levels=()):
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-@pytest.mark.parametrize("method", ["steps", "explicit", "implicit"])
+@pytest.mark.parametrize("method", ["steps", "explicit", "implicit", "taylor"])
 def test_values_between_steps_are_as_accurate_as_the_steps(method, rtol):
     run = lp.simulate(rotor(), until=END, grid=700, rtol=rtol, method=method)
     error = np.abs(run["rotor.w"] - speed(run.t)).max() / np.abs(run["rotor.w"]).max() / rtol
@@ -64,7 +64,7 @@ def test_values_between_steps_are_as_accurate_as_the_steps(method, rtol):
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
-@pytest.mark.parametrize("method", ["steps", "explicit", "implicit"])
+@pytest.mark.parametrize("method", ["steps", "explicit", "implicit", "taylor"])
 def test_events_between_steps_come_once_and_in_time(method, rtol):
     levels = [21.0, 22.5, 24.0]
     run = lp.simulate(rotor(levels), until=END, rtol=rtol, method=method)

@@ -21,7 +21,7 @@ def pushed(**body):
     )
 
 
-@pytest.mark.parametrize("method", ["auto", "explicit", "implicit"])
+@pytest.mark.parametrize("method", ["auto", "explicit", "implicit", "taylor"])
 def test_a_run_goes_on_from_a_point_with_what_was_on(method):
     system = pushed()
     run = lp.simulate(system, until=3.0, grid=[0.0, 2.0, 3.0], method=method)

@@ -26,7 +26,7 @@ def changes(run):
     return [event for event in run.events if event.after]
 
 
-@pytest.mark.parametrize("method", ["explicit", "implicit"])
+@pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
 def test_a_condition_on_a_state_is_located_where_it_changes(method):
     def equations(self):
         yield lp.der(self.x) == self.v

@@ -14,7 +14,7 @@ from lumped.errors import SolverError
 from lumped.numerics.interval_bounds import interval_bounds
 
 ops, t = lp.ops, lp.time
-METHODS = ("auto", "explicit", "implicit")
+METHODS = ("auto", "explicit", "implicit", "taylor")
 
 OF_TIME = {
     "maximum": (ops.maximum(0.0, t - 1.0), lambda x: max(0.0, x - 1.0)),
@@ -159,7 +159,7 @@ def braked(law):
     )
 
 
-@pytest.mark.parametrize("method", ["explicit", "implicit"])
+@pytest.mark.parametrize("method", ["explicit", "implicit", "taylor"])
 @pytest.mark.parametrize("name", OF_SPEED)
 def test_a_torque_of_the_speed_follows_scipy(name, method):
     law, function = OF_SPEED[name]

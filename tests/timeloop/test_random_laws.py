@@ -14,6 +14,7 @@ from laws import RELATIONS, ChatterError, expression, motion, numbers
 
 import lumped as lp
 from lumped.components import Damper, Fixed, Inertia
+from lumped.errors import OptionError
 
 END, GRID = 2.0, np.linspace(0, 2.0, 33)
 J, D = 0.7, 0.3
@@ -101,15 +102,14 @@ def agree(tree, methods):
     )
     system = lp.assemble(model, keep=["body.phi"])
     note(f"events of the reference: {events}")
+    begin = dict(zip(("body.phi", "body.w"), start, strict=True))
     for method in methods:
-        run = lp.simulate(
-            system,
-            until=END,
-            grid=GRID,
-            rtol=1e-9,
-            method=method,
-            start=dict(zip(("body.phi", "body.w"), start, strict=True)),
-        )
+        try:
+            run = lp.simulate(system, until=END, grid=GRID, rtol=1e-9, method=method, start=begin)
+        except OptionError:
+            assert method == "taylor"  # a spline has no series
+            assert "spline" in str(tree)
+            continue
         received = run.table(["body.phi", "body.w"])
         error = np.abs(received - expected).max()
         note(f"{method}: {error:.1e}, reference moves by {worth:.1e}")
@@ -118,12 +118,12 @@ def agree(tree, methods):
 
 @given(grammar(["t", "phi", "w"]))
 def test_a_law_of_time_and_state_moves_a_body_alike_with_every_method(tree):
-    agree(tree, ["auto", "steps", "explicit", "implicit"])
+    agree(tree, ["auto", "steps", "explicit", "implicit", "taylor"])
 
 
 @given(grammar(["t"]))
 def test_a_law_of_the_time_alone_moves_a_body_alike_with_every_method(tree):
-    agree(tree, ["auto", "explicit", "implicit"])
+    agree(tree, ["auto", "explicit", "implicit", "taylor"])
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit"])

@@ -1,0 +1,417 @@
+"""Taylor coefficients of states as LLVM assembly.
+
+A function becomes ``void name(x, p, t, m, out)`` with the arguments of `emit_llvm`; it writes the
+coefficients of the states of orders 0, 1, ... up to a fixed one, each order after the other. At
+order k all sums over lower orders are taken in loops of their own, and the rest needs no loop. For
+several lanes each number is a vector of as many; else four sums at a time are one vector, so what
+is multiplied stands side by side, if need be more than once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple, TypeVar
+
+import casadi as ca
+
+from lumped.code.emit_llvm import Body
+from lumped.code.operations import RESULT, TWO, Operations
+from lumped.code.taylor import (
+    CHOSEN,
+    COPIED,
+    DIFFERENCE,
+    INTEGRAL,
+    NEGATIVE,
+    OF_STATE,
+    OF_TIME,
+    PRODUCT,
+    QUOTIENT,
+    ROOT,
+    SCALED,
+    SUM,
+    TWICE,
+    WRITTEN,
+    Recurrence,
+    Series,
+    series_of,
+)
+
+__all__ = ["series_assembly"]
+
+_CHUNK = 200
+"""Operations in one LLVM function: the time to compile grows faster than linearly in them."""
+_TOGETHER, _MOST_VECTORS, _FEW = 4, 8, 6
+"""Sums in a vector, vectors in one loop, and sums that are better taken one by one: a vector waits
+until the numbers in it, which were written one by one, are in the cache."""
+_MOST_ON_STACK = 16384
+_ARGUMENTS = "ptr noalias %x, ptr noalias %p, {} %t, ptr noalias %m, ptr noalias %out"
+_OWN = "ptr noalias %h, ptr noalias %c"
+
+Row = tuple[int, int, int, int]
+_T = TypeVar("_T")
+Factor = tuple[bool, int]
+"""A factor in a sum: a value, or (with True) its coefficients times their orders."""
+Pair = tuple[Factor, Factor]
+
+
+class _Group(NamedTuple):
+    """Sums that are taken together, and the columns of their factors."""
+
+    pairs: list[Pair]
+    left: list[int]
+    right: list[int]
+    is_vector: bool
+
+
+def series_assembly(
+    function: Operations, name: str, order: int, states: int, lanes: int = 1
+) -> str:
+    """LLVM assembly of the coefficients of states and integrals.
+
+    Results of the function are the rates of the states, then what is integrated from zero on.
+
+    Raises
+    ------
+    UnsupportedError
+        If what varies goes through an operation without Taylor coefficients.
+    """
+    series = series_of(function)
+    places = _Places(series, lanes)
+    needed: set[str] = set()
+    time = "double" if lanes == 1 else "ptr"
+    given = _ARGUMENTS.format(time)
+    passed = f"ptr %x, ptr %p, {time} %t, ptr %m, ptr %out, ptr %h, ptr %c"
+    parts, firsts, laters = [], [], []
+    for k, rows in enumerate(places.first_chunks):
+        first = _First(series, places, needed, lanes, function.results)
+        lines = first.lines_of(rows, 0 if k else states)
+        head = f"define internal void @{name}_first_{k}({given}, {_OWN}) noinline"
+        parts.append("\n".join([f"{head} {{", *lines, "  ret void\n}"]))
+        firsts.append(f"  call void @{name}_first_{k}({passed})")
+    for k, chunk in enumerate(places.later_chunks):
+        later = _Later(places, needed, lanes, function.results)
+        lines = later.lines_of(chunk, places.groups[k])
+        head = f"define internal void @{name}_later_{k}(ptr noalias %out, {_OWN}, i64 %k) noinline"
+        parts.append("\n".join([f"{head} {{\nentry:", *lines, "  ret void\n}"]))
+        laters.append(f"  call void @{name}_later_{k}(ptr %out, ptr %h, ptr %c, i64 %k)")
+    sizes = places.width * order * lanes, max(len(places.fixed), 1) * lanes
+    rooms, ends = [], ""
+    for symbol, size in zip("hc", sizes, strict=True):
+        if sum(sizes) <= _MOST_ON_STACK:
+            rooms.append(f"  %{symbol} = alloca [{size} x double], align 64")
+        else:
+            rooms.append(f"  %{symbol} = call ptr @malloc(i64 {8 * size})")
+            ends += f"  call void @free(ptr %{symbol})\n"
+            needed |= {"declare ptr @malloc(i64)", "declare void @free(ptr)"}
+    body = [*rooms, *firsts, "  br label %orders", "orders:"]
+    body += ["  %k = phi i64 [1, %entry], [%next, %orders]", *laters]
+    body += ["  %next = add i64 %k, 1", f"  %done = icmp sge i64 %next, {order}"]
+    body += ["  br i1 %done, label %end, label %orders", "end:", f"{ends}  ret void\n}}"]
+    parts.append("\n".join([f"define void @{name}({given}) {{\nentry:", *body]))
+    return "\n".join([*parts, *sorted(needed)])
+
+
+def _chunks(rows: list[_T]) -> list[list[_T]]:
+    return [rows[k : k + _CHUNK] for k in range(0, max(len(rows), 1), _CHUNK)]
+
+
+def _factors(r: Recurrence) -> Pair | None:
+    """What is multiplied in the sum of a recurrence, if it has one."""
+    if r.kind == PRODUCT:
+        return (False, r.a), (False, r.b)
+    if r.kind == QUOTIENT:
+        return (False, r.b), (False, r.value)
+    if r.kind == ROOT:
+        return (False, r.value), (False, r.value)
+    if r.kind == INTEGRAL:
+        return (True, r.a), (False, r.b)
+    return None
+
+
+class _Places:
+    """Where values are kept between orders and between chunks.
+
+    Attributes
+    ----------
+    first_chunks, later_chunks : list
+        Operations for order zero, and recurrences, in parts.
+    kept : dict
+        Columns of each coefficient that is kept, of `width` in all; each order has a row.
+    groups : list
+        Sums of each part of the recurrences.
+    fixed : dict of int to int
+        Place of each value that is needed as it is at order zero only.
+    """
+
+    def __init__(self, series: Series, lanes: int) -> None:
+        self.first_chunks, self.later_chunks = _chunks(series.first), _chunks(series.later)
+        self.varying = {r.value for r in series.later if r.kind != WRITTEN}
+        self.kept: dict[Factor, list[int]] = {}
+        self.groups: list[list[_Group]] = []
+        self.fixed: dict[int, int] = {}
+        self.width = 0
+        for chunk in self.later_chunks:
+            pairs = list(dict.fromkeys(f for r in chunk if (f := _factors(r)) is not None))
+            are_vectors = lanes == 1 and len(pairs) >= _FEW
+            parts = [pairs[k : k + _TOGETHER] for k in range(0, len(pairs), _TOGETHER)]
+            self.groups.append([self._group(part, are_vectors) for part in parts])
+            own = set()
+            for r in chunk:
+                if r.kind == SCALED or r.kind == CHOSEN:
+                    self._fix(r.b)
+                if r.factor >= 0:
+                    self._fix(r.factor)
+                for value in _read(r):
+                    if value not in own:
+                        self._keep((False, value))
+                own |= {r.value} if r.kind != WRITTEN else set()
+        made: set[int] = set()
+        for rows in self.first_chunks:
+            own = {row[1] for row in rows if row[0] != RESULT}
+            for row in rows:
+                for value in _read_first(row):
+                    if value in made:
+                        self._keep((False, value)) if value in self.varying else self._fix(value)
+            made |= own
+        self.width = max(self.width, 1)
+
+    def _group(self, pairs: list[Pair], is_vector: bool) -> _Group:
+        sides = pairs + ([pairs[-1]] * (_TOGETHER - len(pairs)) if is_vector else [])
+        left = [self._keep(a, again=is_vector) for a, _ in sides]
+        right = [self._keep(b, again=is_vector) for _, b in sides]
+        return _Group(pairs, left, right, is_vector)
+
+    def _keep(self, factor: Factor, again: bool = False) -> int:
+        """A column of a coefficient, a new one if it is to be kept once more."""
+        columns = self.kept.setdefault(factor, [])
+        if again or not columns:
+            columns.append(self.width)
+            self.width += 1
+        return columns[-1]
+
+    def _fix(self, value: int) -> None:
+        self.fixed.setdefault(value, len(self.fixed))
+
+
+def _read(r: Recurrence) -> Iterable[int]:
+    """Values whose coefficients of the same order a recurrence needs."""
+    if r.kind in (SUM, DIFFERENCE, PRODUCT, QUOTIENT):
+        return [v for v in (r.a, r.b) if v >= 0]
+    return [r.a] if r.a >= 0 and r.kind not in (OF_STATE, OF_TIME) else []
+
+
+def _read_first(row: Row) -> Iterable[int]:
+    op, _, a, b = row
+    if op == RESULT:
+        return [a]
+    if op < RESULT or op == ca.OP_CONST:
+        return []
+    return [a, b] if op in TWO else [a]
+
+
+class _First(Body):
+    """Order zero."""
+
+    def __init__(
+        self, series: Series, places: _Places, needed: set[str], lanes: int, width: int
+    ) -> None:
+        super().__init__(series.constants, needed, lanes)
+        self._places, self._width = places, width
+
+    def lines_of(self, rows: list[Row], states: int) -> list[str]:
+        """Instructions of a chunk; the first one takes the states over."""
+        places = self._places
+        for i in range(self._width if states else 0):
+            value = self._load("x", i) if i < states else self._constant(0.0)
+            self._store(value, "out", i)
+        own = {row[1] for row in rows if row[0] != RESULT}
+        live = {v for v in own if (False, v) in places.kept or v in places.fixed}
+        return self.lines([list(row) for row in rows], live)
+
+    def _kept(self, place: int) -> str:
+        columns = self._places.kept.get((False, place))
+        if columns is not None:
+            return self._load("h", columns[0])
+        return self._load("c", self._places.fixed[place])
+
+    def _keep(self, value: str, place: int) -> None:
+        if (False, place) in self._places.kept:
+            self._store(value, "h", self._places.kept[False, place][0])
+        if place in self._places.fixed:
+            self._store(value, "c", self._places.fixed[place])
+
+    def _give(self, value: str, place: int) -> None:
+        self._store(value, "out", self._width + place)
+
+
+class _Later(Body):
+    """Order k, from one on."""
+
+    def __init__(self, places: _Places, needed: set[str], lanes: int, width: int) -> None:
+        super().__init__([], needed, lanes)
+        self._places, self._width = places, width
+        self._block = "entry"
+        self._held: dict[int, str] = {}
+
+    def lines_of(self, rows: list[Recurrence], groups: list[_Group]) -> list[str]:
+        """Instructions of a chunk."""
+        kind, one, zero = self._number, self._constant(1.0), self._constant(0.0)
+        order = self._put("uitofp i64 %k to double")
+        self._order = self._spread(order)
+        self._over = self._put(f"fdiv {kind} {one}, {self._order}")
+        after = self._put(f"fadd {kind} {self._order}, {one}")
+        over_next = self._put(f"fdiv {kind} {one}, {after}")
+        self._row = self._put(f"mul i64 %k, {self._places.width}")
+        row = self._put(f"mul i64 %k, {self._width}")
+        sums = self._sums(groups)
+        for r in rows:
+            if r.kind == WRITTEN:
+                found = zero
+                if r.a >= 0:
+                    found = self._put(f"fmul {kind} {self._get(r.a)}, {over_next}")
+                self._store_from("out", row, self._width + r.value, found)
+                continue
+            if r.kind == OF_STATE:
+                found = self._load_from("out", row, r.a)
+            elif r.kind == OF_TIME:
+                is_first = self._put("icmp eq i64 %k, 1")
+                found = self._put(f"select i1 {is_first}, {kind} {one}, {kind} {zero}")
+            elif (factors := _factors(r)) is not None:
+                found = self._by_sum(r, sums[factors])
+            else:
+                found = self._linear(r)
+            self._held[r.value] = found
+            for column in self._places.kept.get((False, r.value), ()):
+                self._store_from("h", self._row, column, found)
+            if (True, r.value) in self._places.kept:
+                found = self._put(f"fmul {kind} {self._order}, {found}")
+            for column in self._places.kept.get((True, r.value), ()):
+                self._store_from("h", self._row, column, found)
+        return self._text
+
+    def _linear(self, r: Recurrence) -> str:
+        kind, a = self._number, self._get(r.a)
+        if r.kind == COPIED:
+            return a
+        if r.kind == NEGATIVE:
+            return self._put(f"fneg {kind} {a}")
+        if r.kind == TWICE:
+            return self._put(f"fadd {kind} {a}, {a}")
+        if r.kind == SCALED:
+            return self._put(f"fmul {kind} {self._fixed_value(r.b)}, {a}")
+        if r.kind == CHOSEN:
+            is_on = self._truth_of(self._fixed_value(r.b))
+            return self._select(is_on, a, self._constant(0.0))
+        word = {SUM: "fadd", DIFFERENCE: "fsub"}[r.kind]
+        return self._put(f"{word} {kind} {a}, {self._get(r.b)}")
+
+    def _by_sum(self, r: Recurrence, total: str) -> str:
+        """A coefficient from the sum over the orders between, and its ends."""
+        kind = self._number
+        if r.kind == PRODUCT:
+            first = self._put(f"fmul {kind} {self._get(r.a)}, {self._begin((False, r.b))}")
+            last = self._put(f"fmul {kind} {self._begin((False, r.a))}, {self._get(r.b)}")
+            ends = self._put(f"fadd {kind} {first}, {last}")
+            return self._put(f"fadd {kind} {total}, {ends}")
+        if r.kind == INTEGRAL:
+            slope = self._put(f"fmul {kind} {self._order}, {self._get(r.a)}")
+            first = self._put(f"fmul {kind} {slope}, {self._begin((False, r.b))}")
+            whole = self._put(f"fadd {kind} {total}, {first}")
+            found = self._put(f"fmul {kind} {whole}, {self._over}")
+            return found if r.sign > 0 else self._put(f"fneg {kind} {found}")
+        if r.kind == QUOTIENT:
+            last = self._put(f"fmul {kind} {self._get(r.b)}, {self._begin((False, r.value))}")
+            total = self._put(f"fadd {kind} {total}, {last}")
+        over = self._get(r.a) if r.a >= 0 else self._constant(0.0)
+        rest = self._put(f"fsub {kind} {over}, {total}")
+        return self._put(f"fmul {kind} {rest}, {self._fixed_value(r.factor)}")
+
+    def _get(self, value: int) -> str:
+        """The coefficient of the present order."""
+        if value not in self._held:
+            column = self._places.kept[False, value][0]
+            self._held[value] = self._load_from("h", self._row, column)
+        return self._held[value]
+
+    def _begin(self, factor: Factor) -> str:
+        """A value at order zero."""
+        return self._load("h", self._places.kept[factor][0])
+
+    def _fixed_value(self, value: int) -> str:
+        return self._load("c", self._places.fixed[value])
+
+    def _place_from(self, base: str, row: str, column: int) -> str:
+        begin = self._put(f"getelementptr inbounds {self._number}, ptr %{base}, i64 {row}")
+        return self._put(f"getelementptr inbounds {self._number}, ptr {begin}, i64 {column}")
+
+    def _load_from(self, base: str, row: str, column: int) -> str:
+        place = self._place_from(base, row, column)
+        return self._put(f"load {self._number}, ptr {place}, align 8")
+
+    def _store_from(self, base: str, row: str, column: int, value: str) -> None:
+        place = self._place_from(base, row, column)
+        self._text.append(f"  store {self._number} {value}, ptr {place}, align 8")
+
+    def _spread(self, number: str) -> str:
+        """A single number in all lanes."""
+        if self._lanes == 1:
+            return number
+        kind = self._number
+        one = self._put(f"insertelement {kind} undef, double {number}, i32 0")
+        zeros = f"<{self._lanes} x i32> zeroinitializer"
+        return self._put(f"shufflevector {kind} {one}, {kind} undef, {zeros}")
+
+    def _sums(self, groups: list[_Group]) -> dict[Pair, str]:
+        """Sums over the orders between zero and k, of one factor's rising, the other's falling."""
+        found: dict[Pair, str] = {}
+        vector = f"<{_TOGETHER} x double>"
+        # of lanes, more sums than these would not stay in registers
+        count = _MOST_VECTORS if self._lanes == 1 else 1
+        for k in range(0, len(groups), count):
+            part = groups[k : k + count]
+            if part[0].is_vector:
+                sides = [(group.left[0], group.right[0]) for group in part]
+                for group, sums in zip(part, self._loop(sides, vector, f"{k}"), strict=True):
+                    for i, pair in enumerate(group.pairs):
+                        found[pair] = self._put(f"extractelement {vector} {sums}, i32 {i}")
+            else:
+                pairs = [pair for group in part for pair in group.pairs]
+                sides = [s for g in part for s in zip(g.left, g.right, strict=True)]
+                found |= zip(pairs, self._loop(sides, self._number, f"{k}"), strict=True)
+        return found
+
+    def _loop(self, sides: list[tuple[int, int]], kind: str, label: str) -> list[str]:
+        """Sums of products from two columns, one number or vector each."""
+        text, before = self._text, self._block
+        inside, behind = f"sum{label}", f"after{label}"
+        is_any = self._put("icmp sgt i64 %k, 1")
+        text.append(f"  br i1 {is_any}, label %{inside}, label %{behind}")
+        text.append(f"{inside}:")
+        text.append(f"  %j{label} = phi i64 [1, %{before}], [%n{label}, %{inside}]")
+        sums = [f"%s{label}.{s}" for s in range(len(sides))]
+        for symbol in sums:
+            text.append(
+                f"  {symbol} = phi {kind} [zeroinitializer, %{before}], [{symbol}n, %{inside}]"
+            )
+        rising = self._put(f"mul i64 %j{label}, {self._places.width}")
+        falling = self._put(f"sub i64 {self._row}, {rising}")
+        loaded: dict[tuple[str, int], str] = {}
+
+        def factor(row: str, column: int) -> str:
+            if (row, column) not in loaded:
+                place = self._place_from("h", row, column)
+                loaded[row, column] = self._put(f"load {kind}, ptr {place}, align 8")
+            return loaded[row, column]
+
+        for symbol, (a, b) in zip(sums, sides, strict=True):
+            part = self._put(f"fmul {kind} {factor(rising, a)}, {factor(falling, b)}")
+            text.append(f"  {symbol}n = fadd {kind} {symbol}, {part}")
+        text.append(f"  %n{label} = add i64 %j{label}, 1")
+        is_done = self._put(f"icmp sge i64 %n{label}, %k")
+        text.append(f"  br i1 {is_done}, label %{behind}, label %{inside}")
+        text.append(f"{behind}:")
+        self._block = behind
+        return [
+            self._put(f"phi {kind} [zeroinitializer, %{before}], [{symbol}n, %{inside}]")
+            for symbol in sums
+        ]
