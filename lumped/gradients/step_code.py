@@ -176,6 +176,7 @@ class StepCode(Shared):
         """States at all ends of steps, shape (k + 1, n), from those that are given."""
         run = self._run(span, 0, bool(span.t[-2] >= span.implicit_from))
         course = self._course(span)
+        course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
         engine.call("replayed", run, course)
         self.code.account(run)
