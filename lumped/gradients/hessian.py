@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Hessian", "hessian"]
+__all__ = ["Hessian", "hessian", "hessian_product"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,26 +122,108 @@ def hessian(
     """
     until = in_seconds(until, "until")
     names = [system.key(name) for name in to]
-    check(system, [of], names, "hessian")
-    label = str(of)
+    options: dict[str, Any] = {"until": until, "parameters": parameters, "start": start}
+    options |= {"rtol": rtol, "method": method}
+    found = _twice(system, of, names, np.eye(len(names)), "hessian", options)
+    sizes = np.abs(varied_values(found.run, names))
+    sizes[sizes == 0] = 1.0
+    relative = found.second * np.outer(sizes, sizes)
+    asymmetry = np.abs(relative - relative.T).max() / (np.abs(relative).max() or 1.0)
+    second = 0.5 * (found.second + found.second.T)
+    return Hessian(
+        found.run,
+        str(of),
+        tuple(names),
+        found.value,
+        found.first,
+        second,
+        found.seconds,
+        rtol,
+        float(asymmetry),
+    )
+
+
+@checked
+def hessian_product(
+    system: System,
+    *,
+    of: Functional,
+    to: Iterable[Name],
+    along: Sequence[float] | np.ndarray,
+    until: float | str,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-6,
+    method: Literal["auto", "explicit", "implicit"] = "auto",
+) -> np.ndarray:
+    """The Hessian of a functional of a run times a direction.
+
+    One sweep, however many parameters there are: what ``hessp`` of ``scipy.optimize.minimize``
+    takes.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    of, to, until, parameters, start, rtol, method
+        As for `hessian`.
+    along : array_like, shape (len(to),)
+        The direction.
+
+    Returns
+    -------
+    ndarray, shape (len(to),)
+
+    Raises
+    ------
+    OptionError, SolverError
+        As for `hessian`, or if the direction has another shape.
+    """
+    until = in_seconds(until, "until")
+    names = [system.key(name) for name in to]
+    direction = np.asarray(along, dtype=float)
+    if direction.shape != (len(names),):
+        raise OptionError(
+            f"hessian_product: along has the shape {direction.shape}; {len(names)} numbers are "
+            f"needed, one for each of {', '.join(names)}."
+        )
+    options: dict[str, Any] = {"until": until, "parameters": parameters, "start": start}
+    options |= {"rtol": rtol, "method": method}
+    found = _twice(system, of, names, direction[:, None], "hessian_product", options)
+    product: np.ndarray = found.second[:, 0]
+    return product
+
+
+class _Twice(NamedTuple):
+    """Value, derivatives by all names, and those of the derivatives along directions."""
+
+    run: Trajectory
+    value: float
+    first: np.ndarray
+    second: np.ndarray
+    seconds: float
+
+
+def _twice(
+    system: System,
+    of: Functional,
+    names: list[str],
+    along: np.ndarray,
+    what: str,
+    options: dict[str, Any],
+) -> _Twice:
+    """Simulate, and differentiate twice; directions are columns, shape (len(names), k)."""
+    check(system, [of], names, what)
     if not isinstance(of, Final | At | Integral):
         raise OptionError(
-            f"hessian: {label} has no second derivatives here; take final, at, integral, mean or "
-            "rms."
+            f"{what}: {of} has no second derivatives here; take final, at, integral, mean or rms."
         )
     if not system.structure.states:
         raise OptionError(f"{system.name}: a run without states has no steps to differentiate.")
-    places, varied = sources(system, names, start or {})
-    fine = tightened(rtol)
-    run = simulate(
-        system,
-        until=until,
-        parameters=parameters,
-        start=start,
-        grid=None,
-        rtol=fine,
-        method=method,
-    )
+    start, until = options["start"] or {}, options["until"]
+    places, varied = sources(system, names, start)
+    fine = tightened(options["rtol"])
+    run = simulate(system, **{**options, "grid": None, "rtol": fine})
     begin = clock.perf_counter()
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
@@ -156,24 +238,19 @@ def hessian(
     for column, place in enumerate(places):
         if place >= 0:
             seed[place, column] = 1.0
-    S = slopes_at_zero(run, start or {}, seed, varied)
+    S = slopes_at_zero(run, start, seed, varied)
     _check_start(system, names, places, S)
-    second_order = Second(course, seed, S, of)
+    second_order = Second(course, seed @ along, S @ along, of)
     found = second_order.go()
     while divided(run, legs, steps, found.each, found.errors, fine):
         found = second_order.go()
-    value, first, second = found[:3]
+    by_all = np.vstack([S, seed])
+    value, first, second = found.value, by_all.T @ found.first, by_all.T @ found.second
     if isinstance(of, Integral):
         value, slope, curvature = of.outcome(value, until)
-        second = slope * second + curvature * np.outer(first, first)
+        second = slope * second + curvature * np.outer(first, first @ along)
         first = slope * first
-    sizes = np.abs(varied_values(run, names))
-    sizes[sizes == 0] = 1.0
-    relative = second * np.outer(sizes, sizes)
-    asymmetry = np.abs(relative - relative.T).max() / (np.abs(relative).max() or 1.0)
-    second = 0.5 * (second + second.T)
-    seconds = clock.perf_counter() - begin
-    return Hessian(run, label, tuple(names), value, first, second, seconds, rtol, float(asymmetry))
+    return _Twice(run, value, first, second, clock.perf_counter() - begin)
 
 
 def _refuse_events(course: SmoothParts) -> None:

@@ -55,7 +55,7 @@ class Second:
     course : SmoothParts
         The run, every instant that counts an end of a step; rates do not jump in it.
     seed, S : ndarray, shapes (p, k) and (n, k)
-        Derivatives of the parameters and of the states at the start by what is varied.
+        The directions: derivatives of the parameters and of the states at the start.
     of : functional
         What is differentiated (the integral, if it is one).
     """
@@ -82,9 +82,7 @@ class Second:
         second = np.column_stack([found.second for found in own])
         each = [np.hstack(columns) for columns in zip(*(f.each for f in own), strict=True)]
         errors = np.concatenate([f.errors for f in own])
-        by_both = np.vstack([self.S, self.seed])
-        first = own[0].first
-        return Found(own[0].value, by_both.T @ first, by_both.T @ second, each, errors)
+        return Found(own[0].value, own[0].first, second, each, errors)
 
     def _along(self, k: int) -> Found:
         """Value, first derivatives, and those of the derivative along one direction."""
