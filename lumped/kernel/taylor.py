@@ -42,7 +42,8 @@ def _sums(name: str, results: str, derivative: bool) -> Any:
     lines = ["for i in range(0, n, _TOGETHER):"]
     for s in range(_TOGETHER):
         lines.append(f"    i{s} = min(i + {s}, n - 1)")  # the last one may come again
-        lines.append(f"    v{s}, d{s} = c[order * row + i{s}], 0.0")
+        lines.append(f"    v{s} = c[order * row + i{s}]")
+        lines += [f"    d{s} = 0.0"] * derivative
     lines += ["    for j in range(1, order + 1):", "        at = (order - j) * row"]
     for s in range(_TOGETHER):
         if derivative:

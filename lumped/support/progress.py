@@ -50,9 +50,8 @@ class Progress:
         self._next, self._shown = now + _EVERY, True
 
     def __enter__(self) -> Progress:
-        if self._outermost:
-            _open.append(self)
-        return self
+        # one line: an interrupt comes before it, or finds what `__exit__` removes
+        return (_open.append(self) if self._outermost else None) or self  # type: ignore[func-returns-value]
 
     def __exit__(self, *_: object) -> None:
         """Remove the line."""

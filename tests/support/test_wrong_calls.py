@@ -176,10 +176,15 @@ def rest_for(function, first):
         "inputs": [],
         "outputs": [],
         "to": ["motor.J"],
+        "along": [1.0],
+        "over": {"motor.J": [1.0]} if function is lp.gradients.gradient_ensemble else ["motor.J"],
     }
     found = {name: fitting[name] for name in rest_of(function) if name != first}
-    if function is not lp.gradients.hessian and "of" in found:
-        found["of"] = [found["of"]] if function is lp.gradient else ["shaft.tau"]
+    gradients = lp.gradients
+    alone = (gradients.hessian, gradients.hessian_product, gradients.value_and_gradient)
+    lists = (lp.gradient, gradients.gradient_ensemble, lp.to_jax)
+    if function not in alone and "of" in found:
+        found["of"] = [found["of"]] if function in lists else ["shaft.tau"]
     return found
 
 

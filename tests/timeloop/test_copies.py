@@ -143,6 +143,9 @@ def made():
         lp.gradients.hessian(
             system, of=fun.final("b.w"), to=["shaft.c"], until=0.2, start={"a.w": 1.0}
         ),
+        lp.gradients.gradient_ensemble(
+            system, over={"shaft.c": [200.0, 400.0]}, of=[fun.final("b.w")], until=0.2
+        ),
         lp.identify(
             system,
             vary={"shaft.c": (100, 500)},
