@@ -27,8 +27,8 @@ from lumped.timeloop.run import nominals
 
 __all__ = [
     "AdjointPoint",
-    "Course",
     "Leg",
+    "OnTheWay",
     "Seeds",
     "Steps",
     "Swept",
@@ -150,7 +150,7 @@ class Swept(NamedTuple):
     lost: np.ndarray
 
 
-class Course(NamedTuple):
+class OnTheWay(NamedTuple):
     """What a sweep finds on the way; of each leg, one row for each step.
 
     Attributes
@@ -166,7 +166,7 @@ class Course(NamedTuple):
     part_errors: list[np.ndarray]
 
     @classmethod
-    def of(cls, legs: list[Leg], results: int, integrals: int) -> Course:
+    def of(cls, legs: list[Leg], results: int, integrals: int) -> OnTheWay:
         """Nothing found yet."""
         made = [
             [np.zeros((len(leg.t) - 1, k)) for leg in legs] for k in (results, integrals, integrals)
@@ -190,7 +190,8 @@ class Steps(StepCode):
         self.system = system
         self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
         rates, inputs = system.rates, system.inputs
-        super().__init__(system.building, inputs, rates, self.integrands, nominals(system))
+        own = rates, self.integrands, nominals(system)
+        super().__init__(system.name, system.building, inputs, *own)
 
     @property
     @made_once
@@ -272,7 +273,7 @@ def sweep(
     steps: Steps,
     seeds: Seeds,
     points: list[AdjointPoint],
-) -> tuple[list[Swept], Course]:
+) -> tuple[list[Swept], OnTheWay]:
     """Derivatives of results by states at the time zero and by parameters.
 
     Where different changes coincide, there is one answer for each order in which they can come.
@@ -284,10 +285,10 @@ def sweep(
     """
     q, count = seeds.chosen.shape
     n = len(run.system.structure.states)
-    course = Course.of(legs, count, q)
+    way = OnTheWay.of(legs, count, q)
     found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for number in reversed(range(len(legs))):
-        found = [_over(run, legs[number], number, steps, seeds, points, course, s) for s in found]
+        found = [_over(run, legs[number], number, steps, seeds, points, way, s) for s in found]
         if number:
             crossing = crossings[number - 1]
             if not crossing.orders:
@@ -304,7 +305,7 @@ def sweep(
                     "too often for all their orders to be followed. Change a parameter a little.",
                     run,
                 )
-    return found, course
+    return found, way
 
 
 def _different(found: list[Swept]) -> list[Swept]:
@@ -325,7 +326,7 @@ def _over(
     steps: Steps,
     seeds: Seeds,
     points: list[AdjointPoint],
-    course: Course,
+    way: OnTheWay,
     after: Swept,
 ) -> Swept:
     """Back over one leg."""
@@ -338,18 +339,12 @@ def _over(
         if stop < end:
             chosen = seeds.at(0.5 * (leg.t[stop] + leg.t[end]))
             back = steps.back(leg.span(run, stop, end), np.vstack([adjoint, chosen]), *sizes)
-            if back is None:
-                raise SolverError(
-                    f"{run.system.name}: the equations of an implicit step near t = "
-                    f"{leg.t[stop]:.9g} s cannot be solved backwards. Tighten rtol.",
-                    run,
-                )
             adjoint, sizes = back.adjoint[:n], [back.largest, back.lost]
             by_parameters += back.by_parameters
             own = slice(stop, end)
-            np.maximum(course.errors[number][own], back.errors, out=course.errors[number][own])
-            course.parts[number][own] = back.parts
-            course.part_errors[number][own] = back.part_errors
+            np.maximum(way.errors[number][own], back.errors, out=way.errors[number][own])
+            way.parts[number][own] = back.parts
+            way.part_errors[number][own] = back.part_errors
         end = stop
         for place, point in here:
             if place == stop:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 from lumped.gradients.functional_values import check
 from lumped.gradients.gradient import Gradient, gradient
 from lumped.gradients.gradient_ensemble import gradients_at
@@ -64,7 +64,8 @@ def value_and_gradient(
     >>> scipy.optimize.minimize(fun, [1e4], jac=True)  # doctest: +SKIP
     """
     weights = dict(of) if isinstance(of, Mapping) else {of: 1.0}
-    names, known, options = _scene(system, weights, over, until, parameters, start, rtol)
+    scene = weights, over, until, parameters, start, rtol
+    names, known, options = _scene("value_and_gradient", system, *scene)
     factors = np.array(list(weights.values()), dtype=float)
 
     def function(values: np.ndarray) -> tuple[float, np.ndarray]:
@@ -126,7 +127,8 @@ def to_jax(
             'jax.config.update("jax_enable_x64", True) first.'
         )
     wanted = tuple(of)
-    names, known, options = _scene(system, wanted, over, until, parameters, start, rtol)
+    scene = wanted, over, until, parameters, start, rtol
+    names, known, options = _scene("to_jax", system, *scene)
     sizes = len(wanted), len(names)
 
     def computed(values: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -138,7 +140,7 @@ def to_jax(
         many = gradients_at(system, names, rows, wanted, names, known, options, workers)
         if many.failures:
             first, text = next(iter(many.failures.items()))
-            raise OptionError(f"to_jax: {len(many.failures)} runs fail. Run {first}: {text}")
+            raise SolverError(f"to_jax: {len(many.failures)} runs fail. Run {first}: {text}", None)
         outer = points.shape[:-1]
         return many.values.reshape(*outer, -1), many.derivatives.reshape(*outer, *sizes)
 
@@ -167,6 +169,7 @@ def to_jax(
 
 
 def _scene(
+    what: str,
     system: System,
     of: Iterable[Functional],
     over: Iterable[Name],
@@ -177,7 +180,7 @@ def _scene(
 ) -> tuple[tuple[str, ...], dict[str, Any], dict[str, Any]]:
     """What varies, other parameters, and options of `gradient`."""
     names = tuple(system.key(name) for name in over)
-    check(system, list(of), names, "to_jax")
+    check(system, list(of), names, what)
     system.places(names)
     known = {system.key(name): value for name, value in (parameters or {}).items()}
     return names, known, {"until": in_seconds(until, "until"), "start": start, "rtol": rtol}

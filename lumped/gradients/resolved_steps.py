@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint, Course, Leg, Seeds, Steps, Swept, sweep
+from lumped.gradients.adjoint import AdjointPoint, Leg, OnTheWay, Seeds, Steps, Swept, sweep
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
@@ -63,27 +63,27 @@ def resolved(
         If that needs too many steps.
     """
     for _ in range(_ROUNDS):
-        found, course = sweep(run, legs, crossings, steps, seeds, points)
-        sums, sizes = _totals(legs, course, seeds)
+        found, way = sweep(run, legs, crossings, steps, seeds, points)
+        sums, sizes = _totals(legs, way, seeds)
         each = [steps.relative(swept.largest, swept.lost) for swept in found]
         errors: np.ndarray = np.max(each, axis=0)
-        many = _for_integrals(run, legs, course, sizes, rtol)
-        if not divided(run, legs, steps, course.errors, errors, rtol, many):
+        many = _for_integrals(run, legs, way, sizes, rtol)
+        if not divided(run, legs, steps, way.errors, errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
 
 
 def _for_integrals(
-    run: Trajectory, legs: list[Leg], course: Course, sizes: np.ndarray, rtol: float
+    run: Trajectory, legs: list[Leg], way: OnTheWay, sizes: np.ndarray, rtol: float
 ) -> list[np.ndarray] | None:
     """Into how many parts each step is divided, so that integrals are accurate."""
     allowed = max(rtol / TIGHTER, _ROUNDING) * sizes
-    over = np.sum([e.sum(axis=0) for e in course.part_errors], axis=0) > allowed
+    over = ~(np.sum([e.sum(axis=0) for e in way.part_errors], axis=0) <= allowed)
     if not over.any():
         return None
     span = float(legs[-1].t[-1] - legs[0].t[0])
     many = []
-    for leg, own in zip(legs, course.part_errors, strict=True):
+    for leg, own in zip(legs, way.part_errors, strict=True):
         share = allowed * np.diff(leg.t)[:, None] / span
         many.append(_parts(own[:, over], share[:, over], run, leg))
     return many
@@ -149,10 +149,10 @@ def _parts(errors: np.ndarray, allowed: np.ndarray, run: Trajectory, leg: Leg) -
     return np.where(over > 1.0, np.clip(many, 2, _FINEST), 1).astype(int)
 
 
-def _totals(legs: list[Leg], course: Course, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
+def _totals(legs: list[Leg], way: OnTheWay, seeds: Seeds) -> tuple[np.ndarray, np.ndarray]:
     """Each integral over its span, and that of its size; spans end where steps do."""
     found, sizes = np.zeros(len(seeds.spans)), np.zeros(len(seeds.spans))
-    for leg, parts in zip(legs, course.parts, strict=True):
+    for leg, parts in zip(legs, way.parts, strict=True):
         middle = 0.5 * (leg.t[1:] + leg.t[:-1])[:, None]
         inside = (seeds.spans[:, 0] < middle) & (middle < seeds.spans[:, 1])
         found += (parts * inside).sum(axis=0)

@@ -13,7 +13,6 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.jumps import Crossing
@@ -103,12 +102,6 @@ class Second:
                 own = slice(begin, end + 1)
                 part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
                 back = twice.back(part, adjoint, *sizes)
-                if back is None:
-                    raise SolverError(
-                        f"{self.run.system.name}: the equations of an implicit step near t = "
-                        f"{leg.t[begin]:.9g} s cannot be solved backwards. Tighten rtol.",
-                        self.run,
-                    )
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
                 second[n:] += back.by_parameters[:p, 0]
                 first[n:] += back.by_parameters[p:, 0]
@@ -205,7 +198,8 @@ def _twice(steps: Steps) -> StepCode:
 
     inputs = [ca.vertcat(x, s), ca.vertcat(p, along), t, m]
     rates, integrands = both(system.rates), both(ca.densify(steps.integrands))
-    return StepCode(system.building, inputs, rates, integrands, np.tile(nominals(system), 2))
+    nominal = np.tile(nominals(system), 2)
+    return StepCode(system.name, system.building, inputs, rates, integrands, nominal)
 
 
 @made_once

@@ -10,6 +10,8 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.operations import Operations, operations_of
+from lumped.code.records import Record
+from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
 from lumped.kernel.recorded_steps import LOOKS, Course, Sweep
@@ -83,6 +85,8 @@ class StepCode(Shared):
 
     Parameters
     ----------
+    name : str
+        Of the system, for errors.
     building : RLock
         The same lock for all objects with the same symbols.
     inputs : list of SX
@@ -95,6 +99,7 @@ class StepCode(Shared):
 
     def __init__(
         self,
+        name: str,
         building: RLock,
         inputs: list[ca.SX],
         rates: ca.SX,
@@ -102,6 +107,7 @@ class StepCode(Shared):
         nominal: np.ndarray,
     ) -> None:
         super().__init__(building)
+        self.name = name
         x, self._p, self._t, self._m = inputs
         self.states, self.integrals = x.numel(), integrands.numel()
         self._all = self.states + self.integrals
@@ -172,14 +178,29 @@ class StepCode(Shared):
             implicit_from=span.implicit_from,
         )
 
+    def _call(self, entry: str, run: Run, *given: Record) -> None:
+        """Call an entry for recorded steps.
+
+        Raises
+        ------
+        SolverError
+            If the equations of an implicit step cannot be solved.
+        """
+        if engine.call(entry, run, *given) == GIVEN_UP:
+            raise SolverError(
+                f"{self.name}: the equations of an implicit step near t = {run.t:.9g} s cannot be "
+                "solved, which its derivatives need. Tighten rtol, or take method='explicit'.",
+                None,
+            )
+        self.code.account(run)
+
     def replayed(self, span: Span, is_given: np.ndarray) -> np.ndarray:
         """States at all ends of steps, shape (k + 1, n), from those that are given."""
         run = self._run(span, 0, bool(span.t[-2] >= span.implicit_from))
         course = self._course(span)
         course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
-        engine.call("replayed", run, course)
-        self.code.account(run)
+        self._call("replayed", run, course)
         found: np.ndarray = course.x.reshape(span.x.shape)
         return found
 
@@ -189,31 +210,24 @@ class StepCode(Shared):
         run = self._run(span, function.work, bool(span.t[-2] >= span.implicit_from))
         course = self._course(span)
         course.width, course.found = width, np.zeros(steps * LOOKS * width)
-        engine.call("looked", run, function.for_more(steps * LOOKS), course)
-        self.code.account(run)
+        self._call("looked", run, function.for_more(steps * LOOKS), course)
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
 
-    def back(
-        self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray
-    ) -> Back | None:
+    def back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray) -> Back:
         """Carry back what results owe to the states at the end, and to integrals.
 
-        `largest` and `lost` are those of later steps. None if the equations of an implicit step
-        could not be solved.
+        `largest` and `lost` are those of later steps.
         """
         count = adjoint.shape[1]
         most = _WIDTHS[-1] // 2
         if count <= most:
             return self._back(span, adjoint, largest, lost)
-        halves = [
+        found = [
             self._back(span, *(v[:, k : k + most] for v in (adjoint, largest, lost)))
             for k in range(0, count, most)
         ]
-        found = [half for half in halves if half is not None]
-        if len(found) < len(halves):
-            return None
-        both = (np.concatenate(v, axis=1) for v in zip(*(half[:5] for half in found), strict=True))
+        both = (np.concatenate(v, axis=1) for v in zip(*(some[:5] for some in found), strict=True))
         adjoint, by_parameters, largest, lost, errors = both
         parts, part_errors = found[0][5:]
         return Back(adjoint, by_parameters, largest, lost, errors, parts, part_errors)
@@ -229,9 +243,7 @@ class StepCode(Shared):
             found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
         return found
 
-    def _back(
-        self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray
-    ) -> Back | None:
+    def _back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray) -> Back:
         """The same for a few results."""
         n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
@@ -261,9 +273,7 @@ class StepCode(Shared):
         course.errors = np.zeros(steps * results)
         course.parts = np.zeros(steps * self.integrals)
         course.part_errors = np.zeros(steps * self.integrals)
-        if engine.call("swept", run, sweep, course) == GIVEN_UP:
-            return None
-        self.code.account(run)
+        self._call("swept", run, sweep, course)
         sums = course.parts.reshape(steps, -1), course.part_errors.reshape(steps, -1)
         return Back(
             sweep.adjoint.reshape(columns)[:, :count].copy(),

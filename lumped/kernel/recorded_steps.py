@@ -16,7 +16,7 @@ from lumped.kernel import dop853, rodas5p
 from lumped.kernel.crossing import inside
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import Function
-from lumped.kernel.run import DONE, Run
+from lumped.kernel.run import DONE, GIVEN_UP, Run
 
 __all__ = ["LOOKS", "Course", "Sweep", "looked", "of_columns", "replayed", "stand"]
 
@@ -121,22 +121,26 @@ def stand(run: Run, course: Course, k: int) -> float:
 
 
 @kernel
-def _step(run: Run, h: float) -> None:
-    """Make a step again."""
+def _step(run: Run, h: float) -> bool:
+    """Make a step again; false if the equations of an implicit one could not be solved."""
     evaluate(run.plant.rates, run, run.x, run.t, run.m, run.stages)
     if run.is_implicit:
-        rodas5p.step(run, h)
-    else:
-        dop853.stages(run, h)
+        return rodas5p.step(run, h) != rodas5p.UNSOLVED
+    dop853.stages(run, h)
+    return True
 
 
 @kernel
 def replayed(run: Run, course: Course) -> int:
-    """Find the states at the ends of steps where they are not known."""
+    """Find the states at the ends of steps where they are not known.
+
+    This entry and the others give GIVEN_UP where an implicit step has no solution.
+    """
     n = course.states
     for k in range(course.steps):
         if not course.is_given[k + 1]:
-            _step(run, stand(run, course, k))
+            if not _step(run, stand(run, course, k)):
+                return GIVEN_UP
             for i in range(n):
                 course.x[n * (k + 1) + i] = run.new[i]
     return DONE
@@ -148,7 +152,8 @@ def looked(run: Run, function: Function, course: Course) -> int:
     width = course.width
     for k in range(course.steps):
         h = stand(run, course, k)
-        _step(run, h)
+        if not _step(run, h):
+            return GIVEN_UP
         if run.is_implicit:
             rodas5p.dense_output(run)
         else:

@@ -52,10 +52,7 @@ def _integrate(run: Run, course: Course, k: int, h: float) -> None:
 
 @kernel
 def swept(run: Run, sweep: Sweep, course: Course) -> int:
-    """Carry back over all steps what results owe to the states.
-
-    Gives GIVEN_UP where the equations of an implicit step could not be solved.
-    """
+    """Carry back over all steps what results owe to the states."""
     n, columns, results = run.plant.states, sweep.columns, sweep.results
     for k in range(course.steps - 1, -1, -1):
         h = stand(run, course, k)

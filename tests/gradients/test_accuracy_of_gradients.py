@@ -1,7 +1,9 @@
 """Gradients where the steps of the states say little about the derivatives; closed forms."""
 
 import math
+from threading import RLock
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -11,7 +13,9 @@ from lumped import functionals, ops
 from lumped.code.operations import operations_of
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.gradients.adjoint import legs_of, steps_of
+from lumped.gradients.step_code import Span, StepCode
 from lumped.kernel import engine
+from lumped.numerics import rodas5p
 from lumped.simulation.simulate import simulate
 from lumped.timeloop.counted_function import CountedFunction
 
@@ -268,6 +272,29 @@ def test_a_counted_function_is_compiled_when_that_pays_and_keeps_its_bits():
     function.for_more(10**6)
     assert function._record.address
     assert (steps.looked(leg.span(run), function, n) == slow).all()
+
+
+def test_an_implicit_step_without_a_solution_is_an_error():
+    """``I - h gamma a`` is zero: nothing stale may be taken for the states."""
+    h, a = next(
+        (h, 1 / (h * rodas5p.GAMMA))
+        for h in np.linspace(1.0, 2.0, 100).tolist()
+        if h * rodas5p.GAMMA * (1 / (h * rodas5p.GAMMA)) == 1.0
+    )
+    x, p, t, m = (ca.SX.sym(name, size) for name, size in (("x", 1), ("p", 1), ("t", 1), ("m", 0)))
+    inputs = [x, p, t, m]
+    steps = StepCode("Growth", RLock(), inputs, p * x, ca.SX(0, 1), np.ones(1))
+    span = Span(np.array([a]), np.array([0.0, h]), np.ones((2, 1)), np.zeros((2, 0)), 0.0)
+    look = CountedFunction(operations_of(ca.Function("look", inputs, [x])))
+    for action in (
+        lambda: steps.replayed(span, np.array([1, 0])),
+        lambda: steps.looked(span, look, 1),
+        lambda: steps.back(span, *np.ones((3, 1, 1))),
+    ):
+        with pytest.raises(
+            lp.errors.SolverError, match=r"Growth: .* near t = 0 s cannot be solved"
+        ):
+            action()
 
 
 def test_too_many_steps_are_refused_in_words():
