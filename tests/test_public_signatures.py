@@ -99,7 +99,8 @@ def test_a_tighter_tolerance_has_its_reason_in_the_docstring(name):
 
 def test_the_method_is_that_of_a_run_everywhere():
     methods = {name: p for name in ALL for p in parameters(name) if p.name == "method"}
-    assert {"simulate", "ensemble", "gradient", "hessian", "export_fmu"} == {*methods}
+    second = {"hessian", "hessian_product"}
+    assert {"simulate", "ensemble", "gradient", "export_fmu"} | second == {*methods}
     assert {p.default for p in methods.values()} == {"auto"}
     text = inspect.getdoc(lp.simulate)
     for p in methods.values():
