@@ -43,7 +43,7 @@ def own() -> str:
     """Hash of the files of this package on which all code depends."""
     here = Path(__file__).parent
     numerics = here.parent / "numerics"
-    kernels = sorted((here.parent / "kernel").glob("*.py"))
+    kernels = sorted((here.parent / "kernel").rglob("*.py"))
     files = [*sorted(here.glob("*.py")), *kernels]
     files += [numerics / "rodas5p.py", numerics / "dop853.py"]
     return hashlib.sha256(b"\n".join(file.read_bytes() for file in files)).hexdigest()

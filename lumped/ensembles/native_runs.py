@@ -15,9 +15,9 @@ from lumped.ensembles.run_records import RunOptions, RunRecords
 from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError
 from lumped.kernel import engine
-from lumped.kernel.lane_records import WAITING
+from lumped.kernel.many_runs.lane_records import WAITING
+from lumped.kernel.many_runs.variants import Queue
 from lumped.kernel.run import DONE, FULL, NEEDS_MATRIX, NO_START, UNFIT, Run
-from lumped.kernel.variants import Queue
 from lumped.simulation.simulate import simulate
 from lumped.support.optional_packages import extra
 

@@ -17,10 +17,10 @@ from lumped.ensembles.watched import POSITIONS, Collected, Watched
 from lumped.errors import LumpedError
 from lumped.kernel import engine
 from lumped.kernel.clocks import Clocks
-from lumped.kernel.lane_records import Lanes, LaneWatch
+from lumped.kernel.many_runs.lane_records import Lanes, LaneWatch
+from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, RunOutput
-from lumped.kernel.variants import Variants
 from lumped.kernel.watch import Watch
 from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, found_start

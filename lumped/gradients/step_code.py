@@ -14,9 +14,9 @@ from lumped.code.records import Record
 from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
-from lumped.kernel.recorded_steps import LOOKS, Course, Sweep
+from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
+from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
-from lumped.kernel.sweep_back import LEAST
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable

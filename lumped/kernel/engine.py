@@ -110,7 +110,7 @@ LANES = 8
 @_once
 def lanes() -> Callable[[int], int]:
     """The loop for runs side by side, compiled by LLVM; takes the address of a `Lanes`."""
-    from lumped.kernel.lanes import COUNTERPARTS, ENTRIES
+    from lumped.kernel.many_runs.lanes import COUNTERPARTS, ENTRIES
 
     name = code_cache.loop_name() + "lanes-"
     source = f"{LANES} {code_cache.own()}"

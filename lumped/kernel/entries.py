@@ -8,13 +8,7 @@ from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate, prepare
 from lumped.kernel.linkages import close, converge
 from lumped.kernel.loop import loop
-from lumped.kernel.plant import Function
-from lumped.kernel.positions import begin, calm_positions, find_positions
-from lumped.kernel.recorded_steps import looked, replayed
-from lumped.kernel.run import Run, Samples
-from lumped.kernel.sharing import watch_redundancy
-from lumped.kernel.sweep_back import swept
-from lumped.kernel.variants import (
+from lumped.kernel.many_runs.variants import (
     attempt_of,
     crossing_of,
     end_of,
@@ -22,6 +16,12 @@ from lumped.kernel.variants import (
     until_steps_of,
     variants,
 )
+from lumped.kernel.plant import Function
+from lumped.kernel.positions import begin, calm_positions, find_positions
+from lumped.kernel.recorded_steps.course import looked, replayed
+from lumped.kernel.recorded_steps.sweep_back import swept
+from lumped.kernel.run import Run, Samples
+from lumped.kernel.sharing import watch_redundancy
 
 __all__ = ["ENTRIES"]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from lumped.code.words import kernel, sqrt
-from lumped.kernel import dop853_back, rodas5p_back
 from lumped.kernel.dop853 import integral_error
-from lumped.kernel.recorded_steps import Course, Sweep, stand
+from lumped.kernel.recorded_steps import dop853_back, rodas5p_back
+from lumped.kernel.recorded_steps.course import Course, Sweep, stand
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
 __all__ = ["LEAST", "swept"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.recorded_steps import Sweep, of_columns
+from lumped.kernel.recorded_steps.course import Sweep, of_columns
 from lumped.kernel.rodas5p import INCREMENTS, NODES, PARTS, UNSOLVED, WEIGHTS, step
 from lumped.kernel.run import Run
 from lumped.kernel.sparse_lu import solve_transposed

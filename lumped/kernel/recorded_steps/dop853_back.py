@@ -7,7 +7,7 @@ from typing import Any
 from lumped.code.words import kernel, written
 from lumped.kernel.dop853 import STAGES, stages
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.recorded_steps import Sweep, of_columns
+from lumped.kernel.recorded_steps.course import Sweep, of_columns
 from lumped.kernel.run import Run
 from lumped.numerics import dop853 as tableau
 

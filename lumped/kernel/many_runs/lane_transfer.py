@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lumped.code.words import Numbers, flat, kernel, record_at
-from lumped.kernel.lane_records import STEPPING, WAITING
+from lumped.kernel.many_runs.lane_records import STEPPING, WAITING
+from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.run import Run
-from lumped.kernel.variants import Variants
 
 __all__ = ["hand_over", "load", "load_sums", "unload_step"]
 
 if TYPE_CHECKING:
     Lanes: TypeAlias = Any  # its fields are wide
 else:
-    from lumped.kernel.lane_records import Lanes
+    from lumped.kernel.many_runs.lane_records import Lanes
 
 _NEVER = 1e300
 

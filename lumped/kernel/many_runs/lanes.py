@@ -32,8 +32,9 @@ from lumped.kernel.extremes import (
     sample_extremes,
 )
 from lumped.kernel.interpret import evaluate
-from lumped.kernel.lane_records import IDLE, STEPPING, WAITING, LaneWatch
-from lumped.kernel.lane_transfer import hand_over, load, load_sums, unload_step
+from lumped.kernel.many_runs.lane_records import IDLE, STEPPING, WAITING, LaneWatch
+from lumped.kernel.many_runs.lane_transfer import hand_over, load, load_sums, unload_step
+from lumped.kernel.many_runs.variants import Variants
 from lumped.kernel.observe import has_border, is_first_with_its_part
 from lumped.kernel.plant import Function
 from lumped.kernel.run import (
@@ -58,7 +59,6 @@ from lumped.kernel.steps import (
     explicit_growth,
     is_finite,
 )
-from lumped.kernel.variants import Variants
 from lumped.kernel.watch import Watch
 
 __all__ = ["COUNTERPARTS", "ENTRIES"]
@@ -66,7 +66,7 @@ __all__ = ["COUNTERPARTS", "ENTRIES"]
 if TYPE_CHECKING:
     Lanes: TypeAlias = Any  # formulas of a `Run` take it too
 else:
-    from lumped.kernel.lane_records import Lanes
+    from lumped.kernel.many_runs.lane_records import Lanes
 
 
 @kernel

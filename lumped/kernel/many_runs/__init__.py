@@ -1,0 +1,1 @@
+"""Many runs: one after the other, and side by side in vector registers."""

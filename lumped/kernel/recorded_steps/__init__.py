@@ -1,0 +1,1 @@
+"""Recorded steps of a run, made again and differentiated backwards."""
