@@ -15,7 +15,13 @@ from lumped.components import translation
 from lumped.components.belts import Belt
 from lumped.components.cams import CamSwitch, HarmonicTorque, PeriodicTorque, PulseTorque
 from lumped.components.characteristic import Stribeck
-from lumped.components.compliance import Damper, NonlinearSpring, Spring, SpringDamper
+from lumped.components.compliance import (
+    Damper,
+    LossSpring,
+    NonlinearSpring,
+    Spring,
+    SpringDamper,
+)
 from lumped.components.contact import ElastoBacklash
 from lumped.components.control.controllers import (
     CascadeControl,
@@ -198,6 +204,7 @@ __all__ = [
     "Limiter",
     "LinearTorque",
     "LoadShare",
+    "LossSpring",
     "LossyGear",
     "MappedMotor",
     "Minimum",

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.elastic import ElasticLaw, elastic_energy, elastic_force
 
-__all__ = ["Damper", "NonlinearSpring", "Spring", "SpringDamper"]
+__all__ = ["Damper", "LossSpring", "NonlinearSpring", "Spring", "SpringDamper"]
 
 
 class Spring(Component):
@@ -109,6 +109,48 @@ class SpringDamper(Component):
     def loss(self) -> Expr:
         """Dissipated power, W."""
         return self.d * self.w_rel**2
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        return 0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2
+
+
+class LossSpring(Component):
+    """Spring of a material with a loss factor: ``tau = c phi_rel + c eta / w_loss w_rel``.
+
+    A vibration of the angular frequency `w_loss` loses ``2 pi eta`` of its largest elastic energy
+    in each period (relative damping psi of couplings). In runs it is a spring with the viscous
+    damper that loses as much at `w_loss`, which is stated; responses to a vibration put its own
+    frequency there, which makes the stiffness ``c (1 + j eta)``.
+
+    Source: Den Hartog, Mechanical Vibrations (1956), on hysteresis damping.
+    """
+
+    symbol = "spring_damper"
+    flange_a = Flange()
+    flange_b = Flange()
+    c: Param = param("N.m/rad", "torsional stiffness", above=0)
+    eta: Param = param("1", "loss factor", min=0)
+    w_loss: Param = param(
+        "rad/s", "angular frequency of vibration to which eta applies", above=0, vibrates=True
+    )
+    phi_rel0: Param = param("rad", "twist without torque", 0.0)
+    phi_rel: Var = var("rad", "twist", nominal=1e-4, state="prefer")
+    w_rel: Var = var("rad/s", "relative angular velocity")
+    tau_c: Var = var("N.m", "torque of the stiffness on flange b")
+    tau: Var = var("N.m", "torque on flange b")
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.w_rel == der(self.phi_rel)
+        yield self.tau_c == self.c * (self.phi_rel - self.phi_rel0)
+        yield self.tau == self.tau_c + self.c * self.eta / self.w_loss * self.w_rel
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.c * self.eta / self.w_loss * self.w_rel**2
 
     def stored(self) -> Expr:
         """Elastic energy, J."""

@@ -370,3 +370,37 @@ def work_precision(title: str, methods: Mapping[str, Rows], least: float) -> Fig
     axis.legend(frameon=False)
     figure.suptitle(title)
     return figure
+
+
+def order_response(
+    title: str,
+    rpm: np.ndarray,
+    outputs: Mapping[str, tuple[str, Mapping[str, np.ndarray]]],
+) -> Figure:
+    """Amplitudes over the speed, one panel for each output.
+
+    Parameters
+    ----------
+    title : str
+        Title of the figure.
+    rpm : ndarray, shape (k,)
+        Speeds, 1/min.
+    outputs : mapping of str to (str, mapping of str to ndarray of shape (k,))
+        Unit of each output, and its curves by their labels; the last one stands out.
+    """
+    figure = Figure((_WIDTH, 0.6 + 2.6 * len(outputs)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(outputs), sharex=True))
+    for axis, (output, (unit, curves)) in zip(axes, outputs.items(), strict=True):
+        for i, (label, size) in enumerate(curves.items()):
+            last = i == len(curves) - 1
+            colour = "black" if last else f"C{i % 10}"
+            axis.plot(rpm, size, color=colour, linewidth=1.6 if last else 1.1, label=label)
+        axis.set_title(output, fontsize="medium")
+        axis.set_ylabel(f"amplitude, {unit}")
+        axis.set_ylim(bottom=0)
+        axis.grid(alpha=0.3)
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    axes[-1].set_xlabel("speed, 1/min")
+    axes[-1].set_xlim(rpm[0], rpm[-1])
+    figure.suptitle(title)
+    return figure

@@ -315,11 +315,15 @@ class Switching(Shared):
         return [(k, c.pieces) for k, c in enumerate(self.conditions) if c.pieces is not None]
 
     def begin(self, modes: np.ndarray, greater: np.ndarray, less: np.ndarray) -> None:
-        """Set the modes of all conditions by their sides, with a slack in favour of false."""
+        """Set the modes of all conditions by their sides, with a slack in favour of false.
+
+        Shapes (..., modes) and (..., r), for one point or for many.
+        """
         slack = _SHARP * (np.abs(greater) + np.abs(less)) + 1e-13
-        modes[self.relation_modes] = greater - less > slack
+        modes[..., self.relation_modes] = greater - less > slack
         for k, pieces in self.tables:
-            modes[self.conditions[k].modes] = pieces.settings(pieces.number(greater[k]))
+            chosen = pieces.settings(pieces.number(greater[..., k]))
+            modes[..., self.conditions[k].modes] = chosen
 
     def wrong(self, modes: np.ndarray, run: np.ndarray, slack: np.ndarray) -> np.ndarray:
         """Which conditions do not say what their sides say, with the differences of these."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
+from lumped.errors import EquationError, OptionError, ParameterError, UnknownNameError, nearest
 from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
@@ -90,6 +90,28 @@ class Parameters:
         highs = [high for high, *_ in self.ordered]
         strict = [self.declared[high].strict for high in highs]
         return np.array(highs, dtype=int), np.array(strict, dtype=bool)
+
+    @cached_property
+    def vibrating(self) -> list[int]:
+        """Places in `theta` of the frequencies of vibration at which laws hold.
+
+        Raises
+        ------
+        OptionError
+            If one is bound to more than another parameter.
+        """
+        found = set[int]()
+        for number, quantity in enumerate(self.declared):
+            if not quantity.vibrates:
+                continue
+            value = self.values[number]
+            if not value.is_symbolic():
+                raise OptionError(
+                    f"{self.names[number]} is the frequency of a vibration and bound to an "
+                    "expression; bind it to a parameter alone, or give it a number."
+                )
+            found |= set(ca.jacobian_sparsity(value, self.theta).get_triplet()[1])
+        return sorted(found)
 
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""

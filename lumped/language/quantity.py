@@ -83,7 +83,7 @@ class Param(Quantity, Expr):
 
     Attributes
     ----------
-    unit, text, default, min, max, above, below, nonzero
+    unit, text, default, min, max, above, below, nonzero, vibrates
         As given to `param`.
     least, most : float
         Ends of the range, which belong to it.
@@ -102,9 +102,11 @@ class Param(Quantity, Expr):
         above: Limit | None,
         below: float | None,
         nonzero: bool,
+        vibrates: bool,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
+        self.vibrates = vibrates
         self.above = None if isinstance(above, Expr) or callable(above) else above
         self.min = None if isinstance(min, Expr) or callable(min) else min
         self.strict = above is not None and self.above is None
@@ -213,6 +215,7 @@ def param(
     above: Limit | None = None,
     below: float | None = None,
     nonzero: bool = False,
+    vibrates: bool = False,
 ) -> Param:
     """Declare a parameter.
 
@@ -230,12 +233,26 @@ def param(
         on a structural choice.
     nonzero : bool
         Refuse zero.
+    vibrates : bool
+        It is the angular frequency of a vibration, rad/s, at which a law holds, such as that of a
+        material whose loss depends on the frequency. Runs take its value; responses to a vibration
+        of another frequency put that in its place.
 
     Returns
     -------
     Param
     """
-    return Param(unit, text, default, min=min, max=max, above=above, below=below, nonzero=nonzero)
+    return Param(
+        unit,
+        text,
+        default,
+        min=min,
+        max=max,
+        above=above,
+        below=below,
+        nonzero=nonzero,
+        vibrates=vibrates,
+    )
 
 
 @checked

@@ -1,21 +1,17 @@
-"""Values of a quantity at the points of a run, computed in the language of the time loop."""
+"""Values of a quantity at the points of a run."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from lumped.code.operations import operations_of
 from lumped.compiler.system import System
-from lumped.kernel import engine
-from lumped.kernel.plant import Function
-from lumped.kernel.run import Run, Samples
 from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.many_points import ManyPoints
 
 __all__ = ["quantity_along"]
 
 _KEPT = 64
 """Quantities whose functions a system keeps."""
-_NOTHING = dict.fromkeys(Run.lengths(), 0)
 
 
 def quantity_along(
@@ -37,34 +33,10 @@ def quantity_along(
     t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
         Times, states, and modes with implicit quantities.
     """
-    work, function = _known(system).of(key, lambda: _made(system, key))
-    found = np.empty(len(t))
-    run = Run({**_NOTHING, "work": work, "parameters": len(theta)})
-    run.p[:] = theta
-    course = Samples(
-        points=len(t),
-        states=x.shape[1],
-        settings=settings.shape[1],
-        t=np.ascontiguousarray(t),
-        x=np.ascontiguousarray(x).ravel(),
-        m=np.ascontiguousarray(settings).ravel(),
-        found=found,
-    )
-    engine.call("values", run, function, course)
-    return found
-
-
-def _made(system: System, key: str) -> tuple[int, Function]:
-    """Room that the function of a quantity needs, and the function."""
-    operations = operations_of(system.function([key]))
-    function = Function(
-        count=len(operations.table),
-        operations=operations.table.ravel(),
-        constants=operations.constants,
-    )
-    return operations.work, function
+    function = _known(system).of(key, lambda: ManyPoints(system.function([key])))
+    return function(x, theta, t, settings)[:, 0]
 
 
 @made_once
-def _known(_: System) -> Recent[tuple[int, Function]]:
+def _known(_: System) -> Recent[ManyPoints]:
     return Recent(_KEPT)

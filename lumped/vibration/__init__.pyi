@@ -12,6 +12,8 @@ from lumped.vibration.modes import modes as modes
 from lumped.vibration.order_analysis import Order as Order
 from lumped.vibration.order_analysis import orders as orders
 from lumped.vibration.order_analysis import turns as turns
+from lumped.vibration.order_response import OrderResponse as OrderResponse
+from lumped.vibration.order_response import order_response as order_response
 from lumped.vibration.participation import Participation as Participation
 from lumped.vibration.participation import participation as participation
 from lumped.vibration.response import FrequencyResponse as FrequencyResponse
@@ -25,3 +27,4 @@ from lumped.vibration.shape_sensitivity import ShapeSensitivity as ShapeSensitiv
 from lumped.vibration.shape_sensitivity import shape_sensitivity as shape_sensitivity
 from lumped.vibration.symbolic import expression as expression
 from lumped.vibration.symbolic import symbolic_frequencies as symbolic_frequencies
+from lumped.vibration.synthesis import Synthesis as Synthesis

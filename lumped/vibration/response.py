@@ -27,7 +27,7 @@ from lumped.timeloop.result import OperatingPoint
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FrequencyResponse", "Resonance", "frequency_response", "needing_rates"]
+__all__ = ["FrequencyResponse", "Resonance", "frequency_response", "needing_rates", "refuse_rates"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -279,7 +279,7 @@ def frequency_response(
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
     if not given or not observed:
         raise OptionError("frequency_response: name at least one input and one output.")
-    _refuse_rates(system, given)
+    refuse_rates(system, given)
     faster, state = growth(system, point)
     if faster > 0:
         raise SolverError(
@@ -351,7 +351,7 @@ def needing_rates(system: System) -> frozenset[int]:
     return frozenset(ca.jacobian_sparsity(values, p.theta).get_triplet()[1])
 
 
-def _refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
+def refuse_rates(system: System, inputs: tuple[str, ...]) -> None:
     """Refuse inputs that stand in equations of which the model uses the time derivative."""
     for name, place in zip(inputs, system.places(inputs), strict=True):
         if place in needing_rates(system):

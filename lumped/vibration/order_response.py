@@ -1,0 +1,545 @@
+"""Steady vibration of a drive that turns, order by order over the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
+from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
+from lumped.points.situation import situation
+from lumped.support.arguments import checked
+from lumped.support.made_once import Recent, made_once
+from lumped.support.text_table import number, table
+from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.response import refuse_rates
+from lumped.vibration.rotation import Rotation, rotation
+from lumped.vibration.small_vibrations import Parts, SmallVibrations, small_vibrations
+from lumped.vibration.synthesis import Synthesis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["OrderResponse", "order_response"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
+"""Amplitude at all speeds, at each of them, or a function of the speeds, rad/s."""
+
+_SAMPLES = 720
+"""Points of a turn at which torques that follow from the angle are taken."""
+_MOST_SOLVED = 250
+"""States up to which a formula is made for the solution."""
+_ACCURATE = 1e-10
+"""Backward error up to which the formula is believed."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrderResponse:
+    """Complex amplitudes of quantities; ``response[output]`` has the shape (speeds, orders).
+
+    A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
+    from which orders count.
+
+    Attributes
+    ----------
+    system : System
+        What vibrates.
+    speeds : ndarray, shape (k,)
+        Speeds of the shaft from which orders count, rad/s.
+    orders : ndarray, shape (o,)
+        Periods for each turn, ascending.
+    outputs : tuple of str
+        Names.
+    values : ndarray of complex, shape (k, o, outputs)
+        Amplitudes.
+    means : ndarray, shape (k, outputs)
+        Means over the turns.
+    rotation : Rotation
+        Steady rotation about which it vibrates.
+    residual : float
+        Largest backward error of the equations solved.
+    """
+
+    system: System
+    speeds: Real
+    orders: Real
+    outputs: tuple[str, ...]
+    values: Complex
+    means: Real
+    rotation: Rotation
+    residual: float
+
+    @checked
+    def __getitem__(self, output: Name) -> Complex:
+        found: Complex = self.values[:, :, self._place(output)]
+        return found
+
+    @property
+    def rpm(self) -> Real:
+        """Speeds in turns for each minute, shape (k,)."""
+        return self.speeds * 30 / np.pi
+
+    @checked
+    def mean(self, output: Name) -> Real:
+        """Mean of a quantity over the turns, shape (k,)."""
+        found: Real = self.means[:, self._place(output)]
+        return found
+
+    @checked
+    def magnitude(self, output: Name, order: float) -> Real:
+        """Amplitude of one order, shape (k,).
+
+        Raises
+        ------
+        OptionError
+            If the order was not computed.
+        """
+        found: Real = np.abs(self[output][:, self._order(order)])
+        return found
+
+    @checked
+    def phase(self, output: Name, order: float) -> Real:
+        """Phase of one order against the angle of the shaft, rad, shape (k,)."""
+        return np.angle(self[output][:, self._order(order)])
+
+    @checked
+    def synthesis(self, output: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
+        """All orders together over a cycle.
+
+        Parameters
+        ----------
+        output : name
+            The quantity.
+        orders : iterable of float, optional
+            Orders that take part; default is all.
+
+        Returns
+        -------
+        Synthesis
+            Its maximum, half range and sum of amplitudes over the speed.
+        """
+        chosen = range(len(self.orders)) if orders is None else [self._order(o) for o in orders]
+        places = sorted(set(chosen))
+        key = self.outputs[self._place(output)]
+        return Synthesis(
+            key,
+            self.system.quantity(key).unit,
+            self.speeds,
+            self.orders[places],
+            self[output][:, places],
+        )
+
+    @checked
+    def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
+        """Largest orders and their synthesis over the speed, a panel for each output.
+
+        Parameters
+        ----------
+        outputs : iterable of names, optional
+            Outputs to draw; default is all.
+        most : int
+            Orders to draw in each panel, the largest.
+        """
+        from lumped.plots import order_response
+
+        chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        if not chosen:
+            raise OptionError(f"{self.system.name}: name at least one output to draw.")
+        drawn = {}
+        for output in chosen:
+            size = np.abs(self[output])
+            order = np.argsort(-size.max(axis=0), kind="stable")[:most]
+            curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
+            both = self.synthesis(output)
+            curves["half range"] = both.half_range
+            drawn[output] = self.system.quantity(output).unit, curves
+        return order_response(self.system.name, self.rpm, drawn)
+
+    def _place(self, output: Name) -> int:
+        key = self.system.key(output)
+        if key not in self.outputs:
+            raise UnknownNameError(
+                f"'{key}' is no output of this response. {nearest(key, self.outputs)}"
+            )
+        return self.outputs.index(key)
+
+    def _order(self, order: float) -> int:
+        found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))
+        if not len(found):
+            listed = ", ".join(f"{o:g}" for o in self.orders[:12])
+            raise OptionError(
+                f"{self.system.name}: order {order:g} was not computed; computed are {listed}"
+                f"{', ...' if len(self.orders) > 12 else ''}."
+            )
+        return int(found[0])
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.system.name}: {len(self.orders)} orders at {len(self.speeds)} speeds from "
+            f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min; residual {self.residual:.1e}"
+            f"{situation(self.rotation.points[0])}"
+        )
+        rows = []
+        for output in self.outputs:
+            size, both = np.abs(self[output]), self.synthesis(output)
+            k, o = np.unravel_index(int(size.argmax()), size.shape)
+            top = int(both.half_range.argmax())
+            rows.append(
+                (
+                    output,
+                    self.system.quantity(output).unit,
+                    f"{self.orders[o]:g}",
+                    number(self.rpm[k]),
+                    number(size[k, o]),
+                    number(self.rpm[top]),
+                    number(both.half_range[top]),
+                )
+            )
+        columns = (
+            *("quantity", "unit", "largest order", "at, 1/min", "amplitude"),
+            *("worst at, 1/min", "half range"),
+        )
+        return f"{head}\n" + table(columns, rows)
+
+
+@checked
+def order_response(
+    system: System,
+    *,
+    speeds: ArrayLike,
+    of: Iterable[Name],
+    orders: Iterable[float] | None = None,
+    over: Name | None = None,
+    turns: int = 1,
+    excitations: Mapping[Name, Mapping[float, Amplitude]] | None = None,
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
+    free: Name | None = None,
+    parameters: Changes | None = None,
+) -> OrderResponse:
+    """Steady vibration over the speed of a shaft, order by order.
+
+    The drive is linearised about steady rotation and excited by what does not turn steadily then:
+    torques that follow from the angle of the shaft (gas and mass forces of cylinders, propeller
+    blades, meshes), with all their orders, if its angle is named in `over`; and by `excitations`.
+    The matrices are means over the turns, so that inertias and stiffnesses that vary with the angle
+    count with their means and their excitation (first order in the variation; `lumped.periodic`
+    takes them as they are).
+
+    Laws whose stiffness or damping depends on the frequency of the vibration have at each order the
+    frequency of that order.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    speeds : array_like, shape (k,)
+        Speeds of the shaft from which orders count, rad/s, ascending.
+    of : iterable of names
+        Quantities to observe.
+    orders : iterable of float, optional
+        Periods for each turn of the shaft; default is those of `excitations`, or up to 12 with
+        `over`.
+    over : name, optional
+        The angle of that shaft, rad. Torques that depend on it excite.
+    turns : int
+        Turns of it after which everything repeats: 2 for a four-stroke engine, which has half
+        orders.
+    excitations : mapping of name to mapping of float to amplitude, optional
+        Inputs (parameters, or inputs given as numbers), and for each order its complex amplitude:
+        a number, one for each speed, or a function of the speeds. The input is
+        ``Re(amplitude exp(j order angle))``.
+    at : OperatingPoint or callable, optional
+        Where to linearise, or a function of the speed that gives it. By default all parts turn
+        together with the shaft of `over`, and twists keep their start values.
+    free : name, optional
+        Parameter, such as the torque of the load, that lets mean torques balance at each speed; all
+        states follow from the balance. Needed where stiffness or damping depends on the mean
+        torque and `at` is not given.
+    parameters : mapping of name to float, optional
+        Parameters to change.
+
+    Returns
+    -------
+    OrderResponse
+
+    Raises
+    ------
+    OptionError
+        If speeds are not ascending and positive, an order is not positive or excites nothing, or
+        options contradict each other.
+    UnknownNameError
+        If a name does not exist.
+    SolverError
+        If there is no steady rotation, or a vibration is unbounded.
+
+    Notes
+    -----
+    Source of the method: Nestorides, A Handbook on Torsional Vibration (1958), forced vibrations by
+    harmonic components.
+    """
+    grid = _ascending(speeds)
+    wanted = _excitations(system, excitations or {}, grid)
+    if not wanted and over is None:
+        raise OptionError(
+            "order_response: nothing excites; name the angle of the shaft whose torques excite, "
+            "over=, or give excitations={'load.tau': {2: 100.0}}."
+        )
+    if at is not None and parameters:
+        raise OptionError(
+            "order_response: give the parameters when making the operating point `at`."
+        )
+    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
+        raise OptionError(f"order_response: turns = {turns!r}: a whole number of turns is needed.")
+    inputs, outputs = tuple(wanted), tuple(system.key(name) for name in of)
+    if not outputs:
+        raise OptionError("order_response: name at least one quantity to observe, of=[...].")
+    refuse_rates(system, inputs)
+    found = rotation(system, over, grid, turns, at, parameters, free)
+    chosen = _orders(orders, wanted, found)
+    small = small_vibrations(system, inputs, outputs)
+    values, means, residual = _responses(small, found, chosen, wanted)
+    return OrderResponse(system, grid, chosen, outputs, values, means, found, residual)
+
+
+def _ascending(speeds: ArrayLike) -> Real:
+    grid = np.asarray(speeds, dtype=float).ravel()
+    good = np.isfinite(grid).all() and (grid > 0).all() and (np.diff(grid) > 0).all()
+    if not len(grid) or not good:
+        raise OptionError(
+            "order_response: speeds must be ascending, finite and above zero, rad/s: at standstill "
+            "no order has a frequency."
+        )
+    return grid
+
+
+def _excitations(
+    system: System, given: Mapping[Name, Mapping[float, Amplitude]], speeds: Real
+) -> dict[str, dict[float, Complex]]:
+    """Amplitudes of inputs, by their names and orders, each at all speeds."""
+    found: dict[str, dict[float, Complex]] = {}
+    for name, harmonics in given.items():
+        key = system.key(name)
+        if not isinstance(harmonics, Mapping) or not harmonics:
+            raise OptionError(
+                f"order_response: excitation {key}: amplitudes by orders are needed, such as "
+                "{2: 100.0}."
+            )
+        found[key] = {}
+        for order, amplitude in harmonics.items():
+            if not (np.isfinite(order) and order > 0):
+                raise OptionError(
+                    f"order_response: excitation {key}: order {order!r} must be positive."
+                )
+            value = amplitude(speeds) if callable(amplitude) else amplitude
+            try:
+                own = np.broadcast_to(np.asarray(value, dtype=complex), speeds.shape)
+            except (TypeError, ValueError):
+                raise OptionError(
+                    f"order_response: excitation {key}, order {order:g}: one amplitude, or one for "
+                    f"each of the {len(speeds)} speeds is needed."
+                ) from None
+            if not np.isfinite(own).all():
+                raise OptionError(
+                    f"order_response: excitation {key}, order {order:g}: an amplitude is not "
+                    "finite."
+                )
+            found[key][float(order)] = own
+    return found
+
+
+def _orders(
+    orders: Iterable[float] | None, wanted: Mapping[str, Mapping[float, Complex]], over: Rotation
+) -> Real:
+    """Orders to compute, ascending."""
+    given = {order for harmonics in wanted.values() for order in harmonics}
+    if orders is None:
+        if over.over is not None:
+            given |= {i / over.turns for i in range(1, 12 * over.turns + 1)}
+        return np.array(sorted(given))
+    chosen = np.array(sorted({float(order) for order in orders}))
+    if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
+        raise OptionError("order_response: orders must be positive periods for each turn.")
+    if over.turns_matter:
+        cycles = chosen * over.turns
+        for order in chosen[np.abs(cycles - np.rint(cycles)) > 1e-9].tolist():
+            if order not in given:
+                raise OptionError(
+                    f"order_response: order {order:g} is no whole number of periods in "
+                    f"{over.turns} turn{'s' * (over.turns > 1)} of {over.over}; give turns=."
+                )
+    return chosen
+
+
+def _responses(
+    small: SmallVibrations,
+    over: Rotation,
+    orders: Real,
+    wanted: Mapping[str, Mapping[float, Complex]],
+) -> tuple[Complex, Real, float]:
+    """Amplitudes of the outputs, their means, and the largest backward error."""
+    system, speeds = over.system, over.speeds
+    rates, outputs, means, matrices = _cycle(small, over, orders)
+    n, shape = rates.shape[2], (len(speeds), len(orders))
+    (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
+    w = orders[None, :] * speeds[:, None]
+    A, B, C, D = _at_frequencies(small, over, matrices, w)
+    for i, harmonics in enumerate(wanted.values()):
+        for order, amplitude in harmonics.items():
+            for o in np.flatnonzero(orders == order):
+                for k in np.flatnonzero(b_columns == i):
+                    rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
+                for k in np.flatnonzero(d_columns == i):
+                    outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+    for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
+        raise OptionError(
+            f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
+            "excitation."
+        )
+    _refuse_growth(small, over, A)
+    flat, right = A.reshape(-1, A.shape[2]), rates.reshape(-1, n)
+    found, worst = _solved(small, flat, w.ravel(), right)
+    size = np.abs(found).max(axis=1, initial=0.0)
+    bad = np.flatnonzero(~np.isfinite(size))
+    if len(bad):
+        k, o = np.unravel_index(int(bad[0]), shape)
+        raise SolverError(
+            f"{system.name}: no finite vibration of order {orders[o]:g} at {speeds[k]:.9g} rad/s: "
+            "an undamped mode resonates there. Leave this speed out, or add damping."
+        )
+    found = found.reshape(*shape, n)
+    rows, columns = small.patterns[2]
+    for k, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        outputs[:, :, i] += C[:, :, k] * found[:, :, j]
+    return outputs, means, worst
+
+
+def _cycle(
+    small: SmallVibrations, over: Rotation, orders: Real
+) -> tuple[Complex, Complex, Real, list[Real]]:
+    """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
+
+    Shapes (k, o, n), (k, o, q), (k, q) and (k, numbers).
+    """
+    count, time = len(over.speeds), over.points[0].time
+    n, q = over.x.shape[1], len(small.outputs)
+    rates = np.zeros((count, len(orders), n), dtype=complex)
+    outputs = np.zeros((count, len(orders), q), dtype=complex)
+    if not over.turns_matter:
+        parts = _all_at_once(small, over)
+        return rates, outputs, parts.outputs, list(parts[2:])
+    cycles = orders * over.turns
+    numbers = np.rint(cycles).astype(int)
+    whole = np.abs(cycles - numbers) <= 1e-9
+    samples = _SAMPLES * over.turns
+    while samples < 8 * numbers.max():
+        samples *= 2
+    means = np.empty((count, q))
+    matrices: list[list[Real]] = []
+    for k in range(count):
+        _, x, settings = over.along(k, samples)
+        parts = small(x, over.theta[k], settings, time)
+        spectra = [np.fft.rfft(part, axis=0) * (2 / samples) for part in parts[:2]]
+        for held, spectrum, part in zip((rates, outputs), spectra, parts[:2], strict=True):
+            own = spectrum[numbers[whole]]
+            noise = 1e-13 * np.abs(part).max(axis=0, initial=0.0)
+            held[k, whole] = np.where(np.abs(own) > noise, own, 0)
+        means[k] = parts.outputs.mean(axis=0)
+        matrices.append([part.mean(axis=0) for part in parts[2:]])
+    return rates, outputs, means, [np.array(each) for each in zip(*matrices, strict=True)]
+
+
+def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
+    """Everything at all speeds where nothing depends on the angle."""
+    time = over.points[0].time
+    if (over.theta == over.theta[0]).all():
+        return small(over.x, over.theta[0], over.settings, time)
+    rows = [
+        small(over.x[k : k + 1], over.theta[k], over.settings[k : k + 1], time)
+        for k in range(len(over.x))
+    ]
+    return Parts(*(np.vstack(part) for part in zip(*rows, strict=True)))
+
+
+def _at_frequencies(
+    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real
+) -> list[Real]:
+    """Numbers of the matrices at the frequency of each order, shapes (k, o, numbers)."""
+    count = w.shape[1]
+    found = [np.repeat(part[:, None, :], count, axis=1) for part in matrices]
+    if not small.places:
+        return found
+    time = over.points[0].time
+    for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
+        own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
+        theta = np.atleast_2d(over.theta[k])[0]
+        x, settings = (np.repeat(part, count, axis=0) for part in own)
+        there = small(x, theta, settings, time, w[k].ravel())
+        stated = small(*own[:1], theta, own[1], time)
+        for held, part, base in zip(found, there[2:], stated[2:], strict=True):
+            change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
+            held[k] += change if isinstance(k, slice) else change[0]
+    return found
+
+
+def _refuse_growth(small: SmallVibrations, over: Rotation, A: Real) -> None:
+    """Refuse a rotation about which vibrations grow; looked at at a few speeds."""
+    n = over.x.shape[1]
+    rows, columns = small.patterns[0]
+    if n > _MOST_SOLVED:
+        return
+    for k in sorted({0, len(A) // 2, len(A) - 1}):
+        matrix = np.zeros((n, n))
+        matrix[rows, columns] = A[k, 0]
+        values = np.linalg.eigvals(matrix)
+        grows = values.real * (np.abs(values.imag) > 1e-6 * np.abs(values))
+        if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
+            worst = values[int(np.argmax(grows))]
+            raise SolverError(
+                f"{over.system.name}: at {over.speeds[k]:g} rad/s a vibration of "
+                f"{abs(worst.imag) / (2 * np.pi):.4g} Hz grows as exp({worst.real:.4g} t), so no "
+                "steady vibration is ever reached. Add damping or control."
+            )
+
+
+def _solved(
+    small: SmallVibrations, entries: Real, w: Real, right: Complex
+) -> tuple[Complex, float]:
+    """Solutions at all points, and the largest backward error."""
+    rows, columns = small.patterns[0]
+    n = right.shape[1]
+    found = np.zeros(right.shape, dtype=complex)
+    if not n:
+        return found, 0.0
+    missed = np.full(len(w), np.inf)
+    if n <= _MOST_SOLVED:
+        driven = np.flatnonzero(right.any(axis=0))
+        few = np.unique(np.linspace(0, len(w) - 1, 5).astype(int))
+        typical = np.zeros((len(few), n, n), dtype=complex)
+        typical[:, rows, columns] = -entries[few]
+        typical[:, np.arange(n), np.arange(n)] += 1j * w[few, None]
+        order = pivots(rows, columns, typical)
+        call = _formulas(small.system).of(
+            (small.inputs, small.outputs, tuple(driven.tolist()), order),
+            lambda: ManyPoints(elimination(rows, columns, driven, order)),
+        )
+        given = np.hstack([entries, w[:, None], right[:, driven].real, right[:, driven].imag])
+        values = call(given, np.zeros(0), np.zeros(len(w)), np.zeros((len(w), 0)))
+        found.real, found.imag, missed = values[:, :n], values[:, n:-1], values[:, -1]
+    again = np.flatnonzero(~(missed <= _ACCURATE))
+    if len(again):
+        singly = solved_singly(rows, columns, entries[again], w[again], right[again])
+        found[again], missed[again] = singly
+    return found, float(missed[np.isfinite(missed)].max(initial=0.0))
+
+
+@made_once
+def _formulas(_: System) -> Recent[ManyPoints]:
+    return Recent(8)

@@ -1,0 +1,346 @@
+"""Steady rotation about which a drive vibrates: its states over the angle of a shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, SolverError
+from lumped.points.start import point_at, start_point
+from lumped.support.made_once import made_once
+from lumped.timeloop.many_points import ManyPoints
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.small_vibrations import small_vibrations
+
+__all__ = ["Rotation", "rotation", "settled", "speed_of"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_REPEATS = 1e-9
+"""Difference of rates, relative to the largest, below which a drive is the same after a cycle."""
+_STRAIGHT = 1e-9
+"""Difference from a straight line over the speed that is rounding."""
+_CLOSED = 1e-11
+"""What may be missing of a balance, relative to the parts that make it up."""
+_STEPS = 50
+_SAMPLES = 720
+"""Points of the turns at which mean rates are taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rotation:
+    """States of a drive that turns steadily at each of many speeds.
+
+    Attributes
+    ----------
+    system : System
+        What turns.
+    over : str or None
+        Angle of the shaft whose speed is given; None if none is.
+    speeds : ndarray, shape (k,)
+        Speeds of that shaft, rad/s.
+    x : ndarray, shape (k, n)
+        States where its angle is that of the operating point.
+    theta : ndarray, shape (k, p)
+        Parameters.
+    settings : ndarray, shape (k, m)
+        Modes.
+    turning : ndarray, shape (n,)
+        By what each state grows with that angle; zero if nothing depends on it.
+    turns : int
+        Turns after which everything repeats.
+    points : tuple of OperatingPoint
+        Operating points that were given or found, one or as many as speeds.
+    """
+
+    system: System
+    over: str | None
+    speeds: Real
+    x: Real
+    theta: Real
+    settings: Real
+    turning: Real
+    turns: int
+    points: tuple[OperatingPoint, ...]
+
+    @property
+    def turns_matter(self) -> bool:
+        """Whether anything depends on the angle."""
+        return bool(self.turning.any())
+
+    def along(self, k: int, samples: int) -> tuple[Real, Real, Real]:
+        """Angles of the shaft, states and settings at one speed over all turns.
+
+        Shapes (samples,), (samples, n) and (samples, m).
+        """
+        angle = 2 * np.pi * self.turns * np.arange(samples) / samples
+        x = self.x[k] + angle[:, None] * self.turning
+        return angle, x, settled(self.system, x, self.theta[k], self.settings[k])
+
+
+def settled(system: System, x: Real, theta: Real, settings: Real) -> Real:
+    """Settings at states, shape (points, m): conditions as their sides say, holds as given.
+
+    Raises
+    ------
+    SolverError
+        If conditions contradict each other.
+    """
+    found = np.broadcast_to(settings, (len(x), len(settings))).copy()
+    switching = system.switching
+    count = len(switching.relation_modes)
+    if not count:
+        return found
+    sides, t = _sides(system), np.zeros(len(x))
+    for _ in range(count + 2):
+        both, before = sides(x, theta, t, found), found.copy()
+        switching.begin(found, both[:, :count], both[:, count:])
+        if np.array_equal(found, before):
+            return found
+    raise SolverError(
+        f"{system.name}: conditions contradict each other where the drive turns steadily, so that "
+        "no linearisation exists there. Compute a periodic motion (lumped.periodic) instead."
+    )
+
+
+@made_once
+def _sides(system: System) -> ManyPoints:
+    s = system.switching
+    found = system.structure.in_states(ca.vertcat(s.greater, s.less))
+    return ManyPoints(ca.Function("sides", system.inputs, [ca.densify(found)]))
+
+
+def speed_of(system: System, over: Name) -> str:
+    """Name of the speed that belongs to an angle.
+
+    Raises
+    ------
+    OptionError
+        If no quantity is its rate.
+    """
+    structure = system.structure
+    node = structure.reduced.node(structure.tree.unknown(over))
+    if node is not None and node + 1 in structure.members:
+        aliases, unknown = structure.reduced.aliases, structure.members[node + 1]
+        if aliases.signs[unknown] == aliases.signs[structure.tree.unknown(over)]:
+            return structure.tree.unknown_name(unknown)
+    raise OptionError(
+        f"{system.name}: over={system.key(over)!r} is no angle whose speed is a quantity of the "
+        "model. Name the angle of an inertia, such as 'crank.phi'."
+    )
+
+
+def rotation(
+    system: System,
+    over: Name | None,
+    speeds: Real,
+    turns: int,
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None,
+    parameters: Changes | None,
+    free: Name | None,
+) -> Rotation:
+    """Steady rotation at speeds.
+
+    Raises
+    ------
+    OptionError
+        If options contradict each other, or the drive is another after its turns.
+    SolverError
+        If there is no such rotation.
+    """
+    key = None if over is None else system.key(over)
+    if callable(at):
+        points = tuple(point_at("order_response", system, at, float(w)) for w in speeds)
+    elif at is not None or key is None:
+        points = (at if at is not None else start_point(system, parameters=parameters),)
+    else:
+        points = _together(system, key, speeds, parameters)
+    first = points[0]
+    x = np.array([p.x for p in points])
+    if key is not None and not callable(at) and at is None:
+        x = _on_lines(system, speeds, points)
+    x = np.broadcast_to(x, (len(speeds), x.shape[1])).copy()
+    each = [points[0]] * len(speeds) if len(points) != len(speeds) else list(points)
+    theta = np.array([p.theta for p in each])
+    settings = np.array([p.settings for p in each])
+    turning = np.zeros(x.shape[1]) if key is None else _turning(first, x[0], key, turns)
+    if turning.any() and system.structure.implicit:
+        raise OptionError(
+            f"{system.name}: linkages that close on themselves turn with {key}; compute a periodic "
+            "motion (lumped.periodic) instead."
+        )
+    found = Rotation(system, key, speeds, x, theta, settings, turning, turns, points)
+    return found if free is None else balanced(found, free)
+
+
+def _together(
+    system: System, over: str, speeds: Real, parameters: Changes | None
+) -> tuple[OperatingPoint, ...]:
+    """Points at three speeds at which all parts move together."""
+    name = speed_of(system, over)
+    wanted = np.unique([speeds[0], 0.5 * (speeds[0] + speeds[-1]), speeds[-1]])
+    return tuple(
+        start_point(system, parameters=parameters, start={name: float(w)}, together=True)
+        for w in wanted
+    )
+
+
+def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) -> Real:
+    """States at all speeds from those at the first, the middle, and the last.
+
+    Raises
+    ------
+    OptionError
+        If they do not lie on straight lines over the speed.
+    """
+    if len(points) < 3:
+        return np.array([points[0].x] * len(speeds))
+    begin, middle, end = (p.x for p in points)
+    bent = np.abs(begin + end - 2 * middle)
+    size = np.abs(begin) + np.abs(end)
+    if (bent > _STRAIGHT * size + 1e-12).any():
+        worst = system.state_names[int(np.argmax(bent - _STRAIGHT * size))]
+        raise OptionError(
+            f"{system.name}: {worst} is no linear function of the speed where all parts move "
+            "together; give the operating point at each speed, at=lambda w: ..."
+        )
+    share = ((speeds - speeds[0]) / (speeds[-1] - speeds[0]))[:, None]
+    return (1 - share) * begin + share * end
+
+
+def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
+    """By what each state grows with the angle of the shaft.
+
+    Raises
+    ------
+    OptionError
+        If the drive is another after the turns.
+    """
+    system = point.system
+    own = np.zeros(len(x))
+    node = system.structure.reduced.node(system.structure.tree.unknown(over))
+    if node is None or not system.structure.available([node], cyclic=True)[0]:
+        return own
+    states, theta, _, _ = system.inputs
+    slopes = ca.jacobian(system.expressions([over]), states)
+    ratios = np.asarray(
+        ca.Function("ratios", system.inputs, [ca.densify(slopes)])(
+            x, point.theta, point.time, point.settings
+        )
+    ).ravel()
+    rates = _rates(system)
+    before = _at(rates, x, point)
+    size = np.abs(before).max(initial=1e-300)
+    used = np.array(ca.which_depends(system.rates, states, 1, False), dtype=bool)
+    missed = np.inf
+    for i in np.flatnonzero(ratios):
+        step = np.zeros(len(x))
+        step[i] = 2 * np.pi * turns / ratios[i]
+        after = _at(rates, x + step, point)
+        missed = min(missed, float(np.abs(after - before).max()) / size)
+        if np.abs(after - before).max() <= _REPEATS * size:
+            own[i] = 1 / ratios[i]
+            return own if used[i] else np.zeros(len(x))
+    if not ratios.any():
+        return own
+    raise OptionError(
+        f"{system.name}: the drive is another after {turns} turn{'s' * (turns > 1)} of {over}: "
+        f"rates differ by {missed:.3g} of the largest. Give turns=, the turns after which "
+        "everything repeats (2 for a four-stroke engine); with shafts whose ratio is no simple "
+        "fraction, give excitations= instead."
+    )
+
+
+def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
+    m = settled(point.system, x[None], point.theta, point.settings)
+    return rates(x[None], point.theta, np.zeros(1), m)[0]
+
+
+@made_once
+def _rates(system: System) -> ManyPoints:
+    return ManyPoints(ca.Function("rates", system.inputs, [ca.densify(system.rates)]))
+
+
+def balanced(rotation: Rotation, free: Name) -> Rotation:
+    """The rotation in which mean torques balance, with a parameter that they determine.
+
+    Newton's method on the mean rates over the turns; each speed begins where the one before ended.
+
+    Raises
+    ------
+    OptionError
+        If the parameter has no effect.
+    SolverError
+        If there is no balance at a speed.
+    """
+    system, over = rotation.system, rotation.over
+    if over is None:
+        raise OptionError(
+            f"{system.name}: free={system.key(free)!r} is determined by the speed of a shaft; name "
+            "its angle, over=."
+        )
+    name = system.key(free)
+    (place,) = system.places([name])
+    speed = speed_of(system, over)
+    parts = small_vibrations(system, (name,), (speed,))
+    states = np.flatnonzero(rotation.turning == 0)
+    n, samples = len(rotation.turning), _SAMPLES if rotation.turns_matter else 1
+    x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
+    time = rotation.points[0].time
+
+    def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real]:
+        """Mean rates and the missing speed, their matrix, and the size of their parts."""
+        own = theta[k].copy()
+        own[place] = value
+        angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
+        points = at + angle[:, None] * rotation.turning
+        m = settled(system, points, own, settings[k])
+        found = parts(points, own, m, time)
+        mean = [part.mean(axis=0) for part in found]
+        matrix = np.zeros((n + 1, n + 1))
+        for numbers, (rows, columns), (top, left) in zip(
+            mean[2:], parts.patterns, ((0, 0), (0, n), (n, 0), (n, n)), strict=True
+        ):
+            matrix[rows + top, columns + left] = numbers
+        target = rotation.speeds[k] * rotation.turning
+        residual = np.append(mean[0] - target, mean[1] - rotation.speeds[k])
+        size = np.append(np.abs(found.rates).max(axis=0), abs(rotation.speeds[k]))
+        size = np.maximum(size, np.abs(matrix) @ np.abs(np.append(at, value)))
+        return residual, matrix, np.maximum(size, 1e-300)
+
+    for k in range(len(rotation.speeds)):
+        at, value = x[k].copy(), float(theta[k, place])
+        if k:
+            at, value = at + x[k - 1] - first, float(theta[k - 1, place])
+        first = x[k].copy()
+        for _ in range(_STEPS):
+            residual, matrix, size = missing(k, at, value)
+            worst = int(np.argmax(np.abs(residual) / size))
+            if np.abs(residual[worst]) <= _CLOSED * size[worst]:
+                break
+            if not matrix[:, n].any():
+                raise OptionError(
+                    f"{system.name}: free={name!r} changes no rate where the drive turns steadily; "
+                    "name the torque of the load or of the motor."
+                )
+            unknown = np.append(states, n)
+            step = np.linalg.lstsq(matrix[:, unknown] / size[:, None], residual / size)[0]
+            change = np.zeros(n + 1)
+            change[unknown] = step
+            at, value = at - change[:n], value - change[n]
+        else:
+            names = [*system.state_names, speed]
+            raise SolverError(
+                f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
+                f"{name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "
+                "another parameter, or give the operating points, at=."
+            )
+        x[k], theta[k, place] = at, value
+        settings[k] = settled(system, at[None], theta[k], settings[k])[0]
+    return replace(rotation, x=x, theta=theta, settings=settings)

@@ -1,0 +1,121 @@
+"""Orders of a vibration put together over a cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import OptionError
+
+__all__ = ["Synthesis"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_LONGEST = 1000
+"""Turns after which orders must repeat."""
+_FINE = 32
+"""Points for each period of the highest order, between which extremes are then located."""
+_STEPS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """A quantity over a cycle, from its orders, at each speed; without its mean.
+
+    Attributes
+    ----------
+    name, unit : str
+        The quantity.
+    speeds : ndarray, shape (k,)
+        Speeds, rad/s.
+    orders : ndarray, shape (o,)
+        Periods for each turn.
+    amplitudes : ndarray of complex, shape (k, o)
+        ``sum Re(amplitude exp(j order angle))``.
+    """
+
+    name: str
+    unit: str
+    speeds: Real
+    orders: Real
+    amplitudes: Complex
+
+    @property
+    def maximum(self) -> Real:
+        """Largest size over the cycle, shape (k,)."""
+        (_, high), (_, low) = self.extremes
+        return np.maximum(np.abs(high), np.abs(low))
+
+    @property
+    def half_range(self) -> Real:
+        """Half the difference between highest and lowest value over the cycle, shape (k,)."""
+        (_, high), (_, low) = self.extremes
+        return 0.5 * (high - low)
+
+    @property
+    def sum(self) -> Real:
+        """Sum of the amplitudes, as if all orders met in phase, shape (k,)."""
+        found: Real = np.abs(self.amplitudes).sum(axis=1)
+        return found
+
+    def at(self, angle: Real) -> Real:
+        """Values at angles of the shaft, rad, shape (k, angles)."""
+        found: Real = (
+            self.amplitudes @ np.exp(1j * self.orders[:, None] * np.ravel(angle)[None, :])
+        ).real
+        return found
+
+    @cached_property
+    def turns(self) -> int:
+        """Turns after which all orders repeat.
+
+        Raises
+        ------
+        OptionError
+            If they do not within a thousand turns.
+        """
+        shares = [Fraction(float(o)).limit_denominator(_LONGEST) for o in self.orders]
+        for share, order in zip(shares, self.orders, strict=True):
+            if abs(float(share) - order) > 1e-9 * order:
+                raise OptionError(
+                    f"{self.name}: order {order:.9g} does not repeat within {_LONGEST} turns, so "
+                    "that there is no cycle; take the sum of the amplitudes, `sum`."
+                )
+        found = lcm(*(share.denominator for share in shares))
+        if found > _LONGEST:
+            raise OptionError(
+                f"{self.name}: the orders repeat together only after {found} turns; take fewer "
+                "orders, or the sum of the amplitudes, `sum`."
+            )
+        return found
+
+    @cached_property
+    def extremes(self) -> tuple[tuple[Real, Real], tuple[Real, Real]]:
+        """Angles and values of the highest and of the lowest value, shapes (k,)."""
+        numbers = np.rint(self.orders * self.turns).astype(int)
+        points = 1 << int(_FINE * numbers.max() - 1).bit_length()
+        spectrum = np.zeros((len(self.speeds), points // 2 + 1), dtype=complex)
+        np.add.at(spectrum, (slice(None), numbers), self.amplitudes)
+        values = np.fft.irfft(spectrum * (points / 2), points, axis=1)
+        angle = 2 * np.pi * self.turns / points
+        high = self._located(angle * values.argmax(axis=1), angle)
+        low = self._located(angle * values.argmin(axis=1), angle)
+        return high, low
+
+    def _located(self, angle: Real, width: float) -> tuple[Real, Real]:
+        """Angles of extremes near angles, and the values there, shapes (k,)."""
+        begin = angle
+        for _ in range(_STEPS):
+            turning = self.amplitudes * np.exp(1j * self.orders * angle[:, None])
+            slope = (1j * self.orders * turning).real.sum(axis=1)
+            bend = (-(self.orders**2) * turning).real.sum(axis=1)
+            step = -slope / np.where(bend == 0, np.inf, bend)
+            angle = np.clip(angle + step, begin - width, begin + width)
+        turning = self.amplitudes * np.exp(1j * self.orders * angle[:, None])
+        return angle, turning.real.sum(axis=1)
