@@ -50,9 +50,7 @@ class _Number:
         return _Number(self.re * scale, -self.im * scale)
 
 
-def pivots(
-    rows: Integer, columns: Integer, typical: Complex
-) -> tuple[tuple[int, int], ...]:
+def pivots(rows: Integer, columns: Integer, typical: Complex) -> tuple[tuple[int, int], ...]:
     """Rows and columns of pivots in an order that suits typical matrices ``j w - A``.
 
     Of the pivots that are not small, the one with the least fill comes next (Markowitz, Management
@@ -154,7 +152,9 @@ def elimination(
         for column, value in matrix[i].items():
             total = total - value * found[column]
         found[j] = total * inverse
-    missed = [_Number(b.re + w * x.im, b.im - w * x.re) for b, x in zip(given_right, found, strict=True)]
+    missed = [
+        _Number(b.re + w * x.im, b.im - w * x.re) for b, x in zip(given_right, found, strict=True)
+    ]
     sizes = [b.size() + ca.fabs(w) * x.size() for b, x in zip(given_right, found, strict=True)]
     for k, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
         part = _Number(entries[k] * found[j].re, entries[k] * found[j].im)

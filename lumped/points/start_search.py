@@ -24,7 +24,7 @@ from lumped.timeloop.instants import clocks, modes_at
 from lumped.timeloop.positions import calm_positions
 from lumped.timeloop.settings import closed_with, just_after
 
-__all__ = ["ROUNDING", "StartSearch", "given_values"]
+__all__ = ["ROUNDING", "StartSearch", "given_values", "relative_positions"]
 
 ROUNDING = 1e-3
 """Of the speed that counts as standstill: what a search leaves of a speed that is zero."""
@@ -85,7 +85,7 @@ class StartSearch:
         together: bool = False,
     ) -> None:
         self.system, self.theta, self.free, self.time = system, theta, free, time
-        self._resting = _relative(system) if together else []
+        self._resting = relative_positions(system) if together else []
         self.reduced = system.structure.reduced
         self.position = {n: i for i, n in enumerate(self.reduced.states)}
         given, self.starts = self._evaluated()
@@ -436,7 +436,7 @@ def _start_slopes(system: System) -> ca.Function:
     return ca.Function("slopes", [theta], [ca.jacobian(_start_column(system), theta)])
 
 
-def _relative(system: System) -> list[int]:
+def relative_positions(system: System) -> list[int]:
     """States that are positions of parts relative to each other, such as twists and gaps."""
     tree, reduced = system.structure.tree, system.structure.reduced
     absolute = {

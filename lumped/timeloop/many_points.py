@@ -31,9 +31,7 @@ class ManyPoints:
         operations = operations_of(function)
         self._results, self._code = operations.results, CountedFunction(operations)
 
-    def __call__(
-        self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray
-    ) -> np.ndarray:
+    def __call__(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Results at each point, shape (points, results).
 
         Parameters

@@ -14,6 +14,8 @@ from lumped.vibration.order_analysis import orders as orders
 from lumped.vibration.order_analysis import turns as turns
 from lumped.vibration.order_response import OrderResponse as OrderResponse
 from lumped.vibration.order_response import order_response as order_response
+from lumped.vibration.order_sensitivity import OrderSensitivity as OrderSensitivity
+from lumped.vibration.order_sensitivity import order_sensitivity as order_sensitivity
 from lumped.vibration.participation import Participation as Participation
 from lumped.vibration.participation import participation as participation
 from lumped.vibration.response import FrequencyResponse as FrequencyResponse

@@ -57,6 +57,10 @@ class Rotation:
         Turns after which everything repeats.
     points : tuple of OperatingPoint
         Operating points that were given or found, one or as many as speeds.
+    is_given : bool
+        The user gave them.
+    balancing : str or None
+        Parameter that lets mean torques balance.
     """
 
     system: System
@@ -68,6 +72,20 @@ class Rotation:
     turning: Real
     turns: int
     points: tuple[OperatingPoint, ...]
+    is_given: bool
+    balancing: str | None = None
+
+    def at(self, k: int) -> Rotation:
+        """The rotation at one of the speeds."""
+        own = slice(k, k + 1)
+        return replace(
+            self,
+            speeds=self.speeds[own],
+            x=self.x[own],
+            theta=self.theta[own],
+            settings=self.settings[own],
+            points=self.points[own] if len(self.points) == len(self.speeds) else self.points[:1],
+        )
 
     @property
     def turns_matter(self) -> bool:
@@ -175,7 +193,9 @@ def rotation(
             f"{system.name}: linkages that close on themselves turn with {key}; compute a periodic "
             "motion (lumped.periodic) instead."
         )
-    found = Rotation(system, key, speeds, x, theta, settings, turning, turns, points)
+    found = Rotation(
+        system, key, speeds, x, theta, settings, turning, turns, points, at is not None
+    )
     return found if free is None else balanced(found, free)
 
 
@@ -343,4 +363,4 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
             )
         x[k], theta[k, place] = at, value
         settings[k] = settled(system, at[None], theta[k], settings[k])[0]
-    return replace(rotation, x=x, theta=theta, settings=settings)
+    return replace(rotation, x=x, theta=theta, settings=settings, balancing=name)

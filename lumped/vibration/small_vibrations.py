@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import casadi as ca
@@ -50,9 +51,7 @@ class SmallVibrations:
         Stands for the frequencies of vibration among the parameters, rad/s.
     """
 
-    def __init__(
-        self, system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]
-    ) -> None:
+    def __init__(self, system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> None:
         self.system, self.inputs, self.outputs = system, inputs, outputs
         x, theta, _, _ = system.inputs
         self.places = system.structure.parameters.vibrating
@@ -72,9 +71,7 @@ class SmallVibrations:
         numbers += [m.nz[:] if m.nnz() else ca.SX(0, 1) for m in found[2:]]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
         inputs_ = [ca.vertcat(x, self.frequency), *system.inputs[1:]]
-        self._call = ManyPoints(
-            ca.Function("vibrations", inputs_, [ca.cse(ca.vertcat(*numbers))])
-        )
+        self._call = ManyPoints(ca.Function("vibrations", inputs_, [ca.cse(ca.vertcat(*numbers))]))
 
     def __call__(
         self, x: Real, theta: Real, settings: Real, time: float, frequency: Real | None = None
@@ -109,6 +106,49 @@ class SmallVibrations:
                 "steadily; change the operating point, the speeds or the parameters."
             )
         return Parts(*np.split(values, self._ends, axis=1))
+
+    @cached_property
+    def _slopes(self) -> ManyPoints:
+        x, theta, _, _ = self.system.inputs
+        numbers = ca.vertcat(
+            ca.densify(self.expressions[0]),
+            ca.densify(self.expressions[1]),
+            *(m.nz[:] if m.nnz() else ca.SX(0, 1) for m in self.expressions[2:]),
+        )
+        weights = ca.SX.sym("weights", numbers.numel())
+        by = ca.vertcat(x, self.frequency, theta)
+        slope = ca.gradient(ca.dot(numbers, weights), by)
+        inputs = [ca.vertcat(x, self.frequency, weights), *self.system.inputs[1:]]
+        return ManyPoints(ca.Function("slopes", inputs, [ca.cse(ca.densify(slope))]))
+
+    def slopes(
+        self,
+        weights: Parts,
+        x: Real,
+        theta: Real,
+        settings: Real,
+        time: float,
+        frequency: Real | None = None,
+    ) -> tuple[Real, Real]:
+        """Derivatives of a weighted sum of everything, by states and by parameters.
+
+        Parameters
+        ----------
+        weights : Parts
+            One for each number, shapes (points, ...).
+
+        Returns
+        -------
+        ndarray, ndarray, shapes (points, n) and (points, p)
+        """
+        n, places = x.shape[1], self.places
+        own = theta[places] if frequency is None else frequency[:, None]
+        given = np.hstack([x, np.broadcast_to(own, (len(x), len(places))), *weights])
+        found = self._slopes(given, theta, np.full(len(x), time), settings)
+        by_theta = found[:, n + len(places) :]
+        if frequency is None:
+            by_theta[:, places] += found[:, n : n + len(places)]
+        return found[:, :n], by_theta
 
 
 def small_vibrations(

@@ -1,0 +1,243 @@
+"""How the vibration of a drive that turns changes with parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.points.moved_equilibrium import places_to
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.vibration.moved_rotation import moved_by
+from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.order_solution import order_solution, samples_of
+from lumped.vibration.small_vibrations import Parts, SmallVibrations
+
+__all__ = ["OrderSensitivity", "order_sensitivity"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class OrderSensitivity:
+    """Derivatives of a measure of a vibration by parameters; ``found[parameter]``.
+
+    Attributes
+    ----------
+    output, measure : str
+        What was derived.
+    unit : str
+        Its unit.
+    speed : float
+        Where, rad/s.
+    value : float
+        The measure there.
+    parameters : tuple of str
+        Names.
+    values : ndarray, shape (p,)
+        Derivatives, for each unit of the parameter.
+    relative : ndarray, shape (p,)
+        Relative change of the measure for a relative change of the parameter.
+    """
+
+    output: str
+    measure: str
+    unit: str
+    speed: float
+    value: float
+    parameters: tuple[str, ...]
+    values: Real
+    relative: Real
+
+    @checked
+    def __getitem__(self, parameter: str) -> float:
+        if parameter not in self.parameters:
+            raise UnknownNameError(
+                f"'{parameter}' was not varied. {nearest(parameter, self.parameters)}"
+            )
+        return float(self.values[self.parameters.index(parameter)])
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.measure} of {self.output} at {self.speed * 30 / np.pi:.6g} 1/min: "
+            f"{self.value:.6g} {self.unit}; by {len(self.parameters)} parameters"
+        )
+        order = np.argsort(-np.abs(self.relative), kind="stable")[:20].tolist()
+        rows = [
+            (self.parameters[i], number(self.values[i], 6), f"{self.relative[i]:+.4f}")
+            for i in order
+        ]
+        return f"{head}\n" + table(("parameter", "derivative", "relative"), rows)
+
+
+@checked
+def order_sensitivity(
+    response: OrderResponse,
+    output: Name,
+    *,
+    measure: Literal["maximum", "half range", "sum"] | float = "half range",
+    speed: float | None = None,
+    to: Iterable[Name] | None = None,
+) -> OrderSensitivity:
+    """Exact derivatives of a vibration by parameters.
+
+    One solution with the transposed matrices for each order, and one reverse sweep over the turns,
+    give the derivatives by all parameters: those of excitations that follow from the model, of the
+    matrices, and of the steady rotation itself where parameters move it.
+
+    Parameters
+    ----------
+    response : OrderResponse
+        From `order_response`.
+    output : name
+        One of its outputs.
+    measure : {"maximum", "half range", "sum"} or float
+        Of the synthesis, or the order whose amplitude is meant.
+    speed : float, optional
+        One of the speeds of the response, rad/s; default is where the measure is largest.
+    to : iterable of names, optional
+        Parameters; default is all that can be changed.
+
+    Returns
+    -------
+    OrderSensitivity
+
+    Raises
+    ------
+    OptionError
+        If the speed was not computed, or the measure has no derivative, as it is zero.
+    UnknownNameError
+        If a name does not exist.
+    """
+    row = response._place(output)
+    key = response.outputs[row]
+    sizes = _sizes(response, key, measure)
+    if speed is None:
+        k = int(sizes.argmax())
+    else:
+        k = int(np.abs(response.speeds - speed).argmin())
+        if not np.isclose(response.speeds[k], speed, rtol=1e-9):
+            raise OptionError(
+                f"order_sensitivity: {speed:g} rad/s is none of the speeds of the response; the "
+                f"nearest is {response.speeds[k]:.9g}."
+            )
+    names, places = places_to(response.rotation.points[0], to)
+    balancing = response.rotation.balancing
+    if to is None and balancing is not None:
+        places.pop(names.index(balancing))
+        names.remove(balancing)
+    if balancing in names:
+        raise OptionError(
+            f"{response.system.name}: {balancing} is free and follows from the "
+            "others; leave it out of `to`."
+        )
+    slope = _slope(response, row, k, _weights(response, key, k, measure))[places]
+    value, theta = float(sizes[k]), response.rotation.theta[k, places]
+    return OrderSensitivity(
+        key,
+        measure if isinstance(measure, str) else f"order {measure:g}",
+        response.system.quantity(key).unit,
+        float(response.speeds[k]),
+        value,
+        tuple(names),
+        slope,
+        slope * theta / value,
+    )
+
+
+def _sizes(response: OrderResponse, output: str, measure: str | float) -> Real:
+    """The measure at each speed."""
+    if isinstance(measure, str):
+        both = response.synthesis(output)
+        return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+    return response.magnitude(output, measure)
+
+
+def _weights(response: OrderResponse, output: str, k: int, measure: str | float) -> Complex:
+    """What the measure owes to the amplitudes: its change is ``Re sum(weight change)``."""
+    y, orders = response[output][k], response.orders
+    if isinstance(measure, str) and measure != "sum":
+        (high, top), (low, bottom) = response.synthesis(output).extremes
+        peaks = [np.exp(1j * orders * at) for at in (high[k], low[k])]
+        if measure == "half range":
+            return 0.5 * (peaks[0] - peaks[1])
+        return peaks[0] if top[k] >= -bottom[k] else -peaks[1]
+    size = np.abs(y)
+    found = np.where(size > 0, y.conj() / np.where(size > 0, size, 1.0), 0)
+    if not isinstance(measure, str):
+        chosen = response._order(measure)
+        if not size[chosen]:
+            raise OptionError(
+                f"order_sensitivity: order {measure:g} of {output} is zero at "
+                f"{response.speeds[k]:g} rad/s; its amplitude has no derivative there."
+            )
+        found[np.arange(len(orders)) != chosen] = 0
+    return found
+
+
+def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
+    """Derivatives by all parameters, shape (p,)."""
+    small, orders = response._small, response.orders
+    over = response.rotation.at(k)
+    wanted = {
+        name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
+        for name, harmonics in response._excitations.items()
+    }
+    solved = order_solution(small, over, orders, wanted)
+    n, count = over.x.shape[1], len(orders)
+    u = np.array(
+        [[h[o][0] if o in h else 0 for h in wanted.values()] for o in orders.tolist()]
+    ).reshape(count, len(wanted))
+    x = solved.x[0]
+    adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
+    left = weights[:, None] * adjoint
+    output = np.zeros((count, len(small.outputs)), dtype=complex)
+    output[:, row] = weights
+    by_order = [
+        (side[:, rows] * given[:, columns]).real
+        for side, given, (rows, columns) in zip(
+            (left, left, output, output), (x, u, x, u), small.patterns, strict=True
+        )
+    ]
+    samples = samples_of(over, orders)
+    angle, points, settings = over.along(0, samples)
+    turning = np.zeros((samples, count), dtype=complex)
+    if over.turns_matter:
+        whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
+        turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
+    own = [(turning @ left).real, (turning @ output).real]
+    theta, time = over.theta[0], over.points[0].time
+    flat = [part.sum(axis=0) for part in by_order]
+    averaged = [np.tile(part / samples, (samples, 1)) for part in flat]
+    by_x, by_theta = small.slopes(Parts(*own, *averaged), points, theta, settings, time)
+    slope_x, slope = by_x.sum(axis=0), by_theta.sum(axis=0)
+    if small.places:
+        still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
+        again = [np.repeat(part[:1], count, axis=0) for part in (points, settings)]
+        w = orders * over.speeds[0]
+        for sign, frequency in ((1.0, w), (-1.0, None)):
+            part = Parts(*still, *(sign * numbers for numbers in by_order))
+            more = small.slopes(part, again[0], theta, again[1], time, frequency)
+            slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
+    return slope + moved_by(over, slope_x)
+
+
+def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
+    """Solutions of ``(j w - A)^T y = C[row]`` at each order, shape (o, n)."""
+    rows, columns = small.patterns[0]
+    c_rows, c_columns = small.patterns[2]
+    matrix = np.zeros((len(w), n, n), dtype=complex)
+    matrix[:, columns, rows] = -matrices[0][0]
+    matrix[:, np.arange(n), np.arange(n)] += 1j * w[:, None]
+    right = np.zeros((len(w), n), dtype=complex)
+    chosen = c_rows == row
+    right[:, c_columns[chosen]] = matrices[2][0][:, chosen]
+    found: Complex = np.linalg.solve(matrix, right[..., None])[..., 0] if n else right
+    return found

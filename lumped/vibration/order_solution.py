@@ -1,0 +1,231 @@
+"""Amplitudes of the orders of a vibration about steady rotation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, SolverError
+from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
+from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.many_points import ManyPoints
+from lumped.vibration.rotation import Rotation
+from lumped.vibration.small_vibrations import Parts, SmallVibrations
+
+__all__ = ["Excitations", "OrderSolution", "order_solution", "samples_of"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Excitations: TypeAlias = dict[str, dict[float, Complex]]
+"""Amplitudes of inputs, by their names and orders, each at all speeds."""
+
+_SAMPLES = 720
+"""Points of a turn at which torques that follow from the angle are taken."""
+_MOST_SOLVED = 250
+"""States up to which a formula is made for the solution."""
+_ACCURATE = 1e-10
+"""Backward error up to which the formula is believed."""
+
+
+class OrderSolution(NamedTuple):
+    """Amplitudes, and the equations they solve.
+
+    Attributes
+    ----------
+    y, x : ndarray of complex, shapes (k, o, outputs) and (k, o, n)
+        Amplitudes of outputs and of states.
+    means : ndarray, shape (k, outputs)
+        Means of the outputs over the turns.
+    matrices : list of ndarray, shapes (k, o, numbers)
+        Numbers of A, B, C and D.
+    residual : float
+        Largest backward error.
+    """
+
+    y: Complex
+    x: Complex
+    means: Real
+    matrices: list[Real]
+    residual: float
+
+
+def order_solution(
+    small: SmallVibrations, over: Rotation, orders: Real, wanted: Excitations
+) -> OrderSolution:
+    """Vibration about a steady rotation.
+
+    Raises
+    ------
+    OptionError
+        If an order excites nothing.
+    SolverError
+        If a vibration is unbounded, or grows by itself.
+    """
+    system, speeds = over.system, over.speeds
+    rates, outputs, means, matrices = _cycle(small, over, orders)
+    n, shape = rates.shape[2], (len(speeds), len(orders))
+    (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
+    w = orders[None, :] * speeds[:, None]
+    matrices = _at_frequencies(small, over, matrices, w)
+    A, B, C, D = matrices
+    for i, harmonics in enumerate(wanted.values()):
+        for order, amplitude in harmonics.items():
+            for o in np.flatnonzero(orders == order):
+                for k in np.flatnonzero(b_columns == i):
+                    rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
+                for k in np.flatnonzero(d_columns == i):
+                    outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+    for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
+        raise OptionError(
+            f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
+            "excitation."
+        )
+    _refuse_growth(small, over, A)
+    flat, right = A.reshape(-1, A.shape[2]), rates.reshape(-1, n)
+    found, worst = _solved(small, flat, w.ravel(), right)
+    size = np.abs(found).max(axis=1, initial=0.0)
+    bad = np.flatnonzero(~np.isfinite(size))
+    if len(bad):
+        k, o = np.unravel_index(int(bad[0]), shape)
+        raise SolverError(
+            f"{system.name}: no finite vibration of order {orders[o]:g} at {speeds[k]:.9g} rad/s: "
+            "an undamped mode resonates there. Leave this speed out, or add damping."
+        )
+    found = found.reshape(*shape, n)
+    rows, columns = small.patterns[2]
+    for k, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        outputs[:, :, i] += C[:, :, k] * found[:, :, j]
+    return OrderSolution(outputs, found, means, matrices, worst)
+
+
+def _cycle(
+    small: SmallVibrations, over: Rotation, orders: Real
+) -> tuple[Complex, Complex, Real, list[Real]]:
+    """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
+
+    Shapes (k, o, n), (k, o, q), (k, q) and (k, numbers).
+    """
+    count, time = len(over.speeds), over.points[0].time
+    n, q = over.x.shape[1], len(small.outputs)
+    rates = np.zeros((count, len(orders), n), dtype=complex)
+    outputs = np.zeros((count, len(orders), q), dtype=complex)
+    if not over.turns_matter:
+        parts = _all_at_once(small, over)
+        return rates, outputs, parts.outputs, list(parts[2:])
+    cycles = orders * over.turns
+    numbers = np.rint(cycles).astype(int)
+    whole = np.abs(cycles - numbers) <= 1e-9
+    samples = samples_of(over, orders)
+    means = np.empty((count, q))
+    matrices: list[list[Real]] = []
+    for k in range(count):
+        _, x, settings = over.along(k, samples)
+        parts = small(x, over.theta[k], settings, time)
+        spectra = [np.fft.rfft(part, axis=0) * (2 / samples) for part in parts[:2]]
+        for held, spectrum, part in zip((rates, outputs), spectra, parts[:2], strict=True):
+            own = spectrum[numbers[whole]]
+            noise = 1e-13 * np.abs(part).max(axis=0, initial=0.0)
+            held[k, whole] = np.where(np.abs(own) > noise, own, 0)
+        means[k] = parts.outputs.mean(axis=0)
+        matrices.append([part.mean(axis=0) for part in parts[2:]])
+    return rates, outputs, means, [np.array(each) for each in zip(*matrices, strict=True)]
+
+
+def samples_of(over: Rotation, orders: Real) -> int:
+    """Points of all turns at which what follows from the angle is taken."""
+    samples = _SAMPLES * over.turns if over.turns_matter else 1
+    while over.turns_matter and samples < 8 * over.turns * orders.max():
+        samples *= 2
+    return samples
+
+
+def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
+    """Everything at all speeds where nothing depends on the angle."""
+    time = over.points[0].time
+    if (over.theta == over.theta[0]).all():
+        return small(over.x, over.theta[0], over.settings, time)
+    rows = [
+        small(over.x[k : k + 1], over.theta[k], over.settings[k : k + 1], time)
+        for k in range(len(over.x))
+    ]
+    return Parts(*(np.vstack(part) for part in zip(*rows, strict=True)))
+
+
+def _at_frequencies(
+    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real
+) -> list[Real]:
+    """Numbers of the matrices at the frequency of each order, shapes (k, o, numbers)."""
+    count = w.shape[1]
+    found = [np.repeat(part[:, None, :], count, axis=1) for part in matrices]
+    if not small.places:
+        return found
+    time = over.points[0].time
+    for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
+        own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
+        theta = np.atleast_2d(over.theta[k])[0]
+        x, settings = (np.repeat(part, count, axis=0) for part in own)
+        there = small(x, theta, settings, time, w[k].ravel())
+        stated = small(*own[:1], theta, own[1], time)
+        for held, part, base in zip(found, there[2:], stated[2:], strict=True):
+            change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
+            held[k] += change if isinstance(k, slice) else change[0]
+    return found
+
+
+def _refuse_growth(small: SmallVibrations, over: Rotation, A: Real) -> None:
+    """Refuse a rotation about which vibrations grow; looked at at a few speeds."""
+    n = over.x.shape[1]
+    rows, columns = small.patterns[0]
+    if n > _MOST_SOLVED:
+        return
+    for k in sorted({0, len(A) // 2, len(A) - 1}):
+        matrix = np.zeros((n, n))
+        matrix[rows, columns] = A[k, 0]
+        values = np.linalg.eigvals(matrix)
+        grows = values.real * (np.abs(values.imag) > 1e-6 * np.abs(values))
+        if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
+            worst = values[int(np.argmax(grows))]
+            raise SolverError(
+                f"{over.system.name}: at {over.speeds[k]:g} rad/s a vibration of "
+                f"{abs(worst.imag) / (2 * np.pi):.4g} Hz grows as exp({worst.real:.4g} t), so no "
+                "steady vibration is ever reached. Add damping or control."
+            )
+
+
+def _solved(
+    small: SmallVibrations, entries: Real, w: Real, right: Complex
+) -> tuple[Complex, float]:
+    """Solutions at all points, and the largest backward error."""
+    rows, columns = small.patterns[0]
+    n = right.shape[1]
+    found = np.zeros(right.shape, dtype=complex)
+    if not n:
+        return found, 0.0
+    missed = np.full(len(w), np.inf)
+    if n <= _MOST_SOLVED:
+        driven = np.flatnonzero(right.any(axis=0))
+        few = np.unique(np.linspace(0, len(w) - 1, 5).astype(int))
+        typical = np.zeros((len(few), n, n), dtype=complex)
+        typical[:, rows, columns] = -entries[few]
+        typical[:, np.arange(n), np.arange(n)] += 1j * w[few, None]
+        order = pivots(rows, columns, typical)
+        call = _formulas(small.system).of(
+            (small.inputs, small.outputs, tuple(driven.tolist()), order),
+            lambda: ManyPoints(elimination(rows, columns, driven, order)),
+        )
+        given = np.hstack([entries, w[:, None], right[:, driven].real, right[:, driven].imag])
+        values = call(given, np.zeros(0), np.zeros(len(w)), np.zeros((len(w), 0)))
+        found.real, found.imag, missed = values[:, :n], values[:, n:-1], values[:, -1]
+    again = np.flatnonzero(~(missed <= _ACCURATE))
+    if len(again):
+        singly = solved_singly(rows, columns, entries[again], w[again], right[again])
+        found[again], missed[again] = singly
+    return found, float(missed[np.isfinite(missed)].max(initial=0.0))
+
+
+@made_once
+def _formulas(_: System) -> Recent[ManyPoints]:
+    return Recent(8)
