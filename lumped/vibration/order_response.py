@@ -57,6 +57,8 @@ class OrderResponse:
         Steady rotation about which it vibrates.
     residual : float
         Largest backward error of the equations solved.
+    damping_ratio : float
+        What was added to the damping of every elastic mode.
     """
 
     system: System
@@ -67,6 +69,7 @@ class OrderResponse:
     means: Real
     rotation: Rotation
     residual: float
+    damping_ratio: float
     _small: SmallVibrations
     _excitations: Excitations
 
@@ -215,6 +218,7 @@ def order_response(
     excitations: Mapping[Name, Mapping[float, Amplitude]] | None = None,
     at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
     free: Name | None = None,
+    damping_ratio: float = 0.0,
     parameters: Changes | None = None,
 ) -> OrderResponse:
     """Steady vibration over the speed of a shaft, order by order.
@@ -256,6 +260,8 @@ def order_response(
         Parameter, such as the torque of the load, that lets mean torques balance at each speed; all
         states follow from the balance. Needed where stiffness or damping depends on the mean
         torque and `at` is not given.
+    damping_ratio : float
+        Of every elastic mode of the drive without its dampers, added to these.
     parameters : mapping of name to float, optional
         Parameters to change.
 
@@ -291,6 +297,10 @@ def order_response(
         )
     if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
         raise OptionError(f"order_response: turns = {turns!r}: a whole number of turns is needed.")
+    if not 0 <= damping_ratio < 1:
+        raise OptionError(
+            f"order_response: damping_ratio = {damping_ratio:g} must be at least 0 and below 1."
+        )
     inputs, outputs = tuple(wanted), tuple(system.key(name) for name in of)
     if not outputs:
         raise OptionError("order_response: name at least one quantity to observe, of=[...].")
@@ -298,9 +308,9 @@ def order_response(
     found = rotation(system, over, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
     small = small_vibrations(system, inputs, outputs)
-    solved = order_solution(small, found, chosen, wanted)
+    solved = order_solution(small, found, chosen, wanted, damping_ratio)
     return OrderResponse(
-        system, grid, chosen, outputs, solved.y, solved.means, found, solved.residual, small, wanted
+        system, grid, chosen, outputs, solved.y, solved.means, found, solved.residual, damping_ratio, small, wanted
     )
 
 

@@ -116,6 +116,11 @@ def order_sensitivity(
     UnknownNameError
         If a name does not exist.
     """
+    if response.damping_ratio:
+        raise OptionError(
+            "order_sensitivity: a damping ratio of all modes is no parameter of the drive; give its "
+            "parts their dampers or loss factors."
+        )
     row = response._place(output)
     key = response.outputs[row]
     sizes = _sizes(response, key, measure)

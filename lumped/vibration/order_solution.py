@@ -19,6 +19,7 @@ __all__ = ["Excitations", "OrderSolution", "order_solution", "samples_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Integer = NDArray[np.int64]
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
 
@@ -53,9 +54,18 @@ class OrderSolution(NamedTuple):
 
 
 def order_solution(
-    small: SmallVibrations, over: Rotation, orders: Real, wanted: Excitations
+    small: SmallVibrations,
+    over: Rotation,
+    orders: Real,
+    wanted: Excitations,
+    damping_ratio: float = 0.0,
 ) -> OrderSolution:
     """Vibration about a steady rotation.
+
+    Parameters
+    ----------
+    damping_ratio : float
+        Of every elastic mode, beside what the model has.
 
     Raises
     ------
@@ -83,9 +93,15 @@ def order_solution(
             f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
             "excitation."
         )
-    _refuse_growth(small, over, A)
-    flat, right = A.reshape(-1, A.shape[2]), rates.reshape(-1, n)
-    found, worst = _solved(small, flat, w.ravel(), right)
+    rows, columns = small.patterns[0]
+    if damping_ratio:
+        more, block = _modal_damping(small, matrices[0], damping_ratio)
+        rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
+        A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
+    _refuse_growth(over, rows, columns, A[:, 0])
+    found, worst = _solved(
+        system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
+    )
     size = np.abs(found).max(axis=1, initial=0.0)
     bad = np.flatnonzero(~np.isfinite(size))
     if len(bad):
@@ -175,15 +191,54 @@ def _at_frequencies(
     return found
 
 
-def _refuse_growth(small: SmallVibrations, over: Rotation, A: Real) -> None:
+def _modal_damping(
+    small: SmallVibrations, A: Real, ratio: float
+) -> tuple[tuple[Integer, Integer], Real]:
+    """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, m).
+
+    Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
+    ``-F E`` has the squares of the natural frequencies; modal damping adds ``-2 ratio sqrt(-F E) v``
+    to ``der(v)``.
+    """
+    system = small.system
+    units = np.array([_unit(system, node) for node in system.structure.states])
+    p = np.flatnonzero(np.isin(units, ("rad", "m")))
+    v = np.flatnonzero(np.isin(units, ("rad/s", "m/s")))
+    rows, columns = small.patterns[0]
+    n = len(units)
+    found = np.empty((len(A), len(v) ** 2))
+    for k, numbers in enumerate(A[:, 0]):
+        if k and np.array_equal(numbers, A[k - 1, 0]):
+            found[k] = found[k - 1]
+            continue
+        matrix = np.zeros((n, n))
+        np.add.at(matrix, (rows, columns), numbers)
+        squares, shapes = np.linalg.eig(-matrix[np.ix_(v, p)] @ matrix[np.ix_(p, v)])
+        largest = np.abs(squares).max(initial=0.0)
+        if (np.abs(squares.imag) > 1e-9 * largest).any() or (squares.real < -1e-9 * largest).any():
+            raise SolverError(
+                f"{system.name}: without dampers the drive has no modes that vibrate without "
+                "growing, so that a damping ratio has no meaning; leave out damping_ratio=."
+            )
+        elastic = np.where(squares.real > 1e-12 * largest, squares.real, 0.0)
+        block = -2 * ratio * (shapes * np.sqrt(elastic)) @ np.linalg.inv(shapes)
+        found[k] = block.real.ravel()
+    return (np.repeat(v, len(v)), np.tile(v, len(v))), found
+
+
+def _unit(system: System, node: int) -> str:
+    unknown = system.structure.members.get(node)
+    return "" if unknown is None else system.structure.tree.quantity(unknown).unit
+
+
+def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> None:
     """Refuse a rotation about which vibrations grow; looked at at a few speeds."""
     n = over.x.shape[1]
-    rows, columns = small.patterns[0]
     if n > _MOST_SOLVED:
         return
     for k in sorted({0, len(A) // 2, len(A) - 1}):
         matrix = np.zeros((n, n))
-        matrix[rows, columns] = A[k, 0]
+        np.add.at(matrix, (rows, columns), A[k])
         values = np.linalg.eigvals(matrix)
         grows = values.real * (np.abs(values.imag) > 1e-6 * np.abs(values))
         if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
@@ -196,10 +251,9 @@ def _refuse_growth(small: SmallVibrations, over: Rotation, A: Real) -> None:
 
 
 def _solved(
-    small: SmallVibrations, entries: Real, w: Real, right: Complex
+    system: System, rows: Integer, columns: Integer, entries: Real, w: Real, right: Complex
 ) -> tuple[Complex, float]:
     """Solutions at all points, and the largest backward error."""
-    rows, columns = small.patterns[0]
     n = right.shape[1]
     found = np.zeros(right.shape, dtype=complex)
     if not n:
@@ -209,12 +263,12 @@ def _solved(
         driven = np.flatnonzero(right.any(axis=0))
         few = np.unique(np.linspace(0, len(w) - 1, 5).astype(int))
         typical = np.zeros((len(few), n, n), dtype=complex)
-        typical[:, rows, columns] = -entries[few]
+        np.add.at(typical, (slice(None), rows, columns), -entries[few])
         typical[:, np.arange(n), np.arange(n)] += 1j * w[few, None]
         order = pivots(rows, columns, typical)
-        call = _formulas(small.system).of(
-            (small.inputs, small.outputs, tuple(driven.tolist()), order),
-            lambda: ManyPoints(elimination(rows, columns, driven, order)),
+        key = rows.tobytes(), columns.tobytes(), driven.tobytes(), order
+        call = _formulas(system).of(
+            key, lambda: ManyPoints(elimination(rows, columns, driven, order))
         )
         given = np.hstack([entries, w[:, None], right[:, driven].real, right[:, driven].imag])
         values = call(given, np.zeros(0), np.zeros(len(w)), np.zeros((len(w), 0)))

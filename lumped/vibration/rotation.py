@@ -337,8 +337,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     for k in range(len(rotation.speeds)):
         at, value = x[k].copy(), float(theta[k, place])
         if k:
-            at, value = at + x[k - 1] - first, float(theta[k - 1, place])
-        first = x[k].copy()
+            at, value = at + x[k - 1] - rotation.x[k - 1], float(theta[k - 1, place])
         for _ in range(_STEPS):
             residual, matrix, size = missing(k, at, value)
             worst = int(np.argmax(np.abs(residual) / size))
