@@ -98,6 +98,7 @@ from lumped.components.electric.thermal import (
     HeatFlow,
     ThermalConductor,
 )
+from lumped.components.engine import Cylinder
 from lumped.components.friction import (
     BearingFriction,
     Brake,
@@ -167,6 +168,7 @@ __all__ = [
     "CurrentController",
     "CurrentSensor",
     "CurrentSource",
+    "Cylinder",
     "DCMotor",
     "Damper",
     "Eccentric",

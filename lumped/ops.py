@@ -164,8 +164,13 @@ def smooth(x: Number) -> Expr:
     return Smooth(as_expr(x))
 
 
-def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
+def interpolate(
+    x: Number, xs: Sequence[float], ys: Sequence[Number], *, period: float | None = None
+) -> Expr:
     """Straight lines through points, the first and last extended; one point is a constant.
+
+    With a period the lines repeat for ever. Where the last place is a period after the first, both
+    values count, and a difference between them is a jump; else a line closes the period.
 
     A run stops where one line meets the next. Of many lines it watches only the one it is on.
 
@@ -176,12 +181,15 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
     xs : sequence of float, shape (n,)
         Places, increasing.
     ys : sequence of float or expression, shape (n,)
-        Values there; parameters may stand in them.
+        Values there; parameters may stand in them, but for a period.
+    period : float, optional
+        Of the lines, at least from the first place to the last.
 
     Raises
     ------
     EquationError
-        If the lengths differ, there is no point, a number is not finite, or `xs` does not increase.
+        If the lengths differ, there is no point, a number is not finite, `xs` does not increase, or
+        it is longer than the period.
     """
     if any(isinstance(given, Expr) for given in (xs, ys)):
         raise EquationError(
@@ -198,6 +206,8 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
         if not right > left:
             raise EquationError(f"interpolate: the places must increase, but {left} -> {right}.")
     argument = as_expr(x)
+    if period is not None:
+        return _repeated(argument, places, _numbers("interpolate", "value", ys), period)
     if any(isinstance(y, Expr) for y in ys):
         return _with_heights(argument, places, [as_expr(y) for y in ys])
     heights = _numbers("interpolate", "value", ys)
@@ -208,6 +218,21 @@ def interpolate(x: Number, xs: Sequence[float], ys: Sequence[Number]) -> Expr:
     kept = [i for i in range(len(slopes)) if new[i]]
     rows = tuple((slopes[i], heights[i]) for i in kept)
     return Piecewise(argument, Pieces(tuple(places[i] for i in kept), rows))
+
+
+def _repeated(argument: Expr, places: list[float], heights: list[float], period: float) -> Expr:
+    length = places[-1] - places[0]
+    if not 0 < period < float("inf") or length > period * (1 + 1e-9):
+        raise EquationError(
+            f"interpolate: the places cover {length:g}, which is longer than the period {period:g}."
+        )
+    if len(places) == 1:
+        return Datum(heights[0])
+    if length < period * (1 - 1e-9):
+        places, heights = [*places, places[0] + period], [*heights, heights[0]]
+    slopes = (np.diff(heights) / np.diff(places)).tolist()
+    rows = tuple(zip(slopes, heights[:-1], strict=True))
+    return Piecewise(argument, Pieces(tuple(places[:-1]), rows, period))
 
 
 def _with_heights(argument: Expr, places: list[float], heights: list[Expr]) -> Expr:

@@ -18,7 +18,7 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
-__all__ = ["Linearisation", "growth", "linearise"]
+__all__ = ["Linearisation", "Matrices", "growth", "linear_matrices", "linearise"]
 
 _MOST = 500
 _GROWS = 1e-7
@@ -108,14 +108,78 @@ def linearise(
         raise OptionError("linearise: give the parameters when making the operating point `at`.")
     point = finite(at or start_point(system, parameters=parameters))
     matrices, given, observed = linear_matrices(system, point, inputs, outputs)
-    A, B, C, D = (m.toarray() for m in matrices)
+    A, B, C, D = (m.toarray() for m in matrices.at())
     return Linearisation(A, B, C, D, tuple(system.state_names), given, observed, point)
+
+
+class Matrices:
+    """A, B, C and D of a system at a point, as sparse matrices.
+
+    Laws that depend on the frequency of the vibration have that frequency (see `param`).
+
+    Parameters
+    ----------
+    system : System
+        What is linearised.
+    point : OperatingPoint
+        Where.
+    inputs, outputs : tuple of str
+        Full names.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        point: OperatingPoint,
+        inputs: tuple[str, ...],
+        outputs: tuple[str, ...],
+    ) -> None:
+        self._point, self._vibrating = point, system.structure.parameters.vibrating
+        x, theta, _, _ = system.inputs
+        u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
+        parts = [
+            ca.jacobian(f, by) for f in (system.rates, system.expressions(outputs)) for by in (x, u)
+        ]
+        self._call = ca.Function("linear", system.inputs, parts)
+        self._stated: list[scipy.sparse.csc_array] | None = None
+
+    def theta(self, w: float | None = None) -> np.ndarray:
+        """Parameters for a vibration of an angular frequency, rad/s."""
+        found = self._point.theta.copy()
+        if w is not None:
+            found[self._vibrating] = w
+        return found
+
+    def at(self, w: float | None = None) -> list[scipy.sparse.csc_array]:
+        """The matrices for a vibration of an angular frequency, rad/s; as stated without one.
+
+        Raises
+        ------
+        SolverError
+            If a derivative is not finite.
+        """
+        if not self._vibrating or w is None:
+            if self._stated is None:
+                self._stated = self._made(None)
+            return self._stated
+        return self._made(w)
+
+    def _made(self, w: float | None) -> list[scipy.sparse.csc_array]:
+        point = self._point
+        found = self._call(point.x, self.theta(w), point.time, point.settings)
+        matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]
+        if not all(np.isfinite(m.data).all() for m in matrices):
+            raise SolverError(
+                f"{point.system.name}: a derivative is not finite at the operating point:\n"
+                f"{point!r}"
+            )
+        return matrices
 
 
 def linear_matrices(
     system: System, point: OperatingPoint, inputs: Iterable[Name], outputs: Iterable[Name]
-) -> tuple[list[scipy.sparse.csc_array], tuple[str, ...], tuple[str, ...]]:
-    """A, B, C and D as sparse matrices, and the full names of inputs and outputs."""
+) -> tuple[Matrices, tuple[str, ...], tuple[str, ...]]:
+    """A, B, C and D, and the full names of inputs and outputs."""
     p = system.structure.parameters
     place = {p.names[i]: k for k, i in enumerate(p.free)}
     given = tuple(system.key(name) for name in inputs)
@@ -127,21 +191,7 @@ def linear_matrices(
             raise UnknownNameError(
                 f"'{name}' is not a parameter that can vary. {nearest(name, place)}"
             )
-    x, theta, _, _ = system.inputs
-    u = theta[[place[name] for name in given]] if given else ca.SX(0, 1)
-    y = system.expressions(observed)
-    function = ca.Function(
-        "linear",
-        system.inputs,
-        [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)],
-    )
-    found = function(point.x, point.theta, point.time, point.settings)
-    matrices = [scipy.sparse.csc_array(ca.DM(m).sparse()) for m in found]
-    if not all(np.isfinite(m.data).all() for m in matrices):
-        raise SolverError(
-            f"{system.name}: a derivative is not finite at the operating point:\n{point!r}"
-        )
-    return matrices, given, observed
+    return Matrices(system, point, given, observed), given, observed
 
 
 def growth(system: System, point: OperatingPoint) -> tuple[float, str]:

@@ -310,7 +310,17 @@ def order_response(
     small = small_vibrations(system, inputs, outputs)
     solved = order_solution(small, found, chosen, wanted, damping_ratio)
     return OrderResponse(
-        system, grid, chosen, outputs, solved.y, solved.means, found, solved.residual, damping_ratio, small, wanted
+        system,
+        grid,
+        chosen,
+        outputs,
+        solved.y,
+        solved.means,
+        found,
+        solved.residual,
+        damping_ratio,
+        small,
+        wanted,
     )
 
 

@@ -23,7 +23,7 @@ Integer = NDArray[np.int64]
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
 
-_SAMPLES = 720
+_SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
 _MOST_SOLVED = 250
 """States up to which a formula is made for the solution."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, UnknownNameError, nearest
 from lumped.numerics.singular_factors import factors_of
-from lumped.points.linearise import growth, linear_matrices
+from lumped.points.linearise import Matrices, growth, linear_matrices
 from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
@@ -27,7 +27,14 @@ from lumped.timeloop.result import OperatingPoint
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FrequencyResponse", "Resonance", "frequency_response", "needing_rates", "refuse_rates"]
+__all__ = [
+    "FrequencyResponse",
+    "Held",
+    "Resonance",
+    "frequency_response",
+    "needing_rates",
+    "refuse_rates",
+]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -76,7 +83,7 @@ class FrequencyResponse:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     point: OperatingPoint
-    _matrices: list[scipy.sparse.csc_array]
+    _matrices: Held
 
     @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
@@ -87,10 +94,10 @@ class FrequencyResponse:
     @cached_property
     def residual(self) -> float:
         """Largest backward error of the equations solved, ``|b - M x| / (|M| |x| + |b|)``."""
-        A, B, _, _ = self._matrices
-        right, worst = B.toarray(), 0.0
-        for f in self.hertz if A.shape[0] else ():
-            M = _shifted(A, f)
+        worst = 0.0
+        for f in self.hertz if len(self.system.state_names) else ():
+            A, B, _, _ = self._matrices.at(f)
+            M, right = _shifted(A, f), B.toarray()
             x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
             size = abs(M) @ np.abs(x) + np.abs(right)
             missed = np.abs(M @ x - right) / np.where(size > 0, size, 1.0)
@@ -287,10 +294,41 @@ def frequency_response(
             f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
             "stable operating point, or add damping or control."
         )
-    matrices[0] = system.state_matrix((point.x, point.theta, point.time, point.settings))
-    matrices[:2] = _stuck(system, point, *matrices[:2])
-    values = _solved(matrices, at_hertz, system)
-    return FrequencyResponse(system, at_hertz, values, given, observed, point, matrices)
+    held = Held(point, matrices)
+    values = _solved(held, at_hertz, system)
+    return FrequencyResponse(system, at_hertz, values, given, observed, point, held)
+
+
+class Held:
+    """A, B, C and D at the frequency of a vibration, with what sticks held at zero.
+
+    Parameters
+    ----------
+    point : OperatingPoint
+        Where the system was linearised.
+    matrices : Matrices
+        There.
+    """
+
+    def __init__(self, point: OperatingPoint, matrices: Matrices) -> None:
+        self._point, self._made = point, matrices
+        self._latest: tuple[list[scipy.sparse.csc_array] | None, list[scipy.sparse.csc_array]] = (
+            None,
+            [],
+        )
+
+    def theta(self, hertz: float) -> Real:
+        """Parameters at a frequency, Hz."""
+        return self._made.theta(2 * np.pi * hertz if hertz else None)
+
+    def at(self, hertz: float) -> list[scipy.sparse.csc_array]:
+        """The matrices at a frequency, Hz; at zero laws hold at the frequencies that are stated."""
+        found, point = self._made.at(2 * np.pi * hertz if hertz else None), self._point
+        if found is not self._latest[0]:
+            inputs = (point.x, self.theta(hertz), point.time, point.settings)
+            A = point.system.state_matrix(inputs)
+            self._latest = found, [*_stuck(point.system, point, A, found[1]), *found[2:]]
+        return self._latest[1]
 
 
 def _stuck(
@@ -310,23 +348,24 @@ def _stuck(
     ]
 
 
-def _solved(matrices: list[scipy.sparse.csc_array], hertz: ArrayLike, system: System) -> Complex:
+def _solved(matrices: Held, hertz: ArrayLike, system: System) -> Complex:
     """Responses, shape (frequencies, outputs, inputs)."""
-    A, B, C, D = matrices
-    right, direct = B.toarray().astype(complex), D.toarray()
-    if not A.shape[0]:
-        return np.broadcast_to(direct.astype(complex), (np.size(hertz), *D.shape))
-    found = np.empty((np.size(hertz), *D.shape), dtype=complex)
-    for k, f in enumerate(np.asarray(hertz)):
-        factors = factors_of(_shifted(A, f))
-        found[k] = np.inf if factors is None else C @ factors.solve(right) + direct
-        if not np.isfinite(found[k]).all():
+    found = []
+    for f in np.asarray(hertz, dtype=float):
+        A, B, C, D = matrices.at(f)
+        direct = D.toarray().astype(complex)
+        if A.shape[0]:
+            factors = factors_of(_shifted(A, f))
+            right = B.toarray().astype(complex)
+            direct += np.inf if factors is None else C @ factors.solve(right)
+        if not np.isfinite(direct).all():
             why = "what moves freely drifts away" if f == 0 else "an undamped mode resonates there"
             raise SolverError(
                 f"{system.name}: no finite response at {f:.9g} Hz: {why}. "
                 "Leave this frequency out, or add damping."
             )
-    return found
+        found.append(direct)
+    return np.array(found)
 
 
 def _shifted(A: scipy.sparse.csc_array, hertz: float) -> scipy.sparse.csc_array:

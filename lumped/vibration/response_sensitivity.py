@@ -124,9 +124,8 @@ def response_sensitivity(
     names, places = places_to(point, to)
     if not names:
         raise OptionError("response_sensitivity: nothing to vary; name parameters in `to`.")
-    A, B, C, _ = response._matrices
-    n, m, q = len(system.state_names), B.shape[1], C.shape[0]
-    left, right = _vectors(A, B, C, response.hertz)
+    n, m, q = len(system.state_names), len(response.inputs), len(response.outputs)
+    left, right = _vectors(response, n, m, q)
     x, theta, _, _ = system.inputs
     u = theta[system.places(response.inputs)]
     observed = ca.vertcat(system.rates, system.expressions(response.outputs))
@@ -135,7 +134,8 @@ def response_sensitivity(
     slope = ca.densify(ca.gradient(ca.dot(y, along), ca.vertcat(x, theta)))
     function = ca.Function("contraction", [*system.inputs, y, ca.vertcat(v, e)], [slope])
     count = left.shape[1]
-    at = [np.repeat(np.c_[part], count, axis=1) for part in (point.x, point.theta)]
+    thetas = [response._matrices.theta(f) for f in response.hertz]
+    at = [np.repeat(np.c_[point.x], count, axis=1), np.repeat(np.c_[*thetas], q * m, axis=1)]
     call = function.map(count)
 
     def contracted(a: Real, b: Real, settings: Real) -> Real:
@@ -148,7 +148,10 @@ def response_sensitivity(
         real = real - contracted(left.imag, right.imag, settings)
         imaginary = contracted(left.real, right.imag, settings)
         imaginary = imaginary + contracted(left.imag, right.real, settings)
-        return real + 1j * imaginary
+        found = real + 1j * imaginary
+        vibrating = [n + place for place in system.structure.parameters.vibrating]
+        found[np.ix_(np.repeat(response.hertz > 0, q * m), vibrating)] = 0
+        return found
 
     both = slopes(point.settings)
     moved = moved_point(point, places) if point_matters(point, both) else None
@@ -159,15 +162,14 @@ def response_sensitivity(
     return ResponseSensitivity(response, tuple(names), values, moving)
 
 
-def _vectors(
-    A: scipy.sparse.csc_array, B: scipy.sparse.csc_array, C: scipy.sparse.csc_array, hertz: Real
-) -> tuple[Complex, Complex]:
+def _vectors(response: FrequencyResponse, n: int, m: int, q: int) -> tuple[Complex, Complex]:
     """Vectors ``(y, output)`` and ``(v, input)`` for each frequency, output and input."""
-    n, m, q = A.shape[0], B.shape[1], C.shape[0]
+    hertz = response.hertz
     left = np.zeros((len(hertz), q, m, n + q), dtype=complex)
     right = np.zeros((len(hertz), q, m, n + m), dtype=complex)
     left[..., n:], right[..., n:] = np.eye(q)[:, None, :], np.eye(m)[None, :, :]
     for k, f in enumerate(hertz if n else ()):
+        A, B, C, _ = response._matrices.at(f)
         factors = scipy.sparse.linalg.splu(
             scipy.sparse.csc_array(2j * np.pi * f * scipy.sparse.eye_array(n, format="csc") - A)
         )

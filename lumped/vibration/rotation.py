@@ -247,7 +247,7 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
     node = system.structure.reduced.node(system.structure.tree.unknown(over))
     if node is None or not system.structure.available([node], cyclic=True)[0]:
         return own
-    states, theta, _, _ = system.inputs
+    states = system.inputs[0]
     slopes = ca.jacobian(system.expressions([over]), states)
     ratios = np.asarray(
         ca.Function("ratios", system.inputs, [ca.densify(slopes)])(
@@ -343,7 +343,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
             worst = int(np.argmax(np.abs(residual) / size))
             if np.abs(residual[worst]) <= _CLOSED * size[worst]:
                 break
-            if not matrix[:, n].any():
+            if (np.abs(matrix[:, n]) * abs(value or 1.0) <= _CLOSED * size).all():
                 raise OptionError(
                     f"{system.name}: free={name!r} changes no rate where the drive turns steadily; "
                     "name the torque of the load or of the motor."

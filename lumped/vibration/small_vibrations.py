@@ -68,7 +68,7 @@ class SmallVibrations:
             (np.array(rows, dtype=int), np.array(columns, dtype=int)) for rows, columns in triplets
         )
         numbers = [ca.densify(found[0]), ca.densify(found[1])]
-        numbers += [m.nz[:] if m.nnz() else ca.SX(0, 1) for m in found[2:]]
+        numbers += [_nonzeros(m) for m in found[2:]]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
         inputs_ = [ca.vertcat(x, self.frequency), *system.inputs[1:]]
         self._call = ManyPoints(ca.Function("vibrations", inputs_, [ca.cse(ca.vertcat(*numbers))]))
@@ -113,7 +113,7 @@ class SmallVibrations:
         numbers = ca.vertcat(
             ca.densify(self.expressions[0]),
             ca.densify(self.expressions[1]),
-            *(m.nz[:] if m.nnz() else ca.SX(0, 1) for m in self.expressions[2:]),
+            *(_nonzeros(m) for m in self.expressions[2:]),
         )
         weights = ca.SX.sym("weights", numbers.numel())
         by = ca.vertcat(x, self.frequency, theta)
@@ -157,6 +157,11 @@ def small_vibrations(
     """What a system does to small vibrations; the latest are kept."""
     made = _latest(system)
     return made.of((inputs, outputs), lambda: SmallVibrations(system, inputs, outputs))
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    """Numbers of a matrix in one column."""
+    return ca.sparsity_cast(matrix, ca.Sparsity.dense(matrix.nnz(), 1))
 
 
 @made_once
