@@ -8,11 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from math import inf
 from typing import Literal
-
-import numpy as np
-import scipy
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.errors import EquationError, shown
@@ -122,25 +118,23 @@ class Cylinder(Component):
             )
         if self.misfire == "no gas" or not self.pressure:
             return ConstantExpression(0.0)
-        angles, values = self._table()
-        cycle = angles[-1] - angles[0]
-        if self.shape == "smooth":
-            curve = periodic_spline(a, angles, [*values[:-1], values[0]])
-            closing = scipy.interpolate.CubicSpline(
-                angles, [*values[:-1], values[0]], bc_type="periodic"
-            )(angles[0] + (pi - angles[0]) % cycle)
-        elif self.shape == "lines":
-            curve = smooth(interpolate(a, angles, values, period=cycle))
-            closing = np.interp(angles[0] + (pi - angles[0]) % cycle, angles, values)
-        else:
-            raise EquationError(f"shape = {self.shape!r}: 'lines' or 'smooth' is needed.")
+        curve = self._curve(a)
         if self.misfire == "none":
             return curve
-        stroke = self._volume(ConstantExpression(pi)) / self._volume(a)
-        squeezed = float(closing) * stroke**self.n
+        closing = ConstantExpression(pi)
+        stroke = self._volume(closing) / self._volume(a)
+        squeezed = self._curve(closing) * stroke**self.n
         if self.strokes == 2:
             return squeezed
         return smooth(where(cos(a / 2) < 0, squeezed, curve))
+
+    def _curve(self, a: Expr) -> Expr:
+        angles, values = self._table()
+        if self.shape == "smooth":
+            return periodic_spline(a, angles, [*values[:-1], values[0]])
+        if self.shape != "lines":
+            raise EquationError(f"shape = {self.shape!r}: 'lines' or 'smooth' is needed.")
+        return smooth(interpolate(a, angles, values, period=angles[-1] - angles[0]))
 
     def _volume(self, a: Expr) -> Expr:
         """Volume over the area of the piston, m."""
@@ -184,11 +178,12 @@ def _rows(
     name: str, rows: Sequence[Sequence[float]], what: str, example: str
 ) -> list[tuple[float, float]]:
     """Rows of two finite numbers."""
+    infinite = float("inf")
     try:
         found = [(float(x), float(y)) for x, y in rows]
     except (TypeError, ValueError):
         found = []
-    if not found or not all(abs(x) < inf and abs(y) < inf for x, y in found):
+    if not found or not all(abs(x) < infinite and abs(y) < infinite for x, y in found):
         raise EquationError(
             f"{name} = {shown(rows)}: rows of {what} are needed, finite numbers, such as {example}."
         )

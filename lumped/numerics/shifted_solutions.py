@@ -122,9 +122,9 @@ def elimination(
     -------
     Function
         (x, p, t, m) -> real parts of the solution, then imaginary ones, and the backward error
-        ``|b - M x| / (|M| |x| + |b|)``, with ``|re| + |im|`` for sizes. The first argument holds the
-        numbers of A, the frequency w, rad/s, and real and imaginary parts of the driven rows of b;
-        the others are empty.
+        ``|b - M x| / (|M| |x| + |b|)``, sizes being ``|re| + |im|``. The first argument holds
+        the numbers of A, the frequency w, rad/s, and real and imaginary parts of the driven rows of
+        b; the others are empty.
     """
     n, count = len(order), len(rows)
     given = ca.SX.sym("x", count + 1 + 2 * len(driven))

@@ -7,6 +7,13 @@ from lumped.vibration.eigen_sensitivity import eigen_sensitivity as eigen_sensit
 from lumped.vibration.energies import ModalEnergies as ModalEnergies
 from lumped.vibration.energies import Node as Node
 from lumped.vibration.energies import modal_energies as modal_energies
+from lumped.vibration.limits import BarredRange as BarredRange
+from lumped.vibration.limits import Limit as Limit
+from lumped.vibration.limits import Verdict as Verdict
+from lumped.vibration.limits import separation as separation
+from lumped.vibration.limits import torque_reversal as torque_reversal
+from lumped.vibration.limits import verdict as verdict
+from lumped.vibration.marine_rule import MarineShaft as MarineShaft
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
 from lumped.vibration.order_analysis import Order as Order

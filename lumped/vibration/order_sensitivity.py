@@ -118,8 +118,8 @@ def order_sensitivity(
     """
     if response.damping_ratio:
         raise OptionError(
-            "order_sensitivity: a damping ratio of all modes is no parameter of the drive; give its "
-            "parts their dampers or loss factors."
+            "order_sensitivity: a damping ratio of all modes is no parameter of the drive; give "
+            "its parts their dampers or loss factors."
         )
     row = response._place(output)
     key = response.outputs[row]
@@ -171,9 +171,10 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
     if isinstance(measure, str) and measure != "sum":
         (high, top), (low, bottom) = response.synthesis(output).extremes
         peaks = [np.exp(1j * orders * at) for at in (high[k], low[k])]
-        if measure == "half range":
-            return 0.5 * (peaks[0] - peaks[1])
-        return peaks[0] if top[k] >= -bottom[k] else -peaks[1]
+        upper = measure == "half range" or top[k] >= -bottom[k]
+        lower = measure == "half range" or not upper
+        weights: Complex = upper * peaks[0] - lower * peaks[1]
+        return 0.5 * weights if measure == "half range" else weights
     size = np.abs(y)
     found = np.where(size > 0, y.conj() / np.where(size > 0, size, 1.0), 0)
     if not isinstance(measure, str):
@@ -231,18 +232,20 @@ def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
             part = Parts(*still, *(sign * numbers for numbers in by_order))
             more = small.slopes(part, again[0], theta, again[1], time, frequency)
             slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
-    return slope + moved_by(over, slope_x)
+    total: Real = slope + moved_by(over, slope_x)
+    return total
 
 
 def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
     """Solutions of ``(j w - A)^T y = C[row]`` at each order, shape (o, n)."""
     rows, columns = small.patterns[0]
     c_rows, c_columns = small.patterns[2]
-    matrix = np.zeros((len(w), n, n), dtype=complex)
+    matrix: Complex = np.zeros((len(w), n, n), dtype=complex)
     matrix[:, columns, rows] = -matrices[0][0]
     matrix[:, np.arange(n), np.arange(n)] += 1j * w[:, None]
     right = np.zeros((len(w), n), dtype=complex)
     chosen = c_rows == row
     right[:, c_columns[chosen]] = matrices[2][0][:, chosen]
-    found: Complex = np.linalg.solve(matrix, right[..., None])[..., 0] if n else right
-    return found
+    if n:
+        right[:] = np.linalg.solve(matrix, right[..., None])[..., 0]
+    return right

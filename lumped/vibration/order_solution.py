@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from lumped.compiler.system import System
@@ -105,15 +106,15 @@ def order_solution(
     size = np.abs(found).max(axis=1, initial=0.0)
     bad = np.flatnonzero(~np.isfinite(size))
     if len(bad):
-        k, o = np.unravel_index(int(bad[0]), shape)
+        speed, order = np.broadcast_arrays(speeds[:, None], orders)
         raise SolverError(
-            f"{system.name}: no finite vibration of order {orders[o]:g} at {speeds[k]:.9g} rad/s: "
-            "an undamped mode resonates there. Leave this speed out, or add damping."
+            f"{system.name}: no finite vibration of order {order.flat[bad[0]]:g} at "
+            f"{speed.flat[bad[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed out, or add damping."
         )
     found = found.reshape(*shape, n)
     rows, columns = small.patterns[2]
-    for k, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-        outputs[:, :, i] += C[:, :, k] * found[:, :, j]
+    for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        outputs[:, :, i] += C[:, :, number] * found[:, :, j]
     return OrderSolution(outputs, found, means, matrices, worst)
 
 
@@ -197,8 +198,8 @@ def _modal_damping(
     """What a damping ratio of every elastic mode adds to A: places, and numbers, shape (k, m).
 
     Without dampers, speeds v and positions p follow ``der(v) = F p``, ``der(p) = E v``, so that
-    ``-F E`` has the squares of the natural frequencies; modal damping adds ``-2 ratio sqrt(-F E) v``
-    to ``der(v)``.
+    ``-F E`` has the squares of the natural frequencies; modal damping adds
+    ``-2 ratio sqrt(-F E) v`` to ``der(v)``.
     """
     system = small.system
     units = np.array([_unit(system, node) for node in system.structure.states])
@@ -211,8 +212,7 @@ def _modal_damping(
         if k and np.array_equal(numbers, A[k - 1, 0]):
             found[k] = found[k - 1]
             continue
-        matrix = np.zeros((n, n))
-        np.add.at(matrix, (rows, columns), numbers)
+        matrix = _matrix(rows, columns, numbers, n)
         squares, shapes = np.linalg.eig(-matrix[np.ix_(v, p)] @ matrix[np.ix_(p, v)])
         largest = np.abs(squares).max(initial=0.0)
         if (np.abs(squares.imag) > 1e-9 * largest).any() or (squares.real < -1e-9 * largest).any():
@@ -226,6 +226,12 @@ def _modal_damping(
     return (np.repeat(v, len(v)), np.tile(v, len(v))), found
 
 
+def _matrix(rows: Integer, columns: Integer, numbers: Real, n: int) -> Real:
+    """A matrix from its numbers; those at the same place add up."""
+    found: Real = scipy.sparse.coo_array((numbers, (rows, columns)), shape=(n, n)).toarray()
+    return found
+
+
 def _unit(system: System, node: int) -> str:
     unknown = system.structure.members.get(node)
     return "" if unknown is None else system.structure.tree.quantity(unknown).unit
@@ -237,8 +243,7 @@ def _refuse_growth(over: Rotation, rows: Integer, columns: Integer, A: Real) -> 
     if n > _MOST_SOLVED:
         return
     for k in sorted({0, len(A) // 2, len(A) - 1}):
-        matrix = np.zeros((n, n))
-        np.add.at(matrix, (rows, columns), A[k])
+        matrix = _matrix(rows, columns, A[k], n)
         values = np.linalg.eigvals(matrix)
         grows = values.real * (np.abs(values.imag) > 1e-6 * np.abs(values))
         if grows.max(initial=0.0) > 1e-7 * np.abs(values).max(initial=0.0):
@@ -262,8 +267,7 @@ def _solved(
     if n <= _MOST_SOLVED:
         driven = np.flatnonzero(right.any(axis=0))
         few = np.unique(np.linspace(0, len(w) - 1, 5).astype(int))
-        typical = np.zeros((len(few), n, n), dtype=complex)
-        np.add.at(typical, (slice(None), rows, columns), -entries[few])
+        typical = np.array([-_matrix(rows, columns, entries[k], n) for k in few], dtype=complex)
         typical[:, np.arange(n), np.arange(n)] += 1j * w[few, None]
         order = pivots(rows, columns, typical)
         key = rows.tobytes(), columns.tobytes(), driven.tobytes(), order

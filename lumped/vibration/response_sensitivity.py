@@ -150,7 +150,8 @@ def response_sensitivity(
         imaginary = imaginary + contracted(left.imag, right.real, settings)
         found = real + 1j * imaginary
         vibrating = [n + place for place in system.structure.parameters.vibrating]
-        found[np.ix_(np.repeat(response.hertz > 0, q * m), vibrating)] = 0
+        for place in vibrating:
+            found[np.repeat(response.hertz > 0, q * m), place] = 0
         return found
 
     both = slopes(point.settings)

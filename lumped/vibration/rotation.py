@@ -231,7 +231,8 @@ def _on_lines(system: System, speeds: Real, points: tuple[OperatingPoint, ...]) 
             "together; give the operating point at each speed, at=lambda w: ..."
         )
     share = ((speeds - speeds[0]) / (speeds[-1] - speeds[0]))[:, None]
-    return (1 - share) * begin + share * end
+    found: Real = (1 - share) * begin + share * end
+    return found
 
 
 def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
@@ -279,7 +280,8 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
 
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
     m = settled(point.system, x[None], point.theta, point.settings)
-    return rates(x[None], point.theta, np.zeros(1), m)[0]
+    found: Real = rates(x[None], point.theta, np.zeros(1), m)[0]
+    return found
 
 
 @made_once

@@ -101,7 +101,7 @@ class Synthesis:
         numbers = np.rint(self.orders * self.turns).astype(int)
         points = 1 << int(_FINE * numbers.max() - 1).bit_length()
         spectrum = np.zeros((len(self.speeds), points // 2 + 1), dtype=complex)
-        np.add.at(spectrum, (slice(None), numbers), self.amplitudes)
+        spectrum[:, numbers] = self.amplitudes
         values = np.fft.irfft(spectrum * (points / 2), points, axis=1)
         angle = 2 * np.pi * self.turns / points
         high = self._located(angle * values.argmax(axis=1), angle)

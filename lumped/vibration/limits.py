@@ -1,0 +1,394 @@
+"""Limits of vibrations, and whether a drive keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Name
+from lumped.errors import OptionError
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.support.units import converted, has_unit
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.campbell import CriticalSpeed
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = [
+    "BarredRange",
+    "Limit",
+    "Result",
+    "Verdict",
+    "separation",
+    "torque_reversal",
+    "verdict",
+]
+
+Real = NDArray[np.float64]
+Measure = Literal["maximum", "half range", "sum", "with mean"]
+Permitted = float | str | Sequence[Sequence[float]] | Callable[[Real], ArrayLike]
+"""A number, a value with a unit, rows of speed (rad/s) and value, or a function of the speeds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """What a quantity may reach.
+
+    Parameters
+    ----------
+    quantity : name
+        The quantity.
+    permitted : float, str, rows or callable
+        Largest permitted value, in the unit of the quantity: a number, a value with a unit
+        (``"40 MPa"``), rows of speed, rad/s, and value, between which lines are drawn, or a
+        function of speeds, rad/s.
+    name : str
+        What the limit is called.
+    measure : {"maximum", "half range", "sum", "with mean"}
+        Of the synthesis over a cycle (see `lumped.vibration.Synthesis`); "with mean" is the largest
+        size of the whole, its mean included. Runs have their largest size.
+    clause, source : str
+        Where it stands.
+    speeds : tuple of float, optional
+        First and last speed at which it holds, rad/s.
+    """
+
+    quantity: Name
+    permitted: Permitted
+    name: str = "limit"
+    measure: Measure = "maximum"
+    clause: str = ""
+    source: str = ""
+    speeds: tuple[float, float] | None = None
+
+    def at(self, speeds: Real, unit: str) -> Real:
+        """Permitted values at speeds, rad/s, in a unit.
+
+        Raises
+        ------
+        UnitError
+            If the value has a unit of another dimension.
+        OptionError
+            If a value is no positive number, or a speed lies outside the rows.
+        """
+        what = f"limit '{self.name}' of {self.quantity}: permitted ="
+        if callable(self.permitted):
+            found = np.broadcast_to(np.asarray(self.permitted(speeds), dtype=float), speeds.shape)
+        elif has_unit(self.permitted):
+            found = np.full(speeds.shape, converted(self.permitted, unit, what))
+        elif isinstance(self.permitted, str):
+            raise OptionError(f"{what} {self.permitted!r}: a number in {unit} is needed.")
+        elif isinstance(self.permitted, Sequence):
+            places, values = _columns(self.permitted, what)
+            outside = speeds[(speeds < places[0]) | (speeds > places[-1])]
+            if len(outside):
+                raise OptionError(
+                    f"{what} rows from {places[0]:g} to {places[-1]:g} rad/s; at {outside[0]:g} "
+                    "rad/s nothing is given. Add rows, or name the speeds at which it holds."
+                )
+            found = np.interp(speeds, places, values)
+        else:
+            found = np.full(speeds.shape, float(self.permitted))
+        if not (np.isfinite(found).all() and (found > 0).all()):
+            raise OptionError(f"{what} {found[~(found > 0)][:1]}: positive values are needed.")
+        return found
+
+
+def _columns(rows: Sequence[Sequence[float]] | str, what: str) -> tuple[Real, Real]:
+    try:
+        places, values = np.array([(float(row[0]), float(row[1])) for row in rows]).T
+    except (TypeError, ValueError, IndexError):
+        raise OptionError(f"{what} {rows!r}: rows of speed, rad/s, and value are needed.") from None
+    if not (np.diff(places) > 0).all():
+        raise OptionError(f"{what} rows: the speeds must increase.")
+    return places, values
+
+
+@checked
+def torque_reversal(torque: Name, response: OrderResponse, share: float = 1.0) -> Limit:
+    """Limit against hammering: the torque of a mesh must not change its sign.
+
+    Parameters
+    ----------
+    torque : name
+        The torque; its vibration must stay below its mean.
+    response : OrderResponse
+        That has the means.
+    share : float
+        Of the mean that is permitted.
+    """
+    mean = share * np.abs(response.mean(torque))
+    return Limit(
+        torque,
+        lambda speeds: np.maximum(np.interp(speeds, response.speeds, mean), 1e-300),
+        name="torque reversal",
+        measure="maximum",
+    )
+
+
+@dataclass(frozen=True)
+class BarredRange:
+    """Speeds that must be passed quickly, rad/s."""
+
+    begin: float
+    end: float
+
+    def __str__(self) -> str:
+        return f"{self.begin * 30 / np.pi:.5g} to {self.end * 30 / np.pi:.5g} 1/min"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """How a drive stands to one limit.
+
+    Attributes
+    ----------
+    name, quantity, unit, measure, clause, source : str
+        The limit.
+    value, permitted, utilisation : float
+        Where it is used most.
+    speed : float
+        There, rad/s; nan for a run.
+    beyond : tuple of BarredRange
+        Speeds at which it is exceeded.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    measure: str
+    clause: str
+    source: str
+    value: float
+    permitted: float
+    utilisation: float
+    speed: float
+    beyond: tuple[BarredRange, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the limit is kept everywhere."""
+        return self.utilisation <= 1
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """All limits, how far they are used, where, and whether they are kept.
+
+    Attributes
+    ----------
+    results : tuple of Result
+        By utilisation, the largest first.
+    """
+
+    results: tuple[Result, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all limits are kept."""
+        return all(result.passed for result in self.results)
+
+    @property
+    def barred(self) -> tuple[BarredRange, ...]:
+        """Speeds at which any limit is exceeded, joined where they meet."""
+        every = sorted((r.begin, r.end) for result in self.results for r in result.beyond)
+        found: list[BarredRange] = []
+        for begin, end in every:
+            if found and begin <= found[-1].end:
+                found[-1] = BarredRange(found[-1].begin, max(end, found[-1].end))
+            else:
+                found.append(BarredRange(begin, end))
+        return tuple(found)
+
+    def __repr__(self) -> str:
+        kept = sum(result.passed for result in self.results)
+        head = f"{'passed' if self.passed else 'FAILED'}: {kept} of {len(self.results)} limits kept"
+        rows = [
+            (
+                r.name,
+                r.quantity,
+                r.measure,
+                number(r.value),
+                number(r.permitted),
+                r.unit,
+                f"{r.utilisation:.1%}",
+                "-" if np.isnan(r.speed) else number(r.speed * 30 / np.pi),
+                "yes" if r.passed else "NO",
+                " ".join(part for part in (r.clause, r.source) if part) or "-",
+            )
+            for r in self.results
+        ]
+        columns = (
+            *("limit", "quantity", "measure", "value", "permitted", "unit", "used"),
+            *("at, 1/min", "kept", "source"),
+        )
+        text = f"{head}\n" + table(columns, rows)
+        if self.barred:
+            text += "\nbarred: " + "; ".join(str(each) for each in self.barred)
+        return text
+
+
+@checked
+def verdict(found: OrderResponse | Trajectory, limits: Iterable[Limit]) -> Verdict:
+    """Whether vibrations keep limits, how far these are used, and where.
+
+    Parameters
+    ----------
+    found : OrderResponse or Trajectory
+        Steady vibration over the speed, or a run.
+    limits : iterable of Limit
+        The limits.
+
+    Returns
+    -------
+    Verdict
+
+    Raises
+    ------
+    OptionError
+        If there is no limit, it holds at no computed speed, or permits nothing.
+    UnitError
+        If a limit has a unit of another dimension than its quantity.
+    UnknownNameError
+        If a quantity was not computed.
+    """
+    every = tuple(limits)
+    if not every:
+        raise OptionError("verdict: name at least one limit.")
+    results = [_result(found, limit) for limit in every]
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
+
+
+def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
+    key = found.system.key(limit.quantity)
+    unit = found.system.quantity(key).unit
+    if isinstance(found, Trajectory):
+        speeds, values = np.array([np.nan]), np.array([np.abs(found[key]).max()])
+        if callable(limit.permitted) or (
+            isinstance(limit.permitted, Sequence) and not isinstance(limit.permitted, str)
+        ):
+            raise OptionError(
+                f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
+            )
+    else:
+        speeds, values = found.speeds, _measured(found, key, limit.measure)
+        if limit.speeds is not None:
+            inside = (speeds >= limit.speeds[0]) & (speeds <= limit.speeds[1])
+            if not inside.any():
+                raise OptionError(
+                    f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
+                    f"{limit.speeds[1]:g} rad/s, where no speed was computed."
+                )
+            speeds, values = speeds[inside], values[inside]
+    permitted = limit.at(speeds, unit)
+    used = values / permitted
+    k = int(used.argmax())
+    beyond = () if isinstance(found, Trajectory) else _beyond(speeds, used)
+    return Result(
+        limit.name,
+        key,
+        unit,
+        limit.measure if isinstance(found, OrderResponse) else "largest",
+        limit.clause,
+        limit.source,
+        float(values[k]),
+        float(permitted[k]),
+        float(used[k]),
+        float(speeds[k]),
+        beyond,
+    )
+
+
+def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
+    """A measure of a quantity at each speed."""
+    both = found.synthesis(key)
+    if measure == "with mean":
+        (_, high), (_, low) = both.extremes
+        mean = found.mean(key)
+        return np.maximum(np.abs(mean + high), np.abs(mean + low))
+    return {"maximum": both.maximum, "half range": both.half_range, "sum": both.sum}[measure]
+
+
+def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
+    """Ranges of speeds in which a limit is exceeded; ends by lines between the speeds."""
+    above = np.concatenate([[False], used > 1, [False]])
+    edges = np.flatnonzero(above[1:] != above[:-1]).tolist()
+    found = []
+    for first, after in zip(edges[::2], edges[1::2], strict=True):
+        begin, end = speeds[first], speeds[after - 1]
+        if first:
+            begin = np.interp(1.0, used[first - 1 : first + 1], speeds[first - 1 : first + 1])
+        if after < len(speeds):
+            end = np.interp(1.0, used[[after, after - 1]], speeds[[after, after - 1]])
+        found.append(BarredRange(float(begin), float(end)))
+    return tuple(found)
+
+
+@checked
+def separation(
+    critical: Iterable[CriticalSpeed],
+    *,
+    between: tuple[float, float],
+    margin: float = 0.1,
+    source: str = "",
+) -> Verdict:
+    """Whether critical speeds keep away from the speeds of operation.
+
+    Parameters
+    ----------
+    critical : iterable of CriticalSpeed
+        From `critical_speeds` or `campbell`.
+    between : tuple of float
+        First and last speed of operation, rad/s.
+    margin : float
+        Least distance of a critical speed from these, as a share of the nearest of them; 10 % is
+        usual in the practice of process machines.
+    source : str
+        Where the margin stands.
+
+    Returns
+    -------
+    Verdict
+        A row for each critical speed: its distance, and the margin over it as utilisation; infinite
+        within the range.
+
+    Raises
+    ------
+    OptionError
+        If the range or the margin makes no sense.
+    """
+    low, high = between
+    if not 0 < low <= high < np.inf:
+        raise OptionError(
+            f"separation: between = {between}: the first and last speed of operation, rad/s, above "
+            "zero."
+        )
+    if not 0 < margin < 1:
+        raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
+    results = []
+    for each in critical:
+        distance = max(low - each.speed, each.speed - high, 0.0)
+        share = distance / (low if each.speed < low else high)
+        ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))
+        results.append(
+            Result(
+                "separation",
+                f"mode {each.mode + 1}, order {each.order:g}",
+                "1",
+                "distance",
+                "",
+                source,
+                share,
+                margin,
+                margin / share if share else np.inf,
+                each.speed,
+                () if share >= margin else (ends,),
+            )
+        )
+    if not results:
+        raise OptionError("separation: there is no critical speed.")
+    return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
