@@ -106,10 +106,11 @@ def order_solution(
     size = np.abs(found).max(axis=1, initial=0.0)
     bad = np.flatnonzero(~np.isfinite(size))
     if len(bad):
-        speed, order = np.broadcast_arrays(speeds[:, None], orders)
+        place = np.unravel_index(bad[0], shape)
         raise SolverError(
-            f"{system.name}: no finite vibration of order {order.flat[bad[0]]:g} at "
-            f"{speed.flat[bad[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed out, or add damping."
+            f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
+            f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
+            "out, or add damping."
         )
     found = found.reshape(*shape, n)
     rows, columns = small.patterns[2]
