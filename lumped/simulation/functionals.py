@@ -8,8 +8,7 @@ from typing import Literal
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.language.connection import label
-from lumped.language.expression import Ref
+from lumped.flattening.tree import key_of
 from lumped.simulation.functional_kinds import (
     At,
     AtEvent,
@@ -80,7 +79,7 @@ def final(name: Name) -> Final:
     Final
         To be given to an analysis.
     """
-    return Final(_plain(name))
+    return Final(key_of(name))
 
 
 @checked
@@ -99,7 +98,7 @@ def peak(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "peak", _window(between))
+    return Peak(key_of(name), "peak", _window(between))
 
 
 @checked
@@ -118,7 +117,7 @@ def highest(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "highest", _window(between))
+    return Peak(key_of(name), "highest", _window(between))
 
 
 @checked
@@ -137,7 +136,7 @@ def lowest(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "lowest", _window(between))
+    return Peak(key_of(name), "lowest", _window(between))
 
 
 @checked
@@ -154,7 +153,7 @@ def swing(name: Name) -> Swing:
     Swing
         To be given to an analysis.
     """
-    return Swing(_plain(name))
+    return Swing(key_of(name))
 
 
 @checked
@@ -419,15 +418,7 @@ def _window(between: Between | None) -> Between | None:
     return begin, end
 
 
-def _plain(name: Name) -> str:
-    if isinstance(name, str):
-        return name
-    if isinstance(name, Ref):
-        return label(name)
-    raise OptionError(f"'{name!r}' is neither a name nor a reference to a quantity.")
-
-
 def _some(names: tuple[Name, ...], what: str) -> tuple[str, ...]:
     if not names:
         raise OptionError(f"{what}: name at least one quantity.")
-    return tuple(map(_plain, names))
+    return tuple(map(key_of, names))
