@@ -71,8 +71,8 @@ def final(name: Name) -> Final:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
 
     Returns
     -------
@@ -88,8 +88,8 @@ def peak(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -107,8 +107,8 @@ def highest(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -126,8 +126,8 @@ def lowest(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -145,8 +145,8 @@ def swing(name: Name) -> Swing:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def integral(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -181,7 +181,7 @@ def mean(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -200,7 +200,7 @@ def rms(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -261,7 +261,7 @@ def at(time: float | Iterable[float], *names: Name) -> At:
     ----------
     time : float or iterable of float
         Instants, s; 0 is the start.
-    names : names
+    names : names or expressions
         The factors.
 
     Returns
@@ -292,7 +292,7 @@ def at_event(
 
     Parameters
     ----------
-    name : name, or tuple of names
+    name : name or expression, or tuple of these
         The quantity, or the factors.
     component, after : str
         As in `Event`: the component, and its mode after the event in words (any if empty).

@@ -291,6 +291,9 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(system,
     ):
         assert_equal(ran(system, client=client, store=tmp_path / "runs.jsonl"), whole)
         assert_equal(ran(system, store=tmp_path / "runs.jsonl"), whole)
+        shaft = system.model.shaft
+        slack = {"of": {"slack": fun.integral(abs(shaft.tau) - shaft.c * 0.01)}}
+        assert_equal(ran(system, client=client, **slack), ran(system, **slack))
         over = {"c": np.linspace(50.0, 200.0, 800), "until": 300.0}
         here = ran(system, **over)
         (victim, *_), store = client.run(os.getpid).values(), tmp_path / "long.jsonl"
