@@ -240,15 +240,19 @@ class System(Shared):
         UnknownNameError, EquationError, UnitError
             As `expressions`.
         """
-        formulas = [name for name in names if isinstance(name, Formula)]
+        formulas = tuple(dict.fromkeys(name for name in names if isinstance(name, Formula)))
+        if not formulas:
+            return self
         with self.building:
-            flat = watching(self.structure.flat, formulas)
-            if flat is self.structure.flat:
-                return self
-            self.expressions(formulas)
-            _, outputs, kept = self.origin
-            key = tuple(flat.watched)
-            return self._watching.of(key, lambda: System(flat, outputs, kept, self.structure.ranks))
+            return self._watching.of(formulas, lambda: self._made_to_watch(formulas))
+
+    def _made_to_watch(self, formulas: tuple[Formula, ...]) -> System:
+        flat = watching(self.structure.flat, formulas)
+        if flat is self.structure.flat:
+            return self
+        self.expressions(formulas)  # refuses what was left out
+        _, outputs, kept = self.origin
+        return System(flat, outputs, kept, self.structure.ranks)
 
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""

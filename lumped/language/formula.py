@@ -68,11 +68,6 @@ class Formula(str):
             )
         return cls(content_of_expression(root, path_of))
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the quantities and parameters in it."""
-        return list(dict.fromkeys(_dotted(what) for kind, what, *_ in self.nodes if kind is Ref))
-
     def expression(self, leaf: Callable[[str], Expr]) -> Expr:
         """The expression, with what a function gives for each name."""
         return _tree(self.nodes, leaf)
