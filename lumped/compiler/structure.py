@@ -8,10 +8,13 @@ from collections.abc import Iterable, Mapping
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.formulas import of_formula
 from lumped.compiler.switching import Switching
 from lumped.flattening.flatten import FlatModel
+from lumped.flattening.measures import measure
 from lumped.flattening.parameters import Parameters
 from lumped.language.expression import Expr
+from lumped.language.formula import Formula
 from lumped.reduction.evaluation import Values
 from lumped.reduction.locked_loops import locked_loops
 from lumped.reduction.pruning import LeftOut, independent_of, needed_states, used
@@ -163,6 +166,14 @@ class Structure(Shared):
             for u, n in zip(numbers, nodes, strict=True)
         ]
         return ca.vertcat(ca.SX(0, 1), *parts)
+
+    def formula(self, formula: Formula) -> ca.SX:
+        """A formula as an expression of all states, left out or not.
+
+        Where it is not watched, its kinks are comparisons.
+        """
+        group = self.flat.watched.get(formula) or measure(self.tree, formula, plain=True)
+        return of_formula(self.values, group, *group.template.measures)
 
     def without(self, expression: ca.SX, lost: np.ndarray) -> ca.SX:
         """The expression with states taken out on which it does not depend."""

@@ -13,6 +13,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.formulas import of_formula
 from lumped.errors import SingularModelError
 from lumped.flattening import hold_modes
 from lumped.flattening.flatten import Group
@@ -145,7 +146,10 @@ class Switching(Shared):
                 continue
             wanted = _wanted(template)
             count, width = len(group.nodes), len(template.modes)
-            found = self._instances(group, ca.vertcat(*wanted))
+            if template.measures:
+                found = of_formula(values, group, ca.vertcat(*wanted))
+            else:
+                found = self._instances(group, ca.vertcat(*wanted))
             offset = len(template.relations)
             for i in range(count):
                 own, mode = found[:, i], group.first_mode + i * width

@@ -15,7 +15,9 @@ from lumped.compiler.structure import Name, Structure
 from lumped.errors import UnknownNameError
 from lumped.flattening.flatten import FlatModel, flatten
 from lumped.flattening.hold_modes import DEMAND, STUCK
+from lumped.flattening.measures import watching
 from lumped.language.component import Component
+from lumped.language.formula import Formula, unit_of
 from lumped.language.quantity import Quantity
 from lumped.reduction.pruning import independent_of, samples, uses
 from lumped.reduction.state_selection import RANK
@@ -26,6 +28,8 @@ __all__ = ["Changes", "Name", "System"]
 Changes = Mapping[str, float] | Mapping[Name, float]
 _FUNCTIONS = 64
 """Functions of quantities that a system keeps."""
+_WATCHING = 8
+"""Systems that watch the kinks of formulas, which a system keeps."""
 
 
 class System(Shared):
@@ -68,6 +72,7 @@ class System(Shared):
         self.seconds = dict(self.structure.seconds)
         self._functions: Recent[ca.Function] = Recent(_FUNCTIONS)
         self._charts: dict[object, System] = {}
+        self._watching: Recent[System] = Recent(_WATCHING)
 
     # -- copies ------------------------------------------------------------------------------
 
@@ -75,7 +80,8 @@ class System(Shared):
         if "_origin" not in vars(self):
             _, outputs, kept = self.origin
             flat = self.structure.flat.motions, self.structure.tree.freed
-            return _to_be_made, (self.model, *flat, outputs, kept, self.structure.ranks)
+            watched = tuple(self.structure.flat.watched)
+            return _to_be_made, (self.model, *flat, watched, outputs, kept, self.structure.ranks)
         return _to_be_made, vars(self)["_origin"][1]
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
@@ -83,10 +89,11 @@ class System(Shared):
         def __getattr__(self, name: str) -> Any:
             """Assemble a copy when it is first used."""
             if not name.startswith("__") and "_origin" in vars(self):
-                assembling, (model, motions, freed, *rest) = vars(self)["_origin"]
+                assembling, (model, motions, freed, watched, *rest) = vars(self)["_origin"]
                 with assembling:
                     if "made" not in vars(self):
-                        vars(self).update(vars(System(flatten(model, motions, freed), *rest)))
+                        flat = watching(flatten(model, motions, freed), watched)
+                        vars(self).update(vars(System(flat, *rest)))
                 if name in vars(self):
                     return vars(self)[name]
             raise AttributeError(f"{type(self).__name__} has no '{name}'.")
@@ -192,24 +199,29 @@ class System(Shared):
         return ca.Function("closure", self.inputs, [v.of(v.implicit), v.corrections()])
 
     def expressions(self, names: Iterable[Name]) -> ca.SX:
-        """Quantities as CasADi expressions of states, parameters, time and modes.
+        """Quantities and formulas as CasADi expressions of states, parameters, time and modes.
 
         Raises
         ------
         UnknownNameError
             If a name is unknown, or needs a state that was left out.
+        EquationError, UnitError
+            If a formula has no meaning (see `measure`).
         """
-        structure = self.structure
-        numbers = [structure.tree.unknown(name) for name in names]
-        expression = structure.raw(numbers)
+        structure, keys = self.structure, [self.key(name) for name in names]
+        plain = [k for k in keys if not isinstance(k, Formula)]
+        quantities = iter(ca.vertsplit(structure.raw([structure.tree.unknown(k) for k in plain])))
+        parts = [structure.formula(k) if isinstance(k, Formula) else next(quantities) for k in keys]
+        expression = ca.vertcat(ca.SX(0, 1), *parts)
         found = uses(expression, structure.values).tocoo()
         lost = np.setdiff1d(found.col, structure.in_use)
         if len(lost) and not independent_of(expression, lost.tolist(), structure.values).all():
             needed = [structure.node_name(structure.reduced.states[i]) for i in lost]
-            name = structure.tree.unknown_name(numbers[found.row[np.isin(found.col, lost)][0]])
+            name = keys[found.row[np.isin(found.col, lost)][0]]
+            wanted = needed if isinstance(name, Formula) else [name]
             raise UnknownNameError(
                 f"'{name}' was left out of the system: it needs {shortened(needed)}. "
-                f"Ask for it: assemble(model, keep=[{name!r}])."
+                f"Ask for it: assemble(model, keep={wanted})."
             )
         return structure.without(expression, lost)
 
@@ -219,6 +231,28 @@ class System(Shared):
         return self._functions.of(
             keys, lambda: ca.Function("outputs", self.inputs, [self.expressions(keys)])
         )
+
+    def watching(self, names: Iterable[str]) -> System:
+        """The same system with runs that stop at the kinks of formulas; itself if there are none.
+
+        Raises
+        ------
+        UnknownNameError, EquationError, UnitError
+            As `expressions`.
+        """
+        formulas = tuple(dict.fromkeys(name for name in names if isinstance(name, Formula)))
+        if not formulas:
+            return self
+        with self.building:
+            return self._watching.of(formulas, lambda: self._made_to_watch(formulas))
+
+    def _made_to_watch(self, formulas: tuple[Formula, ...]) -> System:
+        flat = watching(self.structure.flat, formulas)
+        if flat is self.structure.flat:
+            return self
+        self.expressions(formulas)  # refuses what was left out
+        _, outputs, kept = self.origin
+        return System(flat, outputs, kept, self.structure.ranks)
 
     def state_matrix(self, point_inputs: Sequence[np.ndarray | float]) -> scipy.sparse.csc_array:
         """Jacobian of the right-hand side by the states; what cancels is exactly zero."""
@@ -303,11 +337,14 @@ class System(Shared):
         return structure.tree.instances[0].component, outputs, [name(u) for u in structure.kept]
 
     def key(self, name: Name) -> str:
-        """Dotted name of what is meant by a name or a reference."""
+        """Dotted name of what is meant by a name or a reference; the formula of an expression."""
         return self.structure.tree.key(name)
 
     def quantity(self, name: Name) -> Quantity:
         """Declaration of a quantity: unit and text."""
+        key, tree = self.key(name), self.structure.tree
+        if isinstance(key, Formula):
+            return Quantity(unit_of(key.expression(tree.reference)), str(key))
         return self.structure.tree.quantity(self.structure.tree.unknown(name))
 
     def theta(self, changes: Changes | None) -> np.ndarray:

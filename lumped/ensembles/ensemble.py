@@ -20,6 +20,7 @@ from lumped.ensembles.variants import Over, Sampling, variants_of
 from lumped.ensembles.watched import Collected
 from lumped.errors import OptionError, SolverError, shown
 from lumped.kernel.run import DONE, FULL
+from lumped.simulation.functional_kinds import watching
 from lumped.simulation.simulate import Method, check_options
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
@@ -122,6 +123,7 @@ def ensemble(
     if method == "exact":
         raise OptionError("ensemble: the closed form is for single runs; take method='steps'.")
     wanted = _labelled(of)
+    system = watching(system, wanted.values())
     varied = variants_of(
         system, over, runs=runs, seed=seed, sampling=sampling, parameters=parameters
     )

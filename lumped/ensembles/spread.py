@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from lumped.ensembles.native_runs import Batch, NativeRuns
+from lumped.errors import SolverError
+from lumped.numerics.cluster import handed_out
 
 __all__ = ["DIED", "Done", "in_threads", "on_cluster"]
 
@@ -70,12 +72,18 @@ def in_threads(runs: NativeRuns, points: np.ndarray, count: int) -> Generator[Do
 
 
 def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[Done, None, None]:
-    """The same on a cluster of Dask; chunks of a worker that dies are made by another one."""
-    from dask.distributed import as_completed
+    """The same on a cluster of Dask; chunks of a worker that dies are made by another one.
+
+    Raises
+    ------
+    SolverError
+        If workers cannot make the runs at all.
+    """
+    from dask.distributed import KilledWorker, as_completed
 
     threads = sum(client.nthreads().values()) or 1
     size = max(1, min(_MOST, -(-len(points) // (_CHUNKS * threads))))
-    held = client.scatter(runs, broadcast=True)
+    held = handed_out(client, runs)
     futures = {
         client.submit(_work, held, points[first : first + size], pure=False): first
         for first in range(0, len(points), size)
@@ -85,6 +93,13 @@ def on_cluster(runs: NativeRuns, points: np.ndarray, client: Any) -> Generator[D
             first = futures[future]
             if future.status == "finished":
                 batch, spent = future.result()
+            elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
+                fault = future.exception()
+                raise SolverError(
+                    f"{runs.system.name}: a worker of the cluster cannot make the runs: "
+                    f"{type(fault).__name__}: {fault}. It needs the same versions of Python, "
+                    "lumped and the packages that the model is written with."
+                ) from fault
             else:
                 batch, spent = _lost(runs, len(points[first : first + size])), 0.0
             yield first, batch, spent

@@ -19,10 +19,11 @@ from lumped.flattening.tree import Instance, Tree
 from lumped.language.component import Component
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Equation, Expr, Ref, text
+from lumped.language.formula import Formula
 from lumped.language.quantity import Input, Param, Var, param
 from lumped.language.switch import Hold, Item, Single, When
 
-__all__ = ["FlatModel", "Group", "flatten"]
+__all__ = ["FlatModel", "Group", "flatten", "numbered"]
 
 
 @dataclass(eq=False)
@@ -83,6 +84,8 @@ class FlatModel:
         Equations that hold at the start only, by template.
     motions : dict of str to Expr
         Quantities that are prescribed beside the model, and what they are.
+    watched : dict of Formula to Group
+        Formulas of a user at whose kinks runs stop, and their groups.
     building : RLock
         Held while anything is made of the symbols of this model.
     """
@@ -97,6 +100,7 @@ class FlatModel:
     starts: dict[int, ca.SX]
     initial: list[Group]
     motions: Mapping[str, Expr]
+    watched: Mapping[Formula, Group] = field(default_factory=dict)
     building: RLock = field(default_factory=RLock)
 
     @property
@@ -218,7 +222,7 @@ def _groups(
         group.first_equation, group.first_mode = count, modes
         count += group.template.count * len(group.nodes)
         modes += len(group.template.modes) * len(group.nodes)
-        _number(tree, group)
+        numbered(tree, group)
     return list(groups.values()), count, modes
 
 
@@ -236,11 +240,11 @@ def _initial_groups(tree: Tree) -> list[Group]:
             alike[key] = _group(tree, groups, node, equations, own=True, initial=True)
         alike[key].nodes.append(number)
     for group in groups.values():
-        _number(tree, group)
+        numbered(tree, group)
     return list(groups.values())
 
 
-def _number(tree: Tree, group: Group) -> None:
+def numbered(tree: Tree, group: Group) -> None:
     """Find the unknowns and parameters of all instances of a group."""
     group.unknowns = _numbers(tree, group, group.template.unknowns, "first_unknown")
     group.parameters = _numbers(tree, group, group.template.parameters, "first_parameter")

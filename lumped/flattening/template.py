@@ -33,6 +33,7 @@ __all__ = [
     "PARAMETRIC",
     "VARYING",
     "Jump",
+    "Measure",
     "Relation",
     "Residual",
     "Stick",
@@ -194,6 +195,13 @@ class Jump:
     condition: str
 
 
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """An expression whose value is wanted, and which is no part of the equations."""
+
+    expression: Expr
+
+
 Place = Callable[[Component], str | None]
 """Path of a component below the one that has the equations; None if it is no part of it."""
 
@@ -217,6 +225,8 @@ class Template:
         parameters may stand in structural choices.
     relations, sticks, jumps : list
         What changes modes or states.
+    measures : list of SX
+        Values that are wanted beside the equations.
     branches : dict of int to tuple of (int, bool)
         Modes that only matter while all these other modes hold or do not.
     content : hashable
@@ -229,7 +239,7 @@ class Template:
         self,
         component: Component,
         place: Place,
-        items: Iterable[Single],
+        items: Iterable[Single | Measure],
         *,
         enclosed: bool = False,
         plain: bool = False,
@@ -243,6 +253,7 @@ class Template:
         self.relations: list[Relation] = []
         self.sticks: list[Stick] = []
         self.jumps: list[Jump] = []
+        self.measures: list[ca.SX] = []
         self.time = ca.SX.sym("time")
         self._unknown_index: dict[tuple[str, str], int] = {}
         self._parameter_index: dict[tuple[str, str], int] = {}
@@ -258,6 +269,8 @@ class Template:
                 self._stick(item, lowered)
             elif isinstance(item, When):
                 self._jump(item, lowered)
+            elif isinstance(item, Measure):
+                self.measures.append(lowered(item.expression))
             else:
                 self._add(lowered(item.left - item.right))
 

@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import fields
 
-from lumped.flattening.template import Place, Template
+from lumped.flattening.template import Measure, Place, Template
 from lumped.language.component import Component
-from lumped.language.expression import (
-    Call,
-    Compare,
-    ConstantExpression,
-    Equation,
-    Expr,
-    Piecewise,
-    Ref,
-    Where,
-    walk,
-)
-from lumped.language.quantity import Param
+from lumped.language.expression import Compare, Equation, Expr
+from lumped.language.formula import content_of_expression
 from lumped.language.switch import Hold, Single, When
 
 __all__ = ["content_of", "template_of"]
@@ -32,7 +22,7 @@ _known: dict[Hashable, Template] = {}
 def template_of(
     component: Component,
     place: Place,
-    items: list[Single],
+    items: Sequence[Single | Measure],
     *,
     enclosed: bool = False,
     plain: bool = False,
@@ -56,11 +46,15 @@ def template_of(
 def content_of(what: object, place: Place) -> Hashable:
     """All that equations and expressions say, with names relative to a component."""
     if isinstance(what, Expr):
-        return _tree(place, what)
+        return content_of_expression(what, place)
+    if isinstance(what, Measure):
+        return Measure, content_of_expression(what.expression, place)
     if isinstance(what, Equation):
-        return _tree(place, what.left - what.right)
+        return content_of_expression(what.left - what.right, place)
     if isinstance(what, Compare):
-        return what.strict, _tree(place, what.greater), _tree(place, what.less)
+        return what.strict, *(
+            content_of_expression(side, place) for side in (what.greater, what.less)
+        )
     if isinstance(what, tuple):
         return tuple(content_of(part, place) for part in what)
     if isinstance(what, Hold | When):
@@ -69,23 +63,3 @@ def content_of(what: object, place: Place) -> Hashable:
     if what is None:
         return None
     raise TypeError(what)
-
-
-def _tree(place: Place, root: Expr) -> Hashable:
-    numbers: dict[int, int] = {}
-    found: list[Hashable] = []
-    for node in walk(root):
-        what: Hashable = getattr(node, "name", None)
-        if isinstance(node, ConstantExpression):
-            what = repr(node.value)
-        elif isinstance(node, Call):
-            what = node.op
-        elif isinstance(node, Piecewise):
-            what = node.pieces
-        elif isinstance(node, Where):
-            what = node.condition.strict
-        elif isinstance(node, Ref):
-            what = (place(node.owner), node.name, isinstance(node.quantity, Param))
-        numbers[id(node)] = len(numbers)
-        found.append((type(node), what, *(numbers[id(child)] for child in node.children())))
-    return tuple(found)

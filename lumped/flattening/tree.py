@@ -16,6 +16,7 @@ from lumped.language.declared import (
     values_of,
 )
 from lumped.language.expression import Expr, Ref
+from lumped.language.formula import Formula
 from lumped.language.port import Port
 from lumped.language.quantity import Param, Quantity, Var
 
@@ -248,6 +249,26 @@ class Tree:
             + nearest(key, self.parameter_names())
         )
 
+    def reference(self, name: str) -> Ref:
+        """Reference to an unknown or a parameter.
+
+        Raises
+        ------
+        UnknownNameError
+            If the model has neither of this name; the text lists the nearest names.
+        """
+        found = self._look_up(name)
+        if found is not None and found[1] in found[0].layout.unknowns:
+            node, local = found
+            return Ref(node.component, local, node.layout.quantities[node.layout.unknowns[local]])
+        if found is not None and found[1] in found[0].layout.parameters:
+            node, local = found
+            return Ref(node.component, local, node.layout.declared[local])
+        raise UnknownNameError(
+            f"{type(self.model).__name__} has no quantity or parameter '{name}'. "
+            + nearest(name, [*self.unknown_names(), *self.parameter_names()])
+        )
+
     def _look_up(self, key: str) -> tuple[Instance, str] | None:
         node = self.instances[0]
         found = steps(key)
@@ -314,18 +335,20 @@ def _why_none(node: Instance, local: str) -> str:
 
 
 def key_of(name: str | Expr) -> str:
-    """Dotted name of what is meant by a name or a reference.
+    """Dotted name of what is meant by a name or a reference; the formula of an expression.
 
     Raises
     ------
     UnknownNameError
-        If it is neither.
+        If it is none of these.
     """
     if isinstance(name, str):
         return name
     if isinstance(name, Ref):
         path = path_of(name.owner)
         return f"{path}.{name.name}" if path else name.name
+    if isinstance(name, Expr):
+        return Formula.of(name)
     raise UnknownNameError(
         f"{name!r} is neither a name nor a reference to a quantity; give one of these. "
         "run.table([...]) takes several."

@@ -23,7 +23,7 @@ from lumped.gradients.functional_terms import Owed, SmoothParts, Way
 from lumped.gradients.resolved_steps import Resolved, resolved
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
-from lumped.simulation.functional_kinds import factors
+from lumped.simulation.functional_kinds import factors, quantities
 from lumped.simulation.functionals import Count, Functional, Integral
 from lumped.timeloop.result import Piece, Trajectory
 
@@ -291,10 +291,7 @@ def check(system: System, wanted: Sequence[Functional], names: Sequence[str], wh
                 f"{what}: {functional!r} in `of` is no functional; take one of "
                 "lumped.functionals, such as lumped.functionals.final('shaft.tau')."
             )
-        if hasattr(functional, "names"):
-            system.function(functional.names)
-        elif hasattr(functional, "name"):
-            system.function([functional.name])
+        system.function(quantities(functional))
 
 
 def refuse(summed: Summed, labels: Sequence[str], names: Sequence[str], absent: np.ndarray) -> None:

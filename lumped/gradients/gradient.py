@@ -19,6 +19,7 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -197,6 +198,7 @@ def gradient(
     p = system.structure.parameters
     names = [p.names[i] for i in p.free] if to is None else [varied_name(system, n) for n in to]
     check(system, wanted, names, "gradient")
+    system = watching(system, wanted)
     labels = tuple(str(functional) for functional in wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, start or {})

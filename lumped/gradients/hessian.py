@@ -17,7 +17,14 @@ from lumped.gradients.functional_values import check
 from lumped.gradients.resolved_steps import divided, resolved
 from lumped.gradients.second_order import Second
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
-from lumped.simulation.functional_kinds import At, Final, Functional, Integral, factors
+from lumped.simulation.functional_kinds import (
+    At,
+    Final,
+    Functional,
+    Integral,
+    factors,
+    watching,
+)
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
@@ -214,6 +221,7 @@ def _twice(
 ) -> _Twice:
     """Simulate, and differentiate twice; directions are columns, shape (len(names), k)."""
     check(system, [of], names, what)
+    system = watching(system, [of])
     if not isinstance(of, Final | At | Integral):
         raise OptionError(
             f"{what}: {of} has no second derivatives here; take final, at, integral, mean or rms."

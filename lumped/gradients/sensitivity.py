@@ -23,6 +23,7 @@ from lumped.gradients.varied import (
     varied_name,
     varied_values,
 )
+from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Functional
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
@@ -245,6 +246,7 @@ def sensitivity(
     functionals = [f for f in wanted if isinstance(f, Functional)]
     names = tuple(name for name in wanted if not isinstance(name, Functional))
     fine = tightened(rtol)
+    system = watching(system, functionals)
     varied = Varied(system, names, tuple(to), start or {}, fine, bool(functionals))
     if functionals:
         check(system, functionals, varied.to, "sensitivity")

@@ -30,7 +30,7 @@ from lumped.language.switch import Hold, Item, When
 from lumped.support.arguments import checked
 from lumped.support.units import Dimension, dimension, written
 
-__all__ = ["check_units"]
+__all__ = ["check_terms", "check_units"]
 
 _NUMBER: Dimension = {}
 _SAME = {"+", "-", "min", "max"}
@@ -80,6 +80,22 @@ def check_units(model: Component) -> int:
     return count
 
 
+def check_terms(root: Expr) -> None:
+    """Check that an expression adds and compares only quantities of one kind.
+
+    A number added to a quantity, or compared with it, is in the unit of that quantity.
+
+    Raises
+    ------
+    UnitError
+        With both units. Needs pint (``lumped[units]``).
+    """
+    try:
+        _dimension(root, free=True)
+    except _ClashError as clash:
+        raise UnitError(f"dimensions do not fit: {clash}") from None
+
+
 def _parts(part: Component, path: str) -> Iterator[tuple[str, Component]]:
     yield f"{path} ({type(part).__name__})", part
     for name, inner in part._children():
@@ -121,11 +137,15 @@ def _condition(condition: Compare) -> Iterator[tuple[Expr, Expr, str]]:
     yield condition.greater, condition.less, repr(condition)
 
 
-def _dimension(root: Expr) -> Dimension | None:
-    """Dimension of an expression; None if it fits everywhere."""
+def _dimension(root: Expr, *, free: bool = False) -> Dimension | None:
+    """Dimension of an expression; None if it fits everywhere, as free numbers in sums do."""
     done: dict[int, Dimension | None] = {}
     for node in walk(root):
-        done[id(node)] = _of(node, [done[id(child)] for child in node.children()])
+        parts = [done[id(child)] for child in node.children()]
+        if free and (isinstance(node, Where) or (isinstance(node, Call) and node.op in _SAME)):
+            for i, child in enumerate(node.children()):
+                parts[i] = None if isinstance(child, ConstantExpression) else parts[i]
+        done[id(node)] = _of(node, parts)
     return done[id(root)]
 
 

@@ -12,6 +12,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
 from typing import Any
 
+from lumped.numerics.cluster import handed_out
+
 __all__ = ["outcomes"]
 
 Outcome = list[float] | str
@@ -136,7 +138,7 @@ def _on_cluster(
 ) -> Iterator[Done]:
     from dask.distributed import as_completed
 
-    held = client.scatter(job, broadcast=True)
+    held = handed_out(client, job)
     futures = {client.submit(_work_on_cluster, held, chunk, pure=False): chunk for chunk in chunks}
     for future in as_completed(futures):  # type: ignore[no-untyped-call]
         if future.status == "finished":

@@ -9,7 +9,7 @@ from copy import copy
 import numpy as np
 import scipy
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import Changes, Name, System
 from lumped.ensembles.distributions import paired
 from lumped.ensembles.ensemble import ensemble
 from lumped.errors import LumpedError, OptimisationError, OptionError
@@ -23,7 +23,7 @@ from lumped.simulation.sampled_runs import places_of, sampled
 from lumped.support.made_once import made_once
 from lumped.support.units import plain
 
-__all__ = ["FitSearch"]
+__all__ = ["Curves", "FitSearch"]
 
 _Names = tuple[str, ...]
 _LOST = 1e-6
@@ -41,6 +41,10 @@ def _varied(system: System, of: _Names, to: _Names, start: _Names, rtol: float) 
     return Varied(system, of, to, dict.fromkeys(start, 0.0), rtol)
 
 
+Curves = Mapping[str, Sequence[float] | np.ndarray] | Mapping[Name, Sequence[float] | np.ndarray]
+"""Measured curves by their names."""
+
+
 class FitSearch:
     """Searches for the parameters that fit curves best; arguments as for `identify`."""
 
@@ -49,8 +53,8 @@ class FitSearch:
         system: System,
         vary: Mapping[str, Bounds],
         t: Sequence[float] | np.ndarray,
-        measured: Mapping[str, Sequence[float] | np.ndarray],
-        sigma: Mapping[str, float] | None,
+        measured: Curves,
+        sigma: Mapping[str, float] | Mapping[Name, float] | None,
         parameters: Changes,
         start: Changes,
     ) -> None:
@@ -88,7 +92,9 @@ class FitSearch:
         self.last: tuple[bytes, Sensitivity] | None = None
         self.runs = 0
 
-    def _weights(self, sigma: Mapping[str, float] | None) -> dict[str, float]:
+    def _weights(
+        self, sigma: Mapping[str, float] | Mapping[Name, float] | None
+    ) -> dict[str, float]:
         if sigma is None:
             sizes = {name: float(np.sqrt(np.mean(y**2))) for name, y in self.curves.items()}
             return {name: 1 / size if size else 1.0 for name, size in sizes.items()}

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lumped.compiler.system import Changes, System
+from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError
 from lumped.optimisation.design import Bounds
-from lumped.optimisation.fit_search import FitSearch
+from lumped.optimisation.fit_search import Curves, FitSearch
 from lumped.optimisation.identification import Identification
 from lumped.support.arguments import checked
 
@@ -22,8 +22,8 @@ def identify(
     *,
     vary: Mapping[str, Bounds],
     t: Sequence[float] | np.ndarray,
-    measured: Mapping[str, Sequence[float] | np.ndarray],
-    sigma: Mapping[str, float] | None = None,
+    measured: Curves,
+    sigma: Mapping[str, float] | Mapping[Name, float] | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
     level: float = 0.95,
@@ -45,7 +45,7 @@ def identify(
     t : array_like, shape (n,)
         Instants of the measurement, s, from zero or later, increasing.
     measured : mapping of name to array_like, shape (n,)
-        Curves.
+        Curves of quantities, or of expressions of quantities.
     sigma : mapping of name to float, optional
         Standard deviation of the noise of each curve, in its unit. If not given, each curve counts
         relative to its root mean square, and the noise is estimated from what does not fit.

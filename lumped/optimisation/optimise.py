@@ -36,6 +36,7 @@ from lumped.optimisation.discretisation import (
 from lumped.optimisation.optimise_modes import best_modes
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.orbits.orbit import PeriodicOrbit
+from lumped.simulation.functional_kinds import watching
 from lumped.simulation.functionals import Designed, Functional, Modal
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
@@ -283,6 +284,13 @@ class DesignProblem:
     def _functionals(self, keys: list[Designed | str]) -> list[Designed]:
         """Terms of all functionals, their quantities evaluated together."""
         found = list(dict.fromkeys(k for k in keys if isinstance(k, Designed)))
+        for functional in found:
+            if watching(self.system, [functional]) is not self.system:
+                raise OptionError(
+                    f"optimise: {functional} has kinks, which the equations of a run do not "
+                    "follow. Give the system and until=, which simulates each design, or write "
+                    "lumped.ops.smooth around what has them."
+                )
         if found:
             y = self.course.quantities([f.name for f in found])
             for i, functional in enumerate(found):

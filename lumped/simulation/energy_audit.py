@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from lumped.compiler.formulas import derivative
 from lumped.compiler.system import System
 from lumped.errors import EquationError, told_by
 from lumped.flattening.tree import Instance
@@ -183,24 +184,8 @@ def _power(system: System, node: Instance) -> ca.SX:
     power = ca.SX(0)
     for i in _ports(node):
         q = node.first_unknown + i
-        power += system.structure.raw([q + 1]) * _speed(system, q)
+        power += system.structure.raw([q + 1]) * derivative(system.structure.values, q, 1)
     return power
-
-
-def _speed(system: System, unknown: int) -> ca.SX:
-    """Time derivative of a potential."""
-    reduced, values = system.structure.reduced, system.structure.values
-    node = reduced.node(unknown)
-    if node is None:
-        return ca.SX(0)
-    number, order = reduced.class_and_order(node)
-    if order < reduced.highest[number]:
-        rate = values.of([node + 1])
-    else:  # between springs without a body
-        moving = ca.vertcat(values.states, values.time)
-        rates = ca.vertcat(values.of([state + 1 for state in reduced.states]), 1)
-        rate = ca.jtimes(values.of([node]), moving, rates)
-    return float(reduced.aliases.signs[unknown]) * rate
 
 
 def _lowered(system: System, node: Instance, method: str) -> ca.SX:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,6 +31,8 @@ __all__ = [
     "Swing",
     "factors",
     "product",
+    "quantities",
+    "watching",
 ]
 
 Between = tuple[float, float]
@@ -301,6 +304,18 @@ class Clearance:
 
     def __str__(self) -> str:
         return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
+
+
+def quantities(functional: object) -> tuple[str, ...]:
+    """Names and formulas of what a functional looks at; none if it is something else."""
+    if isinstance(functional, Integral | At | AtEvent):
+        return functional.names
+    return (functional.name,) if isinstance(functional, Final | Peak | Swing) else ()
+
+
+def watching(system: System, of: Iterable[object]) -> System:
+    """The system for runs of which functionals are wanted: they stop at the kinks of formulas."""
+    return system.watching([name for functional in of for name in quantities(functional)])
 
 
 def factors(system: System, functional: Integral) -> tuple[str, ...]:

@@ -8,8 +8,7 @@ from typing import Literal
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.language.connection import label
-from lumped.language.expression import Ref
+from lumped.flattening.tree import key_of
 from lumped.simulation.functional_kinds import (
     At,
     AtEvent,
@@ -72,15 +71,15 @@ def final(name: Name) -> Final:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
 
     Returns
     -------
     Final
         To be given to an analysis.
     """
-    return Final(_plain(name))
+    return Final(key_of(name))
 
 
 @checked
@@ -89,8 +88,8 @@ def peak(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -99,7 +98,7 @@ def peak(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "peak", _window(between))
+    return Peak(key_of(name), "peak", _window(between))
 
 
 @checked
@@ -108,8 +107,8 @@ def highest(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -118,7 +117,7 @@ def highest(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "highest", _window(between))
+    return Peak(key_of(name), "highest", _window(between))
 
 
 @checked
@@ -127,8 +126,8 @@ def lowest(name: Name, *, between: Between | None = None) -> Peak:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
     between : (float, float), optional
         Two instants, s; default is the whole run.
 
@@ -137,7 +136,7 @@ def lowest(name: Name, *, between: Between | None = None) -> Peak:
     Peak
         To be given to an analysis.
     """
-    return Peak(_plain(name), "lowest", _window(between))
+    return Peak(key_of(name), "lowest", _window(between))
 
 
 @checked
@@ -146,15 +145,15 @@ def swing(name: Name) -> Swing:
 
     Parameters
     ----------
-    name : name
-        The quantity.
+    name : name or expression
+        The quantity, or an expression of quantities, such as ``rig.shaft.tau * rig.shaft.w``.
 
     Returns
     -------
     Swing
         To be given to an analysis.
     """
-    return Swing(_plain(name))
+    return Swing(key_of(name))
 
 
 @checked
@@ -163,7 +162,7 @@ def integral(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -182,7 +181,7 @@ def mean(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -201,7 +200,7 @@ def rms(*names: Name, between: Between | None = None) -> Integral:
 
     Parameters
     ----------
-    *names : names
+    *names : names or expressions
         The quantity, or the factors of a product.
     between : (float, float), optional
         Two instants, s; default is the whole run.
@@ -262,7 +261,7 @@ def at(time: float | Iterable[float], *names: Name) -> At:
     ----------
     time : float or iterable of float
         Instants, s; 0 is the start.
-    names : names
+    names : names or expressions
         The factors.
 
     Returns
@@ -293,7 +292,7 @@ def at_event(
 
     Parameters
     ----------
-    name : name, or tuple of names
+    name : name or expression, or tuple of these
         The quantity, or the factors.
     component, after : str
         As in `Event`: the component, and its mode after the event in words (any if empty).
@@ -419,15 +418,7 @@ def _window(between: Between | None) -> Between | None:
     return begin, end
 
 
-def _plain(name: Name) -> str:
-    if isinstance(name, str):
-        return name
-    if isinstance(name, Ref):
-        return label(name)
-    raise OptionError(f"'{name!r}' is neither a name nor a reference to a quantity.")
-
-
 def _some(names: tuple[Name, ...], what: str) -> tuple[str, ...]:
     if not names:
         raise OptionError(f"{what}: name at least one quantity.")
-    return tuple(map(_plain, names))
+    return tuple(map(key_of, names))

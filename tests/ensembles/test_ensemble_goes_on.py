@@ -3,6 +3,7 @@
 import contextlib
 import gc
 import json
+import operator
 import os
 import signal
 import threading
@@ -17,7 +18,7 @@ from lumped import functionals as fun
 from lumped.components import Fixed, Inertia, Spring
 from lumped.ensembles.ensemble_file import EnsembleFile
 from lumped.ensembles.native_runs import NativeRuns
-from lumped.errors import OptionError
+from lumped.errors import OptionError, SolverError
 
 C = np.linspace(50.0, 200.0, 7)
 MANY = np.linspace(50.0, 200.0, 600)
@@ -291,6 +292,9 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(system,
     ):
         assert_equal(ran(system, client=client, store=tmp_path / "runs.jsonl"), whole)
         assert_equal(ran(system, store=tmp_path / "runs.jsonl"), whole)
+        shaft = system.model.shaft
+        slack = {"of": {"slack": fun.integral(abs(shaft.tau) - shaft.c * 0.01)}}
+        assert_equal(ran(system, client=client, **slack), ran(system, **slack))
         over = {"c": np.linspace(50.0, 200.0, 800), "until": 300.0}
         here = ran(system, **over)
         (victim, *_), store = client.run(os.getpid).values(), tmp_path / "long.jsonl"
@@ -309,6 +313,58 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_dies(system,
         killer.join()
         print(f"killed after {killed[0]} of {chunks(store)} chunks")
         assert_equal(there, here)
+
+
+class Packed:
+    """What is unpacked by a function."""
+
+    def __init__(self, function, *arguments):
+        self.parts = function, arguments
+
+    def __reduce__(self):
+        return self.parts
+
+
+def fatal_once(flag):
+    """What kills the first process of a worker in which it is unpacked."""
+    lines = [
+        "import os, signal",
+        f"if os.getpid() != {os.getpid()} and not os.path.exists({str(flag)!r}):",
+        f"    open({str(flag)!r}, 'w').close()",
+        "    os.kill(os.getpid(), signal.SIGKILL)",
+    ]
+    return Packed(exec, "\n".join(lines))
+
+
+def test_a_worker_of_a_cluster_may_die_while_it_is_given_the_model(system, whole, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    reduced = NativeRuns.__reduce__
+
+    def first_fatal(runs):
+        pair = fatal_once(tmp_path / "runs"), Packed(reduced(runs)[0], *reduced(runs)[1])
+        return operator.itemgetter(1), (pair,)
+
+    def measure(run):
+        return run["shaft.phi_rel"][-1] + 0 * len(str(fatal))
+
+    fatal = fatal_once(tmp_path / "sweep")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+        ) as cluster,
+        distributed.Client(cluster) as client,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        patch.setattr(NativeRuns, "__reduce__", first_fatal)
+        assert_equal(ran(system, client=client), whole)
+        assert (tmp_path / "runs").exists()
+        scene = {"over": {"shaft.c": C}, "until": UNTIL}
+        there = lp.sweep(system, of={"x": measure}, client=client, **scene)
+        assert (tmp_path / "sweep").exists()
+        assert (there["x"] == lp.sweep(system, of={"x": last}, workers=1, **scene)["x"]).all()
+        patch.setattr(NativeRuns, "__reduce__", lambda runs: (__import__, ("no_such_package",)))
+        with pytest.raises(SolverError, match=r"cannot make the runs: .*no_such_package"):
+            ran(system, client=client)
 
 
 # -- sweeps ----------------------------------------------------------------------------------------
