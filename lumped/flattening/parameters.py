@@ -78,6 +78,14 @@ class Parameters:
         return {number: i for i, number in enumerate(self.free)}
 
     @cached_property
+    def _apart(self) -> set[int]:
+        """Places in `theta` of parameters on which no other and no limit depends."""
+        rules, places = ca.jacobian_sparsity(self._ruled, self.theta).get_triplet()
+        count = np.bincount(places, minlength=len(self.free))
+        limited = {number for number, *_ in self.ordered}
+        return {i for i, n in enumerate(self.free) if count[i] == 1 and n not in limited}
+
+    @cached_property
     def _ranges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Least and greatest value of each parameter, and which must not be zero."""
         least = np.array([quantity.least for quantity in self.declared])
@@ -122,10 +130,13 @@ class Parameters:
         ParameterError
             If one is no number, or out of range.
         """
-        theta = self.defaults.copy()
+        theta, fits = self.defaults.copy(), True
         for place, value in changes.items():
-            theta[place] = self.number(self.free[place], value)
-        self.check(theta, model)
+            number = self.free[place]
+            theta[place] = given = self.number(number, value)
+            fits &= place in self._apart and self.declared[number].fault(given) is None
+        if not fits:
+            self.check(theta, model)
         return theta
 
     def number(self, number: int, value: object) -> float:

@@ -120,6 +120,7 @@ class Tree:
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
         self.input_parameters: dict[str, int] = {}
+        self._asked: dict[str, int] = {}
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
@@ -238,9 +239,13 @@ class Tree:
         key = self.key(name)
         if key in self.input_parameters:
             return self.input_parameters[key]
+        if key in self._asked:
+            return self._asked[key]
         found = self._look_up(key)
         if found is not None and found[1] in found[0].layout.parameters:
-            return found[0].first_parameter + found[0].layout.parameters[found[1]]
+            number = found[0].first_parameter + found[0].layout.parameters[found[1]]
+            self._asked[key] = number
+            return number
         if found is not None and found[1] in found[0].layout.unknowns:
             raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
         raise UnknownNameError(

@@ -108,12 +108,20 @@ def clocks(system: System) -> list[Clock]:
     return found
 
 
+@made_once
+def _places(system: System) -> np.ndarray:
+    """Places of the parameters on which clocks depend."""
+    arguments = ca.vertcat(ca.SX(0, 1), *(clock.condition.argument for clock in clocks(system)))
+    _, columns = ca.jacobian_sparsity(arguments, system.inputs[1]).get_triplet()
+    return np.unique(np.array(columns, dtype=int))
+
+
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
     """Modes at a time, or just after it where it is an instant of change.
 
     Modes that depend on more than the time are zero.
     """
-    key = theta.tobytes(), time
+    key = theta[_places(system)].tobytes(), time
     return _latest_modes(system).of(key, lambda: _modes_at(system, theta, time)).copy()
 
 
@@ -205,7 +213,7 @@ def instants(
     SolverError
         If they follow each other without end.
     """
-    key = theta.tobytes(), begin, end, without
+    key = theta[_places(system)].tobytes(), begin, end, without
     return _latest_instants(system).of(
         key, lambda: _InstantSearch(system, theta, begin, end, without).found()
     )

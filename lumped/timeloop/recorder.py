@@ -42,16 +42,19 @@ def output_times(
         equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
         return equal
     times = _numbers(grid)
-    if times.ndim != 1 or not len(times) or not (np.diff(times) >= 0).all():
+    if times.ndim != 1 or not len(times) or not (times[1:] >= times[:-1]).all():
         raise OptionError(
             f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
             "that does not decrease, or None for the steps of the solver."
         )
+    first, last = float(times[0]), float(times[-1])
+    if begin <= first and last <= until:
+        return times.copy()
     near = _ROUNDING * max(abs(begin), abs(until))
-    if not (times[0] >= begin - near and times[-1] <= until + near):
+    if not (first >= begin - near and last <= until + near):
         raise OptionError(
             "grid: output times from {} to {} s leave {} to {} s.".format(
-                *(repr(float(t)).removesuffix(".0") for t in (times[0], times[-1], begin, until))
+                *(repr(float(t)).removesuffix(".0") for t in (first, last, begin, until))
             )
         )
     inside: np.ndarray = np.clip(times, begin, until)
@@ -139,13 +142,14 @@ class Recorder:
 
     def finish(self, x: np.ndarray, settings: np.ndarray) -> None:
         """Output times at the very end."""
-        rest = self.due(np.inf)
-        if len(rest):
-            self.add(rest, *(np.repeat(v[None, :], len(rest), axis=0) for v in (x, settings)))
+        if self.times is None or self.taken == len(self.times):
+            return
+        rest, self.taken = self.times[self.taken :].copy(), len(self.times)
+        self.add(rest, *(v[None, :].repeat(len(rest), axis=0) for v in (x, settings)))
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple(Piece(system, *_joined(system, rows)) for system, rows in self._parts)
+        return tuple([Piece(system, *_joined(system, rows)) for system, rows in self._parts])
 
 
 def _joined(system: System, rows: list[_Rows]) -> _Rows:

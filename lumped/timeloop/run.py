@@ -93,11 +93,15 @@ class Simulation:
         """States that moved but stayed below ``atol / rtol``."""
         if not self.atol.any():
             return ()
-        none = np.zeros((0, len(self.system.structure.states)))
-        own = [none, *(p.x for p in pieces if p.system is self.system)]
-        largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)
+        own = [p.x for p in pieces if p.system is self.system]
+        none = np.zeros((0, len(self.atol)))
+        x = own[0] if len(own) == 1 else np.concatenate([none, *own])
+        largest = np.abs(x).max(axis=0, initial=0.0)
+        tolerated = largest * self.rtol
         # a millionth of that is rounding of something that stands still
-        small = (largest * self.rtol < self.atol) & (largest * self.rtol > 1e-6 * self.atol)
+        small = (tolerated < self.atol) & (tolerated > 1e-6 * self.atol)
+        if not small.any():
+            return ()
         names = self.system.state_names
         return tuple(name for name, s in zip(names, small, strict=True) if s)
 
