@@ -109,11 +109,11 @@ def clocks(system: System) -> list[Clock]:
 
 
 @made_once
-def _places(system: System) -> np.ndarray:
-    """Places of the parameters on which clocks depend."""
+def _latest(system: System) -> tuple[np.ndarray, Recent[np.ndarray], Recent[Instants]]:
+    """Places of the parameters on which clocks depend; modes and instants found last."""
     arguments = ca.vertcat(ca.SX(0, 1), *(clock.condition.argument for clock in clocks(system)))
     _, columns = ca.jacobian_sparsity(arguments, system.inputs[1]).get_triplet()
-    return np.unique(np.array(columns, dtype=int))
+    return np.unique(np.array(columns, dtype=int)), Recent(1), Recent(1)
 
 
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
@@ -121,13 +121,9 @@ def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
 
     Modes that depend on more than the time are zero.
     """
-    key = theta[_places(system)].tobytes(), time
-    return _latest_modes(system).of(key, lambda: _modes_at(system, theta, time)).copy()
-
-
-@made_once
-def _latest_modes(_: System) -> Recent[np.ndarray]:
-    return Recent(1)
+    places, latest, _ = _latest(system)
+    key = theta[places].tobytes(), time
+    return latest.of(key, lambda: _modes_at(system, theta, time)).copy()
 
 
 def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
@@ -213,15 +209,9 @@ def instants(
     SolverError
         If they follow each other without end.
     """
-    key = theta[_places(system)].tobytes(), begin, end, without
-    return _latest_instants(system).of(
-        key, lambda: _InstantSearch(system, theta, begin, end, without).found()
-    )
-
-
-@made_once
-def _latest_instants(_: System) -> Recent[Instants]:
-    return Recent(1)
+    places, _, latest = _latest(system)
+    key = theta[places].tobytes(), begin, end, without
+    return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())
 
 
 @dataclass(frozen=True, eq=False)

@@ -145,7 +145,8 @@ class Recorder:
         if self.times is None or self.taken == len(self.times):
             return
         rest, self.taken = self.times[self.taken :].copy(), len(self.times)
-        self.add(rest, *(v[None, :].repeat(len(rest), axis=0) for v in (x, settings)))
+        count = len(rest)
+        self.add(rest, x[None, :].repeat(count, axis=0), settings[None, :].repeat(count, axis=0))
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""

@@ -51,7 +51,7 @@ class Simulation:
         self.methods: list[str] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
-        self.atol = np.zeros(len(point.x))
+        self.atol: np.ndarray | None = None
         hits = point.collisions
         self.events = [Event(self.begin, c.component, c.before, c.after, c.loss) for c in hits]
 
@@ -91,16 +91,16 @@ class Simulation:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        if not self.atol.any():
+        if self.atol is None:
             return ()
         own = [p.x for p in pieces if p.system is self.system]
         none = np.zeros((0, len(self.atol)))
         x = own[0] if len(own) == 1 else np.concatenate([none, *own])
-        largest = np.abs(x).max(axis=0, initial=0.0)
+        largest = np.maximum.reduce(np.abs(x), axis=0, initial=0.0)
         tolerated = largest * self.rtol
         # a millionth of that is rounding of something that stands still
         small = (tolerated < self.atol) & (tolerated > 1e-6 * self.atol)
-        if not small.any():
+        if not np.count_nonzero(small):
             return ()
         names = self.system.state_names
         return tuple(name for name, s in zip(names, small, strict=True) if s)

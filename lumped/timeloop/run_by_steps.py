@@ -121,7 +121,7 @@ class RunBySteps(Simulation):
             elif why != FULL:
                 self._fail(why)
             self._run.pause = self.steps + self.rejected + self._executable.attempts
-        self.output.finish(run.x.copy(), run.m.copy())
+        self.output.finish(run.x, run.m)
         self._executable.take_back(self._kept)
 
     # -- into the loop -----------------------------------------------------------------------
@@ -213,12 +213,13 @@ class RunBySteps(Simulation):
         run, room, out = self._run, self._room, self._room.output
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
         rows, count, changes = out.rows, out.pieces, out.changes
-        t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
         bounds = [0, *out.piece_row[:count].tolist(), rows]
         modes = np.concatenate([self._modes[None, :], room.piece_settings[:count]])
         self._modes = modes[-1]
-        lengths = [end - begin for begin, end in itertools.pairwise(bounds)]
-        settings = np.concatenate([modes.repeat(lengths, axis=0), implicit], axis=1)
+        if rows:
+            t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
+            lengths = [end - begin for begin, end in itertools.pairwise(bounds)]
+            settings = np.concatenate([modes.repeat(lengths, axis=0), implicit], axis=1)
         for k, (begin, end) in enumerate(itertools.pairwise(bounds)):
             if k:
                 self.output.open(self.system)
