@@ -179,6 +179,8 @@ class Instants:
     ----------
     times : ndarray, shape (k,)
         Instants after the begin of the span, up to its end.
+    edges : ndarray, shape (k + 2,)
+        Begin of the span, the instants, and its end.
     names : list of str
         What changes at each: the components.
     places : ndarray of int, shape (m,)
@@ -188,6 +190,7 @@ class Instants:
     """
 
     times: np.ndarray
+    edges: np.ndarray
     names: list[str]
     places: np.ndarray
     modes: np.ndarray
@@ -276,6 +279,7 @@ class _InstantSearch:
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
+            edges,
             [", ".join(n) for n in names],
             np.array(places, dtype=int),
             np.hstack(columns),

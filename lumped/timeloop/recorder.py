@@ -42,7 +42,8 @@ def output_times(
         equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
         return equal
     times = _numbers(grid)
-    if times.ndim != 1 or not len(times) or not (times[1:] >= times[:-1]).all():
+    count = len(times) if times.ndim == 1 else 0
+    if not count or np.count_nonzero(times[1:] >= times[:-1]) < count - 1:
         raise OptionError(
             f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
             "that does not decrease, or None for the steps of the solver."

@@ -60,7 +60,7 @@ class Simulation:
         self.instants = instants(self.system, self.point.theta, self.begin, self.until)
         times, names = self.instants.times.tolist(), self.instants.names
         self.events += [Event(t, name) for t, name in zip(times, names, strict=True)]
-        return np.array([self.begin, *times, self.until])
+        return self.instants.edges
 
     def refuse_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:
         """Stop where a prescribed motion jumps that bodies would have to follow."""
@@ -94,14 +94,13 @@ class Simulation:
         if self.atol is None:
             return ()
         own = [p.x for p in pieces if p.system is self.system]
-        none = np.zeros((0, len(self.atol)))
-        x = own[0] if len(own) == 1 else np.concatenate([none, *own])
-        largest = np.maximum.reduce(np.abs(x), axis=0, initial=0.0)
-        tolerated = largest * self.rtol
-        # a millionth of that is rounding of something that stands still
-        small = (tolerated < self.atol) & (tolerated > 1e-6 * self.atol)
+        x = own[0] if len(own) == 1 else np.concatenate([np.zeros((0, len(self.atol))), *own])
+        tolerated = np.maximum.reduce(np.abs(x), axis=0, initial=0.0) * self.rtol
+        small = tolerated < self.atol
         if not np.count_nonzero(small):
             return ()
+        # a millionth of that is rounding of something that stands still
+        small &= tolerated > 1e-6 * self.atol
         names = self.system.state_names
         return tuple(name for name, s in zip(names, small, strict=True) if s)
 

@@ -214,12 +214,13 @@ class RunBySteps(Simulation):
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
         rows, count, changes = out.rows, out.pieces, out.changes
         bounds = [0, *out.piece_row[:count].tolist(), rows]
-        modes = np.concatenate([self._modes[None, :], room.piece_settings[:count]])
-        self._modes = modes[-1]
         if rows:
             t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
+            modes = np.concatenate([self._modes[None, :], room.piece_settings[:count]])
             lengths = [end - begin for begin, end in itertools.pairwise(bounds)]
             settings = np.concatenate([modes.repeat(lengths, axis=0), implicit], axis=1)
+        if count:
+            self._modes = room.piece_settings[count - 1].copy()
         for k, (begin, end) in enumerate(itertools.pairwise(bounds)):
             if k:
                 self.output.open(self.system)
