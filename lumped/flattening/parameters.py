@@ -212,9 +212,12 @@ class Parameters:
         if not within(values):
             fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
         found = []
-        for j in np.flatnonzero(~fits.all(axis=0)):
+        wrong = np.flatnonzero(~fits.all(axis=0)) if np.count_nonzero(fits) < fits.size else ()
+        for j in wrong:
             runs, number = np.flatnonzero(~fits[:, j]), int(numbers[j])
             found.append((number, self.fault(number, float(values[runs[0], j])) or "", runs))
+        if not len(ordered):
+            return found
         highs, strict = (part[ordered] for part in self._ordered)
         values = values[:, np.searchsorted(numbers, highs)]
         low = (values < limits) | (strict & (values == limits))

@@ -120,7 +120,7 @@ class Tree:
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
         self.input_parameters: dict[str, int] = {}
-        self._asked: dict[str, int] = {}
+        self._asked: dict[str, tuple[Instance, str]] = {}
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
@@ -239,13 +239,9 @@ class Tree:
         key = self.key(name)
         if key in self.input_parameters:
             return self.input_parameters[key]
-        if key in self._asked:
-            return self._asked[key]
         found = self._look_up(key)
         if found is not None and found[1] in found[0].layout.parameters:
-            number = found[0].first_parameter + found[0].layout.parameters[found[1]]
-            self._asked[key] = number
-            return number
+            return found[0].first_parameter + found[0].layout.parameters[found[1]]
         if found is not None and found[1] in found[0].layout.unknowns:
             raise UnknownNameError(f"'{key}' is no parameter{_why_none(*found)}")
         raise UnknownNameError(
@@ -254,13 +250,18 @@ class Tree:
         )
 
     def _look_up(self, key: str) -> tuple[Instance, str] | None:
+        if key in self._asked:
+            return self._asked[key]
         node = self.instances[0]
         found = steps(key)
         for i, step in enumerate(found):
             if step in node.children:
                 node = self.instances[node.children[step]]
-            else:
-                return node, ".".join(found[i:])
+                continue
+            local = ".".join(found[i:])
+            if local in node.layout.unknowns or local in node.layout.parameters:
+                self._asked[key] = node, local
+            return node, local
         return None
 
     def unknown_names(self) -> Iterator[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Piece
@@ -154,12 +155,17 @@ class Recorder:
         return tuple([Piece(system, *_joined(system, rows)) for system, rows in self._parts])
 
 
+@made_once
+def _nothing(system: System) -> _Rows:
+    n, m = len(system.state_names), system.inputs[3].numel()
+    return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+
+
 def _joined(system: System, rows: list[_Rows]) -> _Rows:
     """Points of a piece in one."""
     if len(rows) == 1:
         return rows[0]
     if not rows:
-        n, m = len(system.state_names), system.inputs[3].numel()
-        return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+        return _nothing(system)
     t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
     return t, x, settings

@@ -93,16 +93,18 @@ class Simulation:
         """States that moved but stayed below ``atol / rtol``."""
         if self.atol is None:
             return ()
-        own = [p.x for p in pieces if p.system is self.system]
-        x = own[0] if len(own) == 1 else np.concatenate([np.zeros((0, len(self.atol))), *own])
-        tolerated = np.maximum.reduce(np.abs(x), axis=0, initial=0.0) * self.rtol
-        small = tolerated < self.atol
-        if not np.count_nonzero(small):
+        own = [p.x for p in pieces if p.system is self.system and len(p.x)]
+        if not own:
             return ()
+        may_be = (~(np.abs(own[-1][-1]) * self.rtol >= self.atol)).nonzero()[0]
+        if not len(may_be):
+            return ()
+        x = (own[0] if len(own) == 1 else np.concatenate(own))[:, may_be]
+        tolerated, limit = np.maximum.reduce(np.abs(x), axis=0) * self.rtol, self.atol[may_be]
         # a millionth of that is rounding of something that stands still
-        small &= tolerated > 1e-6 * self.atol
+        small = (tolerated < limit) & (tolerated > 1e-6 * limit)
         names = self.system.state_names
-        return tuple(name for name, s in zip(names, small, strict=True) if s)
+        return tuple(names[i] for i, s in zip(may_be.tolist(), small.tolist(), strict=True) if s)
 
     def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""
