@@ -204,7 +204,7 @@ class Parameters:
 
         Each row of `ruled` has some of the rows of `_ruled`, those of `rules`, ascending.
         """
-        count = int(np.searchsorted(rules, len(self.declared)))
+        count = int(rules.searchsorted(len(self.declared)))
         numbers, ordered = rules[:count], rules[count:] - len(self.declared)
         values, limits = ruled[:, :count], ruled[:, count:]
         least, most, nonzero = (ends[numbers] for ends in self._ranges)
@@ -212,16 +212,15 @@ class Parameters:
         if not within(values):
             fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
         found = []
-        wrong = np.flatnonzero(~fits.all(axis=0)) if np.count_nonzero(fits) < fits.size else ()
-        for j in wrong:
+        for j in sorted(set((~fits).nonzero()[1].tolist())):
             runs, number = np.flatnonzero(~fits[:, j]), int(numbers[j])
             found.append((number, self.fault(number, float(values[runs[0], j])) or "", runs))
         if not len(ordered):
             return found
         highs, strict = (part[ordered] for part in self._ordered)
-        values = values[:, np.searchsorted(numbers, highs)]
+        values = values[:, numbers.searchsorted(highs)]
         low = (values < limits) | (strict & (values == limits))
-        for j in np.flatnonzero(low.any(axis=0)):
+        for j in sorted(set(low.nonzero()[1].tolist())):
             runs, quantity = np.flatnonzero(low[:, j]), self.declared[highs[j]]
             _, _, name, (unit, text) = self.ordered[ordered[j]]
             value = amount(values[runs[0], j], quantity.unit)

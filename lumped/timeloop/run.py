@@ -51,7 +51,7 @@ class Simulation:
         self.methods: list[str] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
-        self.atol: np.ndarray | None = None
+        self.atol = np.zeros(0)
         hits = point.collisions
         self.events = [Event(self.begin, c.component, c.before, c.after, c.loss) for c in hits]
 
@@ -91,7 +91,7 @@ class Simulation:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        if self.atol is None:
+        if not len(self.atol):
             return ()
         own = [p.x for p in pieces if p.system is self.system and len(p.x)]
         if not own:
