@@ -1,10 +1,11 @@
 """Does a Taylor series pay, and is it as quick as that of heyoka?
 
-Three masses under a torque step, 2 s, of `ensembles`: a whole call of `simulate`, the loop in it,
-and a run among 20 000 in lanes that takes the final speeds; by DOP853, by Taylor's series, and by
-heyoka.py, one run and four side by side, if it is installed. The tolerance of each is the loosest
-of 1e-5, 1e-6, ... that leaves an error of 1e-8 at the end, relative to the largest speed, against
-the matrix exponential. Times are the least of many; the ratio is to heyoka of the same kind.
+Three masses under a torque step, 2 s, of `ensembles`: a whole call of `simulate`, one with another
+torque than the call before, the loop in it, and a run among 20 000 in lanes that takes the final
+speeds; by DOP853, by Taylor's series, and by heyoka.py, one run and four side by side, if it is
+installed. The tolerance of each is the loosest of 1e-5, 1e-6, ... that leaves an error of 1e-8 at
+the end, relative to the largest speed, against the matrix exponential. Times are the least of
+many; the ratio is to heyoka of the same kind.
 
     python -m benchmarks.series
 """
@@ -12,8 +13,9 @@ the matrix exponential. Times are the least of many; the ratio is to heyoka of t
 from __future__ import annotations
 
 import csv
+import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from scipy.linalg import expm
 import lumped as lp
 from benchmarks._ensemble_tasks import DELAY, ThreeMasses
 from lumped import functionals
+from lumped.compiler.system import Changes
 from lumped.support.text_table import table
 
 END, ALLOWED, RUNS, REPEATED = 2.0, 1e-8, 20_000, 200
@@ -69,14 +72,20 @@ def of_lumped(system: lp.System, right: np.ndarray) -> dict[str, Callable[[float
     """What is measured of lumped."""
     size = np.abs(right).max()
 
-    def call(method: Any, rtol: float) -> Timed:
+    def call(method: Any, rtol: float, parameters: Iterable[Changes | None] = (None,)) -> Timed:
+        each = itertools.cycle(parameters)
+
         def run() -> lp.Trajectory:
-            return lp.simulate(system, until=END, rtol=rtol, method=method, grid=[END])
+            options: dict[str, Any] = {"until": END, "rtol": rtol, "method": method}
+            return lp.simulate(system, parameters=next(each), grid=[END], **options)
 
         for _ in range(20):
             found = run()
         error = max(abs(found[n][-1] - r) for n, r in zip(SPEEDS, right, strict=True)) / size
         return least(run), error
+
+    def changing(method: Any, rtol: float) -> Timed:
+        return call(method, rtol, [{"motor.tau": 1.5 * TORQUE}, {"motor.tau": TORQUE}])
 
     def loop(method: Any, rtol: float) -> Timed:
         _, error = call(method, rtol)
@@ -97,7 +106,8 @@ def of_lumped(system: lp.System, right: np.ndarray) -> dict[str, Callable[[float
 
     made: dict[str, Callable[[float], Timed]] = {}
     for method, name in (("explicit", "DOP853"), ("taylor", "series")):
-        for what, timed in (("call", call), ("loop", loop), ("in lanes", many)):
+        ways = {"call": call, "another torque": changing, "loop": loop, "in lanes": many}
+        for what, timed in ways.items():
             made[f"{name}, {what}"] = lambda rtol, timed=timed, method=method: timed(method, rtol)
     return made
 

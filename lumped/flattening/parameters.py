@@ -80,7 +80,7 @@ class Parameters:
     @cached_property
     def _apart(self) -> set[int]:
         """Places in `theta` of parameters on which no other and no limit depends."""
-        rules, places = ca.jacobian_sparsity(self._ruled, self.theta).get_triplet()
+        _, places = ca.jacobian_sparsity(self._ruled, self.theta).get_triplet()
         count = np.bincount(places, minlength=len(self.free))
         limited = {number for number, *_ in self.ordered}
         return {i for i, n in enumerate(self.free) if count[i] == 1 and n not in limited}
