@@ -12,17 +12,16 @@ import numpy as np
 from lumped.code.functions import compiled_functions, known_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.prepared import prepared
-from lumped.code.records import Record
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run
+from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
-from lumped.timeloop.kept_run import PARTS, KeptRun, remember
+from lumped.timeloop.kept_run import KeptRun, made_run, remember
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.taylor_series import TaylorSeries
 
@@ -193,7 +192,7 @@ class Executable:
             return run
         work = max(operations.work for operations in self._operations.values())
         sizes = {**self.sizes, "work": work}
-        run = _run(sizes, self.plant)
+        run = made_run(sizes, self.plant)
         run.yielding = -1.0
         span(run, 1.0)
         remember(run)
@@ -274,20 +273,6 @@ def span(run: Run, size: float) -> None:
     """
     run.span, run.soon, run.shortest = size, 1e-12 * size, 1e-10 * size
     run.longest = np.inf
-
-
-def _run(sizes: dict[str, int], plant: Plant) -> Run:
-    """A run; what it writes stands in one block of memory."""
-    kinds: list[type[Record]] = [Run, InstantSearch, *PARTS.values()]
-    words = [kind.words(sizes) for kind in kinds]
-    block = np.zeros(sum(words), dtype=np.int64)
-    own, search, *parts = np.split(block, np.cumsum(words)[:-1])
-    places = zip(PARTS.items(), parts, strict=True)
-    held = {name: kind(sizes, memory) for (name, kind), memory in places}
-    instant = InstantSearch(sizes, search, **held)
-    run = Run(sizes, own, plant=plant, instant=instant)
-    run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
-    return run
 
 
 @made_once

@@ -1,14 +1,17 @@
-"""Records of a run that is over, which another run of the same thread has after it."""
+"""Records of a run, which another run of the same thread has when it is over."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from lumped.code.records import Record
+from lumped.kernel.plant import Plant
 from lumped.kernel.run import InstantSearch, Run
 from lumped.timeloop.output_room import OutputRoom
 
-__all__ = ["PARTS", "KeptRun", "remember"]
+__all__ = ["KeptRun", "made_run", "remember"]
 
-PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
+_PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
 """Records that belong to an instant."""
 
 
@@ -51,6 +54,20 @@ class KeptRun:
         return run, self.room
 
 
+def made_run(sizes: dict[str, int], plant: Plant) -> Run:
+    """A run; what it writes stands in one block of memory."""
+    kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
+    words = [kind.words(sizes) for kind in kinds]
+    block = np.zeros(sum(words), dtype=np.int64)
+    own, search, *parts = np.split(block, np.cumsum(words)[:-1])
+    places = zip(_PARTS.items(), parts, strict=True)
+    held = {name: kind(sizes, memory) for (name, kind), memory in places}
+    instant = InstantSearch(sizes, search, **held)
+    run = Run(sizes, own, plant=plant, instant=instant)
+    run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
+    return run
+
+
 def remember(run: Run) -> None:
     """Note the present state of a run as the first one."""
     for record in _records(run):
@@ -61,4 +78,4 @@ def remember(run: Run) -> None:
 def _records(run: Run) -> list[Record]:
     """A run, and what it alone writes and another must find as it was."""
     instant = run.instant
-    return [run, instant, *(getattr(instant, name) for name in PARTS if name != "reserve")]
+    return [run, instant, *(getattr(instant, name) for name in _PARTS if name != "reserve")]
