@@ -410,9 +410,9 @@ def given_values(system: System, start: Changes) -> dict[int, float]:
     StartError
         If one is no number in the unit of its quantity.
     """
+    tree = system.structure.tree
     found: dict[int, float] = {}
     for name, value in start.items():
-        tree = system.structure.tree
         unknown = tree.unknown(name)
         unit = tree.quantity(unknown).unit
         found[unknown] = plain(value, unit, f"{system.key(name)} =", StartError)
