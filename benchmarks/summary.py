@@ -128,13 +128,14 @@ def summary() -> list[tuple[str, str, str]]:
         )
     )
     series = [
-        pick("series", what=f"series, {what}")["over heyoka"] for what in ("loop", "in lanes")
+        pick("series", what=f"series, {what}")["over heyoka"]
+        for what in ("call", "loop", "in lanes")
     ]
     found.append(
         (
             "three masses by Taylor's series, error 1e-8: time over that of heyoka.py",
             "series",
-            f"{series[0]} for the loop of one run, {series[1]} in lanes",
+            f"{series[0]} for a whole call, {series[1]} for the loop in it, {series[2]} in lanes",
         )
     )
     lowest = pick("modes", inertias="10000")

@@ -26,9 +26,10 @@ from lumped.points.direct_start import DirectStart, direct_start
 from lumped.points.start import by_name, found_start
 from lumped.points.start_search import given_values
 from lumped.points.targets import TOLERANCE
-from lumped.timeloop.executable import executable, remember, span
+from lumped.timeloop.executable import executable, span
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.instants import Instants, clocks, instants, modes_at
+from lumped.timeloop.kept_run import remember
 from lumped.timeloop.moved_clocks import moved_clocks
 from lumped.timeloop.recorder import scale
 from lumped.timeloop.result import OperatingPoint

@@ -78,6 +78,14 @@ class Parameters:
         return {number: i for i, number in enumerate(self.free)}
 
     @cached_property
+    def _apart(self) -> set[int]:
+        """Places in `theta` of parameters on which no other and no limit depends."""
+        _, places = ca.jacobian_sparsity(self._ruled, self.theta).get_triplet()
+        count = np.bincount(places, minlength=len(self.free))
+        limited = {number for number, *_ in self.ordered}
+        return {i for i, n in enumerate(self.free) if count[i] == 1 and n not in limited}
+
+    @cached_property
     def _ranges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Least and greatest value of each parameter, and which must not be zero."""
         least = np.array([quantity.least for quantity in self.declared])
@@ -144,10 +152,13 @@ class Parameters:
         ParameterError
             If one is no number, or out of range.
         """
-        theta = self.defaults.copy()
+        theta, fits = self.defaults.copy(), True
         for place, value in changes.items():
-            theta[place] = self.number(self.free[place], value)
-        self.check(theta, model)
+            number = self.free[place]
+            theta[place] = given = self.number(number, value)
+            fits &= place in self._apart and self.declared[number].fault(given) is None
+        if not fits:
+            self.check(theta, model)
         return theta
 
     def number(self, number: int, value: object) -> float:
@@ -215,7 +226,7 @@ class Parameters:
 
         Each row of `ruled` has some of the rows of `_ruled`, those of `rules`, ascending.
         """
-        count = int(np.searchsorted(rules, len(self.declared)))
+        count = int(rules.searchsorted(len(self.declared)))
         numbers, ordered = rules[:count], rules[count:] - len(self.declared)
         values, limits = ruled[:, :count], ruled[:, count:]
         least, most, nonzero = (ends[numbers] for ends in self._ranges)
@@ -223,13 +234,15 @@ class Parameters:
         if not within(values):
             fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
         found = []
-        for j in np.flatnonzero(~fits.all(axis=0)):
+        for j in sorted(set((~fits).nonzero()[1].tolist())):
             runs, number = np.flatnonzero(~fits[:, j]), int(numbers[j])
             found.append((number, self.fault(number, float(values[runs[0], j])) or "", runs))
+        if not len(ordered):
+            return found
         highs, strict = (part[ordered] for part in self._ordered)
-        values = values[:, np.searchsorted(numbers, highs)]
+        values = values[:, numbers.searchsorted(highs)]
         low = (values < limits) | (strict & (values == limits))
-        for j in np.flatnonzero(low.any(axis=0)):
+        for j in sorted(set(low.nonzero()[1].tolist())):
             runs, quantity = np.flatnonzero(low[:, j]), self.declared[highs[j]]
             _, _, name, (unit, text) = self.ordered[ordered[j]]
             value = amount(values[runs[0], j], quantity.unit)

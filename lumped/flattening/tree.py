@@ -121,6 +121,7 @@ class Tree:
         self._number: dict[int, int] = {}
         self._origins: dict[int, dict[int, str]] = {}
         self.input_parameters: dict[str, int] = {}
+        self._asked: dict[str, tuple[Instance, str]] = {}
         stack: list[tuple[Component, str, int, str]] = [(model, "", -1, "")]
         while stack:
             component, path, parent, own_name = stack.pop()
@@ -270,13 +271,18 @@ class Tree:
         )
 
     def _look_up(self, key: str) -> tuple[Instance, str] | None:
+        if key in self._asked:
+            return self._asked[key]
         node = self.instances[0]
         found = steps(key)
         for i, step in enumerate(found):
             if step in node.children:
                 node = self.instances[node.children[step]]
-            else:
-                return node, ".".join(found[i:])
+                continue
+            local = ".".join(found[i:])
+            if local in node.layout.unknowns or local in node.layout.parameters:
+                self._asked[key] = node, local
+            return node, local
         return None
 
     def unknown_names(self) -> Iterator[str]:

@@ -6,6 +6,7 @@ Most drives start so. Everything else, and every fault, is left to the search (`
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -35,18 +36,32 @@ class DirectStart:
     function : Function
         (p, t, start values) -> states in use, all start values, how far the worst that is no
         state is missed, relative to its value if that is above one.
+    varies : bool
+        Whether they depend on anything; otherwise they are computed once.
     searches : bool
         Whether there are start values or equations of what is no state.
     """
 
-    def __init__(self, function: ca.Function, *, searches: bool) -> None:
-        self.function, self.searches = function, searches
+    def __init__(self, function: ca.Function, *, varies: bool, searches: bool) -> None:
+        self.function, self.varies, self.searches = function, varies, searches
         self._call = ArrayFunction(function)
 
     def states(
         self, theta: np.ndarray, time: float, values: list[float]
     ) -> tuple[np.ndarray, float] | None:
         """States in use, and how far the worst is missed; None if a search must tell more."""
+        if self.varies:
+            return self._states(theta, time, values)
+        found = self._constant
+        return None if found is None else (found[0].copy(), found[1])
+
+    @cached_property
+    def _constant(self) -> tuple[np.ndarray, float] | None:
+        return self._states(np.zeros(self.function.numel_in(0)), 0.0, [])
+
+    def _states(
+        self, theta: np.ndarray, time: float, values: list[float]
+    ) -> tuple[np.ndarray, float] | None:
         x, given, missed = self._call(theta, time, values)
         is_met = np.isfinite(x).all() and missed[0] <= TOLERANCE and within(given)
         return (x, float(missed[0])) if is_met else None
@@ -95,7 +110,8 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
     inputs = [structure.parameters.theta, structure.values.time, values]
     results = [used, given, missed]
     function = ca.Function("start", inputs, [ca.densify(result) for result in results])
-    return DirectStart(function, searches=bool(targets or flat.initial))
+    varies = ca.depends_on(ca.vertcat(*results), ca.vertcat(*inputs))
+    return DirectStart(function, varies=varies, searches=bool(targets or flat.initial))
 
 
 def _solved(

@@ -124,7 +124,8 @@ def _direct(
     if form is None or found is None:
         return None
     x, missed = found
-    settings, collisions = modes_at(system, theta, just_after(time)), tuple[Change, ...]()
+    settings = modes_at(system, theta, just_after(time))
+    collisions: tuple[Change, ...] = ()
     if system.switching:
         x, settings, collisions = _begun(system, theta, time, x, settings)
     residual = missed if form.searches else None
@@ -140,6 +141,8 @@ def free_places(system: System, free: Iterable[Name]) -> list[int]:
         If one is named twice.
     """
     names = [system.key(name) for name in free]
+    if not names:
+        return []
     for name in names:
         if names.count(name) > 1:
             raise OptionError(f"{system.name}: the free parameter {name} is named twice.")
@@ -176,8 +179,10 @@ def by_name(start: object) -> Changes:
     OptionError
         If it is something else, such as a point, which only a run can start from.
     """
-    if isinstance(start, Mapping | None):
-        return start or {}
+    if start is None:
+        return {}
+    if isinstance(start, Mapping):
+        return start
     if isinstance(start, OperatingPoint):
         raise OptionError(
             f"{start.system.name}: start is a point at t = {start.time:g} s, from which only "

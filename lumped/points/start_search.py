@@ -410,7 +410,8 @@ def given_values(system: System, start: Changes) -> dict[int, float]:
     StartError
         If one is no number in the unit of its quantity.
     """
-    tree, found = system.structure.tree, dict[int, float]()
+    tree = system.structure.tree
+    found: dict[int, float] = {}
     for name, value in start.items():
         unknown = tree.unknown(name)
         unit = tree.quantity(unknown).unit

@@ -75,16 +75,14 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     is_simple = kinds <= {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
     places = set(signature.parameters)
     hints: dict[str, Any] = {}
-    sure: dict[str, set[type]] = {}
+    is_sure: dict[str, Callable[[Any], bool]] = {}
 
     def check(given: dict[str, Any]) -> None:
         for key, value in given.items():
             if key in several:
                 members = enumerate(value)
                 given[key] = tuple(_fitting(name, f"{key}[{i}]", v, hints[key]) for i, v in members)
-            elif key in hints and not (
-                type(value) in sure[key] and (type(value) is not float or math.isfinite(value))
-            ):
+            elif key in hints and not is_sure[key](value):
                 given[key] = _fitting(name, key, value, hints[key])
         _same_system(name, given)
 
@@ -92,7 +90,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if not hints and known:
             hints.update(_hints(function, signature))
-            sure.update({key: _sure(hint) for key, hint in hints.items()})
+            is_sure.update({key: _sure(hint) for key, hint in hints.items()})
         if is_simple and len(args) <= len(plain) and kwargs.keys() <= places:
             # the same as below where nothing is wrong, in a tenth of the time
             given: dict[str, Any] = {**dict(zip(plain, args, strict=False)), **kwargs}
@@ -125,13 +123,32 @@ def _hints(function: Callable[..., Any], signature: inspect.Signature) -> dict[s
     }
 
 
-def _sure(hint: Any) -> set[type]:
-    """Types whose values fit without a further check, except floats that are not finite."""
-    if hint is ArrayLike:  # names texts and truth values too
-        return {int, float}
+def _sure(hint: Any) -> Callable[[Any], bool]:
+    """Whether a value fits, found at once for what is given most; False if it must be looked at."""
     kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
     plain = {kind for kind in kinds if isinstance(kind, type) and kind is not np.ndarray}
-    return plain | {int} if float in plain else plain
+    if hint is ArrayLike:  # names texts and truth values too
+        plain = {float}
+    if float in plain:
+        plain.add(int)
+    texts = {text for kind in kinds if get_origin(kind) is Literal for text in get_args(kind)}
+    members = {get_origin(kind): _sure(get_args(kind)[0]) for kind in kinds if get_args(kind)}
+    of_list = members.get(Sequence, members.get(Iterable))
+    values = [get_args(kind)[1] for kind in kinds if get_origin(kind) is Mapping]
+    of_keys = members[Mapping] if values and not any(map(_is_looked_at, values)) else None
+
+    def is_sure(value: Any) -> bool:
+        kind = type(value)
+        if kind is float:
+            return float in plain and math.isfinite(value)
+        if kind in plain:
+            return True
+        if kind is str:
+            return value in texts
+        of_each = of_keys if kind is dict else of_list if kind is list else None
+        return of_each is not None and all(map(of_each, value))
+
+    return is_sure
 
 
 class _Names(dict[str, Any]):
@@ -176,10 +193,15 @@ def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any)
         if get_origin(kind) is not Mapping:
             continue
         wanted = get_args(kind)[1]
-        several = {get_origin(one) for one in (wanted, *get_args(wanted))} & {Sequence, Callable}
-        if several or (isinstance(wanted, type) and issubclass(wanted, _Absent)):
+        if _is_looked_at(wanted):
             for name, value in given.items():
                 _fitting(function, f"{key}[{shown(name)}]", value, wanted)
+
+
+def _is_looked_at(kind: Any) -> bool:
+    """Whether members of a mapping are lists, functions, or of a class."""
+    several = {get_origin(one) for one in (kind, *get_args(kind))} & {Sequence, Callable}
+    return bool(several) or (isinstance(kind, type) and issubclass(kind, _Absent))
 
 
 def _same_system(function: str, given: dict[str, Any]) -> None:

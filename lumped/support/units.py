@@ -53,6 +53,8 @@ def plain(
     UnitError
         See `converted`.
     """
+    if type(value) is float:
+        return value
     if has_unit(value):
         return converted(value, unit, what)
     if not isinstance(value, bool | np.bool_ | np.complexfloating) and not getattr(

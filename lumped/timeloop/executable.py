@@ -12,16 +12,16 @@ import numpy as np
 from lumped.code.functions import compiled_functions, known_functions
 from lumped.code.operations import Operations, operations_of
 from lumped.code.prepared import prepared
-from lumped.code.records import Record
 from lumped.compiler.switching import Switching
 from lumped.compiler.system import System
 from lumped.kernel import engine
 from lumped.kernel.linkages import DIRECTIONS
 from lumped.kernel.pivots import pattern_of
 from lumped.kernel.plant import Function, Plant
-from lumped.kernel.run import InstantSearch, Matrix, Pattern, Run
+from lumped.kernel.run import Matrix, Pattern, Run
 from lumped.support.made_once import made_once
 from lumped.timeloop.guards import followers, levers
+from lumped.timeloop.kept_run import KeptRun, made_run, remember
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.taylor_series import TaylorSeries
 
@@ -32,15 +32,12 @@ __all__ = [
     "evaluated",
     "executable",
     "parts_of",
-    "remember",
     "smooth_executable",
     "span",
 ]
 
 WORTH = 30_000
 """Evaluations of all functions that take as long as compiling them."""
-_PARTS = {name: f.kind for name, f in InstantSearch.fields.items() if isinstance(f.kind, type)}
-"""Records that belong to an instant."""
 _KEPT_ROOM = 1_000_000
 """Numbers of output whose room is kept for the next run."""
 _HALF_SECOND = 100_000_000
@@ -116,6 +113,7 @@ class Executable:
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
+        self._prepares = parts.results > 0
         self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
         self._add({**found, "prepare": parts} if parts.results else found)
 
@@ -181,24 +179,29 @@ class Executable:
 
         Times count as about one second (see `span`).
         """
-        over: list[Run] = self._own.__dict__.setdefault("over", [])
-        if over:
-            run = over.pop()
-        else:
-            work = max(operations.work for operations in self._operations.values())
-            sizes = {**self.sizes, "work": work}
-            run = _run(sizes, self.plant)
-            run.yielding = -1.0
-            span(run, 1.0)
-            remember(run)
+        run = self.blank_run()
         run.t = t
-        self._place(run, theta, x, settings)
+        self.place(run, theta, x, settings)
         return run
 
-    def _place(self, run: Run, theta: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+    def blank_run(self) -> Run:
+        """A run without options that stands nowhere; that of one that is over if there is any."""
+        over = self._over
+        if over:
+            run, self._own.room = over.pop().begin_again()
+            return run
+        work = max(operations.work for operations in self._operations.values())
+        sizes = {**self.sizes, "work": work}
+        run = made_run(sizes, self.plant)
+        run.yielding = -1.0
+        span(run, 1.0)
+        remember(run)
+        return run
+
+    def place(self, run: Run, theta: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
         """Set parameters, what is computed from them alone, states and settings."""
         run.p[: len(theta)], run.x[:], run.m[:] = theta, x, settings
-        if self.plant.prepared:
+        if self._prepares:
             engine.call("prepared", run)
 
     def room(self, sizes: tuple[int, int, int, int, int, int]) -> OutputRoom:
@@ -206,18 +209,25 @@ class Executable:
         room: OutputRoom | None = self._own.__dict__.pop("room", None)
         return room if room is not None and room.sizes == sizes else OutputRoom(sizes)
 
-    def take_back(self, run: Run, room: OutputRoom) -> None:
+    @property
+    def _over(self) -> list[KeptRun]:
+        """Runs of this thread that are over."""
+        over: list[KeptRun] = self._own.__dict__.setdefault("over", [])
+        return over
+
+    def begun(self, options: object) -> KeptRun | None:
+        """A run that is over, at its begin again, if the last one had these options."""
+        over = self._over
+        if not over or over[-1].options != options:
+            return None
+        kept = over.pop()
+        kept.begin()
+        return kept
+
+    def take_back(self, kept: KeptRun) -> None:
         """Let another run of this thread have the records of one that is over, and its matrix."""
-        if room.x.size <= _KEPT_ROOM:
-            self._own.room = room
-        held = (run.matrix, run.work) if run.has_matrix else None
-        run.memory[:] = run.memory_at_first
-        for record in _records(run):
-            record.begin_again()
-        if held is not None:
-            run.matrix, run.work = held
-            run.has_matrix = 1
-        self._own.over.append(run)
+        if kept.room.x.size <= _KEPT_ROOM:
+            self._over.append(kept)
 
     def add_matrix(self, run: Run) -> None:
         """Let a run make implicit steps."""
@@ -250,7 +260,7 @@ class Executable:
         run: Run | None = getattr(self._own, "run", None)
         if run is None:
             run = self._own.run = self.new_run(theta, t, x, settings)
-        self._place(run, theta, x, settings)
+        self.place(run, theta, x, settings)
         run.t, run.yielding = t, -1.0
         return run
 
@@ -263,33 +273,6 @@ def span(run: Run, size: float) -> None:
     """
     run.span, run.soon, run.shortest = size, 1e-12 * size, 1e-10 * size
     run.longest = np.inf
-
-
-def remember(run: Run) -> None:
-    """Note the present state of a run as the first one."""
-    for record in _records(run):
-        record.remember()
-    run.memory_at_first[:] = run.memory
-
-
-def _run(sizes: dict[str, int], plant: Plant) -> Run:
-    """A run; what it writes stands in one block of memory."""
-    kinds: list[type[Record]] = [Run, InstantSearch, *_PARTS.values()]
-    words = [kind.words(sizes) for kind in kinds]
-    block = np.zeros(sum(words), dtype=np.int64)
-    own, search, *parts = np.split(block, np.cumsum(words)[:-1])
-    places = zip(_PARTS.items(), parts, strict=True)
-    held = {name: kind(sizes, memory) for (name, kind), memory in places}
-    instant = InstantSearch(sizes, search, **held)
-    run = Run(sizes, own, plant=plant, instant=instant)
-    run.memory, run.memory_at_first, run.memory_size = block, np.zeros_like(block), len(block)
-    return run
-
-
-def _records(run: Run) -> list[Record]:
-    """A run, and what it alone writes and another must find as it was."""
-    instant = run.instant
-    return [run, instant, *(getattr(instant, name) for name in _PARTS if name != "reserve")]
 
 
 @made_once

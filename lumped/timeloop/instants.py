@@ -108,18 +108,22 @@ def clocks(system: System) -> list[Clock]:
     return found
 
 
+@made_once
+def _latest(system: System) -> tuple[np.ndarray, Recent[np.ndarray], Recent[Instants]]:
+    """Places of the parameters on which clocks depend; modes and instants found last."""
+    arguments = ca.vertcat(ca.SX(0, 1), *(clock.condition.argument for clock in clocks(system)))
+    _, columns = ca.jacobian_sparsity(arguments, system.inputs[1]).get_triplet()
+    return np.unique(np.array(columns, dtype=int)), Recent(1), Recent(1)
+
+
 def modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
     """Modes at a time, or just after it where it is an instant of change.
 
     Modes that depend on more than the time are zero.
     """
-    key = theta.tobytes(), time
-    return _latest_modes(system).of(key, lambda: _modes_at(system, theta, time)).copy()
-
-
-@made_once
-def _latest_modes(_: System) -> Recent[np.ndarray]:
-    return Recent(1)
+    places, latest, _ = _latest(system)
+    key = theta[places].tobytes(), time
+    return latest.of(key, lambda: _modes_at(system, theta, time)).copy()
 
 
 def _modes_at(system: System, theta: np.ndarray, time: float) -> np.ndarray:
@@ -175,6 +179,8 @@ class Instants:
     ----------
     times : ndarray, shape (k,)
         Instants after the begin of the span, up to its end.
+    edges : ndarray, shape (k + 2,)
+        Begin of the span, the instants, and its end.
     names : list of str
         What changes at each: the components.
     places : ndarray of int, shape (m,)
@@ -184,6 +190,7 @@ class Instants:
     """
 
     times: np.ndarray
+    edges: np.ndarray
     names: list[str]
     places: np.ndarray
     modes: np.ndarray
@@ -205,15 +212,9 @@ def instants(
     SolverError
         If they follow each other without end.
     """
-    key = theta.tobytes(), begin, end, without
-    return _latest_instants(system).of(
-        key, lambda: _InstantSearch(system, theta, begin, end, without).found()
-    )
-
-
-@made_once
-def _latest_instants(_: System) -> Recent[Instants]:
-    return Recent(1)
+    places, _, latest = _latest(system)
+    key = theta[places].tobytes(), begin, end, without
+    return latest.of(key, lambda: _InstantSearch(system, theta, begin, end, without).found())
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,6 +279,7 @@ class _InstantSearch:
         places = [m for clock in self.clocks for m in clock.condition.modes]
         return Instants(
             times,
+            edges,
             [", ".join(n) for n in names],
             np.array(places, dtype=int),
             np.hstack(columns),

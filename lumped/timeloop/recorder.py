@@ -8,6 +8,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError
+from lumped.support.made_once import made_once
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Piece
@@ -42,16 +43,20 @@ def output_times(
         equal: np.ndarray = np.linspace(begin, until, int(grid) + 1)
         return equal
     times = _numbers(grid)
-    if times.ndim != 1 or not len(times) or not (np.diff(times) >= 0).all():
+    count = len(times) if times.ndim == 1 else 0
+    if not count or np.count_nonzero(times[1:] >= times[:-1]) < count - 1:
         raise OptionError(
             f"grid = {grid!r:.60}: give a number of output intervals, or a list of output times "
             "that does not decrease, or None for the steps of the solver."
         )
+    first, last = float(times[0]), float(times[-1])
+    if begin <= first and last <= until:
+        return times.copy()
     near = _ROUNDING * max(abs(begin), abs(until))
-    if not (times[0] >= begin - near and times[-1] <= until + near):
+    if not (first >= begin - near and last <= until + near):
         raise OptionError(
             "grid: output times from {} to {} s leave {} to {} s.".format(
-                *(repr(float(t)).removesuffix(".0") for t in (times[0], times[-1], begin, until))
+                *(repr(float(t)).removesuffix(".0") for t in (first, last, begin, until))
             )
         )
     inside: np.ndarray = np.clip(times, begin, until)
@@ -139,13 +144,21 @@ class Recorder:
 
     def finish(self, x: np.ndarray, settings: np.ndarray) -> None:
         """Output times at the very end."""
-        rest = self.due(np.inf)
-        if len(rest):
-            self.add(rest, *(np.repeat(v[None, :], len(rest), axis=0) for v in (x, settings)))
+        if self.times is None or self.taken == len(self.times):
+            return
+        rest, self.taken = self.times[self.taken :].copy(), len(self.times)
+        count = len(rest)
+        self.add(rest, x[None, :].repeat(count, axis=0), settings[None, :].repeat(count, axis=0))
 
     def pieces(self) -> tuple[Piece, ...]:
         """What was recorded so far."""
-        return tuple(Piece(system, *_joined(system, rows)) for system, rows in self._parts)
+        return tuple([Piece(system, *_joined(system, rows)) for system, rows in self._parts])
+
+
+@made_once
+def _nothing(system: System) -> _Rows:
+    n, m = len(system.state_names), system.inputs[3].numel()
+    return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
 
 
 def _joined(system: System, rows: list[_Rows]) -> _Rows:
@@ -153,7 +166,6 @@ def _joined(system: System, rows: list[_Rows]) -> _Rows:
     if len(rows) == 1:
         return rows[0]
     if not rows:
-        n, m = len(system.state_names), system.inputs[3].numel()
-        return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+        return _nothing(system)
     t, x, settings = (np.concatenate(columns) for columns in zip(*rows, strict=True))
     return t, x, settings

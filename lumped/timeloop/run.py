@@ -51,7 +51,7 @@ class Simulation:
         self.methods: list[str] = []
         self.steps = self.rejected = self.evaluations = 0
         self.seconds, self.implicit_from = 0.0, math.inf
-        self.atol = np.zeros(len(point.x))
+        self.atol = np.zeros(0)
         hits = point.collisions
         self.events = [Event(self.begin, c.component, c.before, c.after, c.loss) for c in hits]
 
@@ -60,7 +60,7 @@ class Simulation:
         self.instants = instants(self.system, self.point.theta, self.begin, self.until)
         times, names = self.instants.times.tolist(), self.instants.names
         self.events += [Event(t, name) for t, name in zip(times, names, strict=True)]
-        return np.array([self.begin, *times, self.until])
+        return self.instants.edges
 
     def refuse_jump(self, t: float, x: np.ndarray, before: np.ndarray, after: np.ndarray) -> None:
         """Stop where a prescribed motion jumps that bodies would have to follow."""
@@ -91,15 +91,20 @@ class Simulation:
 
     def _small(self, pieces: tuple[Piece, ...]) -> tuple[str, ...]:
         """States that moved but stayed below ``atol / rtol``."""
-        if not self.atol.any():
+        if not len(self.atol):
             return ()
-        none = np.zeros((0, len(self.system.structure.states)))
-        own = [none, *(p.x for p in pieces if p.system is self.system)]
-        largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)
+        own = [p.x for p in pieces if p.system is self.system and len(p.x)]
+        if not own:
+            return ()
+        may_be = (~(np.abs(own[-1][-1]) * self.rtol >= self.atol)).nonzero()[0]
+        if not len(may_be):
+            return ()
+        x = (own[0] if len(own) == 1 else np.concatenate(own))[:, may_be]
+        tolerated, limit = np.maximum.reduce(np.abs(x), axis=0) * self.rtol, self.atol[may_be]
         # a millionth of that is rounding of something that stands still
-        small = (largest * self.rtol < self.atol) & (largest * self.rtol > 1e-6 * self.atol)
+        small = (tolerated < limit) & (tolerated > 1e-6 * limit)
         names = self.system.state_names
-        return tuple(name for name, s in zip(names, small, strict=True) if s)
+        return tuple(names[i] for i, s in zip(may_be.tolist(), small.tolist(), strict=True) if s)
 
     def refuse(self, fault: str | None) -> None:
         """Stop with what was computed so far if something is wrong."""

@@ -32,6 +32,8 @@ from lumped.timeloop.event import Event
 from lumped.timeloop.executable import executable, span
 from lumped.timeloop.guards import Unfit, finite_fault, shrinking_fault, unfit_states
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.kept_run import KeptRun
+from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.recorder import Recorder
 from lumped.timeloop.result import OperatingPoint
@@ -99,11 +101,9 @@ class RunBySteps(Simulation):
         SolverError
             With what was computed so far.
         """
-        self._edges = self.find_instants()
-        self._enter(0, BEGIN_SEGMENT, self.begin, self.point.x, self.point.settings)
+        self._begin()
         while True:
             run = self._run
-            run.pause = run.steps + run.rejected + self._executable.attempts
             begun = clock.perf_counter()
             why = engine.call("loop", run)
             self.seconds += clock.perf_counter() - begun
@@ -120,37 +120,63 @@ class RunBySteps(Simulation):
                 self._change_states()
             elif why != FULL:
                 self._fail(why)
-        self.output.finish(run.x.copy(), run.m.copy())
-        self._executable.take_back(run, self._room)
+            self._run.pause = self.steps + self.rejected + self._executable.attempts
+        self.output.finish(run.x, run.m)
+        self._executable.take_back(self._kept)
 
     # -- into the loop -----------------------------------------------------------------------
 
-    def _enter(
-        self, segment: int, phase: int, t: float, x: np.ndarray, settings: np.ndarray
-    ) -> None:
+    def _begin(self) -> None:
+        """Stand at the start; the records of a run with the same options are as it needs them."""
+        self._edges, times = self.find_instants(), self.output.times
+        tolerances = self.rtol, self._relative_atol, self._method, self.max_steps
+        grid = None if times is None else times.tobytes()
+        options = *tolerances, self.begin, self.until, grid, self.output.both_sides, self.instants
+        self._executable = executable(self.system)
+        kept = self._executable.begun(options)
+        self._stand(
+            self._with_options(options, 0, BEGIN_SEGMENT, self.begin) if kept is None else kept,
+            self.point.x,
+            self.point.settings,
+        )
+
+    def _stand(self, kept: KeptRun, x: np.ndarray, settings: np.ndarray) -> None:
         """Stand somewhere with the states of the present system."""
-        system, theta = self.system, self.point.theta
-        self._executable = executable(system)
-        self.atol = self._relative_atol * nominals(system)
-        run = self._run = self._executable.new_run(theta, t, x, settings)
+        self._kept, self._room, run = kept, kept.room, kept.run
+        self._run, plant = run, self._executable.plant
+        self.atol = self._relative_atol * nominals(self.system)
+        self._executable.place(run, self.point.theta, x, settings)
+        if plant.holds:
+            engine.call("watched", run)
+        self._modes = settings[: len(settings) - plant.implicit].copy()
+
+    def _with_options(self, options: object, segment: int, phase: int, t: float) -> KeptRun:
+        """Records that go on from an instant."""
+        code, run = self._executable, self._executable.blank_run()
         span(run, self.span)
+        run.t = t
         run.rtol, run.max_steps = self.rtol, self.max_steps
-        run.atol[:] = self.atol
+        run.atol[:] = self._relative_atol * nominals(self.system)
         run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
         run.chooses_method = self._method == "steps"
         run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
+        run.pause = run.steps + run.rejected + code.attempts
         run.sampled_to = math.inf
         timed, values = self.instants.places, self.instants.modes
         run.segments, run.edges = len(self._edges) - 1, self._edges
         run.timed = len(timed)
         run.timed_setting = np.ascontiguousarray(timed, dtype=np.int64)
         run.timed_values = np.ascontiguousarray(values).ravel()
-        if not len(x):
+        if not code.plant.states:
             run.longest = self._longest()
-        engine.call("watched", run)
-        self._modes = settings[: len(settings) - self._executable.plant.implicit].copy()
-        self._make_room()
-        self._take_method()
+        if self._is_implicit and code.plant.states:
+            code.add_matrix(run)
+        if self._method == "taylor" and code.plant.states:
+            code.taylor.add_to(run, self.rtol)
+        run.is_implicit = self._is_implicit
+        room = self._new_room()
+        run.output = room.output
+        return KeptRun(options, run, room)
 
     def _longest(self) -> float:
         """Step by which implicit quantities and margins are followed where there are no states."""
@@ -165,7 +191,7 @@ class RunBySteps(Simulation):
             found = min(found, (self.until - self.begin) / _LOOKS)
         return found
 
-    def _make_room(self) -> None:
+    def _new_room(self) -> OutputRoom:
         """Room for what comes back."""
         plant, times = self._executable.plant, self.output.times
         n, ng = plant.states, plant.implicit
@@ -175,17 +201,10 @@ class RunBySteps(Simulation):
         pieces = min(max(_ROOM // max(nm, 1), 1), _PIECES)
         changes = _CHANGES + some
         sizes = (rows, pieces, changes, n, ng, nm)
-        self._room = self._executable.room(sizes)
+        room = self._executable.room(sizes)
         on_grid, both_sides = self.output.on_grid, self.output.both_sides
-        self._room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
-        self._run.output = self._room.output
-
-    def _take_method(self) -> None:
-        if self._is_implicit and self._executable.plant.states:
-            self._executable.add_matrix(self._run)
-        if self._method == "taylor" and self._executable.plant.states:
-            self._executable.taylor.add_to(self._run, self.rtol)
-        self._run.is_implicit = self._is_implicit
+        room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
+        return room
 
     # -- out of the loop ---------------------------------------------------------------------
 
@@ -193,12 +212,15 @@ class RunBySteps(Simulation):
         """Take over what was recorded."""
         run, room, out = self._run, self._room, self._room.output
         self.steps, self.rejected, self.evaluations = run.steps, run.rejected, run.evaluations
-        rows, count = out.rows, out.pieces
-        t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
+        rows, count, changes = out.rows, out.pieces, out.changes
         bounds = [0, *out.piece_row[:count].tolist(), rows]
-        modes = np.vstack([self._modes, room.piece_settings[:count]])
-        self._modes = modes[-1]
-        settings = np.hstack([np.repeat(modes, np.diff(bounds), axis=0), implicit])
+        if rows:
+            t, x, implicit = room.t[:rows].copy(), room.x[:rows].copy(), room.implicit[:rows]
+            modes = np.concatenate([self._modes[None, :], room.piece_settings[:count]])
+            lengths = [end - begin for begin, end in itertools.pairwise(bounds)]
+            settings = np.concatenate([modes.repeat(lengths, axis=0), implicit], axis=1)
+        if count:
+            self._modes = room.piece_settings[count - 1].copy()
         for k, (begin, end) in enumerate(itertools.pairwise(bounds)):
             if k:
                 self.output.open(self.system)
@@ -206,12 +228,8 @@ class RunBySteps(Simulation):
                 self.output.add(t[begin:end], x[begin:end], settings[begin:end])
         self.output.taken = out.grid_next
         out.rows = out.pieces = 0
-        if out.changes:
-            told = zip(
-                room.changes[: out.changes].tolist(),
-                room.when[: out.changes].tolist(),
-                strict=True,
-            )
+        if changes:
+            told = zip(room.changes[:changes].tolist(), room.when[:changes].tolist(), strict=True)
             self.events += [self._event(*change) for change in told]
             out.changes = 0
 
@@ -250,7 +268,9 @@ class RunBySteps(Simulation):
         self.system = new
         self.output.open(new)
         ring, changes = run.changed.copy(), run.changed_count
-        self._enter(run.segment, RESTART, t, states, np.concatenate([settings[:count], implicit]))
+        self._executable = executable(new)
+        kept = self._with_options(None, run.segment, RESTART, t)
+        self._stand(kept, states, np.concatenate([settings[:count], implicit]))
         self._run.changed[:], self._run.changed_count = ring, changes
 
     def _leading(self, unfit: Unfit) -> tuple[str, str]:

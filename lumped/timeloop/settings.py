@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from lumped.compiler.system import System
@@ -15,7 +17,7 @@ __all__ = ["closed_with", "closing_fault", "followed", "just_after", "settings_a
 
 def just_after(time: float) -> float:
     """The next number: what begins at a time holds there, what ends there does not."""
-    return float(np.nextafter(time, np.inf))
+    return math.nextafter(time, math.inf)
 
 
 def settings_at(
