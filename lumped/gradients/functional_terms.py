@@ -11,10 +11,12 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
+from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.extremes import extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.steps import Steps
 from lumped.simulation.functional_kinds import product
 from lumped.simulation.functionals import (
     At,
@@ -161,7 +163,7 @@ class SmoothParts:
                 )
             for leg in self.legs:
                 if leg.t[0] < t < leg.t[-1]:
-                    leg.cut(self.run, self.steps, t)
+                    leg.cut(t)
 
     # -- at given instants -------------------------------------------------------------------
 
@@ -211,7 +213,7 @@ class SmoothParts:
         return self._look(way.points[0].leg, way.points[0].time, (name,)).rate
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
-        x, m = self.legs[number].state(self.run, self.steps, t)
+        x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
         found = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
         y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
@@ -229,7 +231,7 @@ class SmoothParts:
         ways, times = [], []
         for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
             leg = self.legs[top.leg]
-            leg.cut(self.run, self.steps, top.time)
+            leg.cut(top.time)
             look = self._look(top.leg, top.time, (name,))
             sign = top.sign if functional.kind == "peak" else 1.0
             point = AdjointPoint(

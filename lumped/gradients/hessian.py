@@ -11,14 +11,15 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Seeds, crossings_of, legs_of, steps_of
+from lumped.gradients.adjoint import Seeds, crossings_of
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.functional_values import check
+from lumped.gradients.legs import legs_of, recorded
 from lumped.gradients.resolved_steps import divided, resolved
 from lumped.gradients.second_order import Second
+from lumped.gradients.steps import steps_of
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.simulation.functional_kinds import At, Final, Functional, Integral, factors
-from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
@@ -34,7 +35,7 @@ class Hessian:
     Attributes
     ----------
     run : Trajectory
-        The run, at the steps of the solver.
+        The run, at the steps of the solver, or at some of them (see `Gradient`).
     of : str
         The functional, as printed.
     to : tuple of str
@@ -223,7 +224,7 @@ def _twice(
     start, until = options["start"] or {}, options["until"]
     places, varied = sources(system, names, start)
     fine = tightened(options["rtol"])
-    run = simulate(system, **{**options, "grid": None, "rtol": fine})
+    run = recorded(system, **{**options, "rtol": fine})
     begin = clock.perf_counter()
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
@@ -242,7 +243,7 @@ def _twice(
     _check_start(system, names, places, S)
     second_order = Second(course, seed @ along, S @ along, of)
     found = second_order.go()
-    while divided(run, legs, steps, found.each, found.errors, fine):
+    while divided(run, legs, found.each, found.errors, fine):
         found = second_order.go()
     by_all = np.vstack([S, seed])
     value, first, second = found.value, by_all.T @ found.first, by_all.T @ found.second

@@ -6,6 +6,7 @@ that derivative are one row of the Hessian, by the sweep back that gives gradien
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,15 +14,19 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.legs import Leg
 from lumped.gradients.step_code import Span, StepCode
+from lumped.gradients.steps import Steps
 from lumped.simulation.functional_kinds import At, Final, Integral, product
 from lumped.support.made_once import made_once
 from lumped.timeloop.run import nominals
 
 __all__ = ["Found", "Second"]
+
+_Tangent = tuple[list[tuple[int, int, np.ndarray]], np.ndarray]
+"""Parts of a leg, from step to step, with what they begin with; what the leg ends with."""
 
 
 class Found(NamedTuple):
@@ -86,48 +91,55 @@ class Second:
     def _along(self, k: int) -> Found:
         """Value, first derivatives, and those of the derivative along one direction."""
         n, p, seed = self.n, len(self.run.theta), self.seed[:, k]
-        spans = self._tangents(k)
+        tangents = self._tangents(k)
         twice = _twice(self.steps)
         value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
         sizes = [np.zeros((2 * (n + self.steps.integrals), 1))] * 2
-        each = [np.zeros((len(span.t) - 1, 1)) for span in spans]
-        for number in reversed(range(len(spans))):
-            span, leg = spans[number], self.course.legs[number]
-            end = len(leg.t) - 1
-            value += self._look(number, end, span.x[end, n:], seed, first, second)
-            for begin in reversed(self._stops(leg)[:-1]):
-                inside = float(self.window[0] < 0.5 * (leg.t[begin] + leg.t[end]) < self.window[1])
+        each = [np.zeros((len(leg.t) - 1, 1)) for leg in self.course.legs]
+        for number in reversed(range(len(tangents))):
+            parts, last = tangents[number]
+            leg, sums = self.course.legs[number], np.zeros(len(each[number]))
+            value += self._look(number, len(leg.t) - 1, last[n:], seed, first, second)
+            for begin, end, z in reversed(parts):
+                middle = 0.5 * (leg.t[begin] + leg.t[end])
+                inside = float(self.window[0] < middle < self.window[1])
                 weights = np.repeat([0.0, inside], self.steps.integrals)
                 adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
-                own = slice(begin, end + 1)
-                part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
-                back = twice.back(part, adjoint, *sizes)
+                by_parameters = np.concatenate([second[n:], first[n:]])[:, None]
+                span = self._span(leg, begin, end, z, seed)
+                back = twice.back(span, adjoint, by_parameters, *sizes)
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
-                second[n:] += back.by_parameters[:p, 0]
-                first[n:] += back.by_parameters[p:, 0]
+                second[n:], first[n:] = np.split(back.by_parameters[:, 0], 2)
                 sizes, each[number][begin:end] = [back.largest, back.lost], back.errors
-                value += inside * float(back.parts[:, : self.steps.integrals].sum())
-                value += self._look(number, begin, span.x[begin, n:], seed, first, second)
-                end = begin
+                sums[begin:end] = inside * back.parts[:, : self.steps.integrals].sum(axis=1)
+                value += self._look(number, begin, z[n:], seed, first, second)
+            value += float(sums.sum())
             if number:
-                crossing = self.course.crossings[number - 1]
-                second += self._across(crossing, span.x[0, n:], seed, first[:n])
+                S = (parts[0][2] if parts else last)[n:]
+                second += self._across(self.course.crossings[number - 1], S, seed, first[:n])
         return Found(value, first, second, each, twice.relative(*sizes))
 
-    def _tangents(self, k: int) -> list[Span]:
-        """The legs, with the derivatives of the states along a direction behind these."""
-        found, last = [], self.S[:, k]
+    def _tangents(self, k: int) -> list[_Tangent]:
+        """States and, behind these, their derivatives along a direction, leg by leg."""
+        found, S = [], self.S[:, k]
         for leg in self.course.legs:
-            theta = np.concatenate([self.run.theta, self.seed[:, k]])
-            x = np.hstack([leg.x, np.zeros_like(leg.x)])
-            x[0, self.n :] = last
-            span = Span(theta, leg.t, x, leg.settings, self.run.statistics.implicit_from)
-            if len(leg.t) > 1:
-                is_given = np.arange(len(leg.t)) == 0
-                span = replace(span, x=_twice(self.steps).replayed(span, is_given))
-            last = span.x[-1, self.n :]
-            found.append(span)
+            z, parts = np.concatenate([leg.side(0)[0], S]), []
+            for stop, following in itertools.pairwise(self._stops(leg)):
+                for begin, end in leg.chunks(stop, following):
+                    parts.append((begin, end, z))
+                    z = self._span(leg, begin, end, z, self.seed[:, k]).x[-1].copy()
+            found.append((parts, z))
+            S = z[self.n :]
         return found
+
+    def _span(self, leg: Leg, begin: int, end: int, z: np.ndarray, seed: np.ndarray) -> Span:
+        """Some steps with the derivatives of the states behind these, from those at the begin."""
+        x = np.zeros((end - begin + 1, 2 * self.n))
+        x[0] = z
+        theta, m = np.concatenate([self.run.theta, seed]), leg.settings(begin, end)
+        span = Span(theta, leg.t[begin : end + 1], x, m, self.run.statistics.implicit_from)
+        is_given = np.arange(len(x)) == 0
+        return replace(span, x=_twice(self.steps).replayed(span, is_given))
 
     def _look(
         self,
@@ -145,7 +157,8 @@ class Second:
         for time in self.times:
             if abs(time - t) <= 1e-10 * self.course.until:
                 bent = _bent(self.run.system, self.names)
-                found = bent(leg.x[place], self.run.theta, t, leg.settings[place])
+                x, m = leg.side(place)
+                found = bent(x, self.run.theta, t, m)
                 total += float(found[0])
                 first += np.asarray(found[1]).ravel()
                 second += found[2].sparse() @ np.concatenate([S, seed])

@@ -272,6 +272,7 @@ def _attempt(run: Run) -> int:
             run.implicit_from = t
             h *= LONGER
     run.t_new = end if h >= end - t else t + h
+    h = run.t_new - t  # as it can be made again
     error = _tried(run, h)
     is_dense = error <= 1.0 and is_finite(run) and _is_dense_wanted(run)
     if is_dense:

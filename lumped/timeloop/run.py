@@ -93,9 +93,9 @@ class Simulation:
         """States that moved but stayed below ``atol / rtol``."""
         if not self.atol.any():
             return ()
-        none = np.zeros((0, len(self.system.structure.states)))
-        own = [none, *(p.x for p in pieces if p.system is self.system)]
-        largest = np.abs(np.concatenate(own)).max(axis=0, initial=0.0)
+        largest = np.zeros(len(self.system.structure.states))
+        for x in (p.x for p in pieces if p.system is self.system and len(p.t)):
+            largest = np.max([largest, x.max(axis=0), -x.min(axis=0)], axis=0)
         # a millionth of that is rounding of something that stands still
         small = (largest * self.rtol < self.atol) & (largest * self.rtol > 1e-6 * self.atol)
         names = self.system.state_names

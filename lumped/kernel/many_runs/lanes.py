@@ -391,6 +391,7 @@ def _attempt(lanes: Lanes) -> None:
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
     lanes.t_new = end if h >= end - t else t + h
+    h = lanes.t_new - t
     accepted = _note_attempt(lanes, h, _error(lanes, h))
     if any_lane(accepted > 0.5):
         if lanes.plant.margins > 0:
