@@ -15,8 +15,9 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.gradients.functional_terms import SmoothParts
-from lumped.gradients.jumps import Crossing
+from lumped.gradients.jumps import EventDerivatives
 from lumped.gradients.legs import Leg
+from lumped.gradients.second_jumps import SecondJumps
 from lumped.gradients.step_code import Span, StepCode
 from lumped.gradients.steps import Steps
 from lumped.simulation.functional_kinds import At, Final, Integral, product
@@ -57,7 +58,7 @@ class Second:
     Parameters
     ----------
     course : SmoothParts
-        The run, every instant that counts an end of a step; rates do not jump in it.
+        The run, every instant that counts an end of a step.
     seed, S : ndarray, shapes (p, k) and (n, k)
         The directions: derivatives of the parameters and of the states at the start.
     of : functional
@@ -70,6 +71,7 @@ class Second:
         self.course, self.seed, self.S = course, seed, S
         self.run, self.steps = course.run, course.steps
         self.n, self.k = S.shape
+        self.jumps = SecondJumps(self.run, self.steps)
         self.names: tuple[str, ...] = ()
         self.times: tuple[float, ...] = ()
         self.window = (0.0, 0.0)
@@ -115,14 +117,17 @@ class Second:
                 value += self._look(number, begin, z[n:], seed, first, second)
             value += float(sums.sum())
             if number:
-                S = (parts[0][2] if parts else last)[n:]
-                second += self._across(self.course.crossings[number - 1], S, seed, first[:n])
+                S = tangents[number - 1][1][n:]
+                second, first = self._back(number - 1, S, seed, second, first)
         return Found(value, first, second, each, twice.relative(*sizes))
 
     def _tangents(self, k: int) -> list[_Tangent]:
         """States and, behind these, their derivatives along a direction, leg by leg."""
-        found, S = [], self.S[:, k]
-        for leg in self.course.legs:
+        found, S = list[_Tangent](), self.S[:, k]
+        for number, leg in enumerate(self.course.legs):
+            if number:
+                for jump in self._jumps(number - 1):
+                    S = jump.forward(S[:, None], self.seed[:, [k]])[0].ravel()
             z, parts = np.concatenate([leg.side(0)[0], S]), []
             for stop, following in itertools.pairwise(self._stops(leg)):
                 for begin, end in leg.chunks(stop, following):
@@ -131,6 +136,23 @@ class Second:
             found.append((parts, z))
             S = z[self.n :]
         return found
+
+    def _jumps(self, number: int) -> tuple[EventDerivatives, ...]:
+        """What happens at a crossing, in one order: others are the same (see `SecondJumps`)."""
+        orders = self.course.crossings[number].orders
+        return orders[0] if orders else ()
+
+    def _back(
+        self, number: int, S: np.ndarray, seed: np.ndarray, second: np.ndarray, first: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Second and first derivatives before a crossing, S being the tangent there."""
+        crossing, tangents = self.course.crossings[number], [S]
+        for jump in self._jumps(number):
+            tangents.append(jump.forward(tangents[-1][:, None], seed[:, None])[0].ravel())
+        inside = float(self.window[0] < crossing.t < self.window[1])
+        for jump, before in reversed(list(zip(self._jumps(number), tangents, strict=False))):
+            second, first = self.jumps.back(crossing, jump, before, seed, second, first, inside)
+        return second, first
 
     def _span(self, leg: Leg, begin: int, end: int, z: np.ndarray, seed: np.ndarray) -> Span:
         """Some steps with the derivatives of the states behind these, from those at the begin."""
@@ -162,27 +184,6 @@ class Second:
                 total += float(found[0])
                 first += np.asarray(found[1]).ravel()
                 second += found[2].sparse() @ np.concatenate([S, seed])
-        return total
-
-    def _across(
-        self, crossing: Crossing, S: np.ndarray, seed: np.ndarray, adjoint: np.ndarray
-    ) -> np.ndarray:
-        """What second derivatives gain where the derivatives of the rates jump, (n + p,).
-
-        The instant moves by ``t_p``, and on one side of it the adjoint follows other rates: the
-        gain is the transposed jump of their derivatives times the adjoint times ``t_p``.
-        """
-        total = np.zeros(self.n + len(self.run.theta))
-        turned = _turned(self.steps)
-        inside = float(self.window[0] < crossing.t < self.window[1])
-        weights = np.append(adjoint, np.full(self.steps.integrals, inside))
-        for jump in (j for order in crossing.orders[:1] for j in order):
-            moved = float(jump.instant @ np.concatenate([S, seed]))
-            before, after = (
-                np.asarray(turned(x, self.run.theta, crossing.t, m, weights)).ravel()
-                for x, m in (jump.before, jump.after)
-            )
-            total += (before - after) * moved
         return total
 
     def _stops(self, leg: Leg) -> list[int]:
@@ -222,13 +223,3 @@ def _bent(system: System, names: tuple[str, ...]) -> ca.Function:
     y = product(system, names)
     bend, slope = ca.hessian(y, ca.vertcat(x, p))
     return ca.Function("bent", system.inputs, [y, ca.densify(slope), bend])
-
-
-@made_once
-def _turned(steps: Steps) -> ca.Function:
-    """Derivatives of rates and integrands by states and parameters, times weights."""
-    system, q = steps.system, steps.integrands
-    x, p, t, m = system.inputs
-    by = ca.SX.sym("by", x.numel() + q.numel())
-    slopes = ca.jtimes(ca.vertcat(system.rates, q), ca.vertcat(x, p), by, True)
-    return ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])

@@ -50,6 +50,7 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.steps import (
     HOPELESS,
+    LEAST,
     LONGER,
     NEAR_LIMIT,
     SAFETY,
@@ -387,7 +388,7 @@ def _attempt(lanes: Lanes) -> None:
     t, end = lanes.t, lanes.end
     if lanes.by_series and _expand(lanes):
         return
-    h = min(min(lanes.h, lanes.longest), end - t)
+    h = min(max(min(lanes.h, lanes.longest), LEAST * abs(t)), end - t)
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
     lanes.t_new = end if h >= end - t else t + h
