@@ -8,34 +8,25 @@ run stopped are crossed by the transposed matrices of `Saltation`.
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
-from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.jumps import Crossing, EventDerivatives, Side
+from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
-from lumped.gradients.state_changes import exchange_fault
-from lumped.gradients.step_code import Span, StepCode
-from lumped.support.made_once import made_once
+from lumped.gradients.steps import Steps
 from lumped.timeloop.result import Trajectory
-from lumped.timeloop.run import nominals
 
 __all__ = [
     "AdjointPoint",
-    "Leg",
     "OnTheWay",
     "Seeds",
-    "Steps",
     "Swept",
     "crossings_of",
-    "legs_of",
     "placed",
-    "steps_of",
     "sweep",
 ]
 
@@ -44,60 +35,6 @@ _AT_ONCE = 1e-10
 
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
-
-
-@dataclass
-class Leg:
-    """A smooth part of a run at the ends of its steps: times, states, settings."""
-
-    t: np.ndarray
-    x: np.ndarray
-    settings: np.ndarray
-
-    def span(self, run: Trajectory, begin: int = 0, end: int | None = None) -> Span:
-        """Steps from one end of a step to another; all by default."""
-        own = slice(begin, None if end is None else end + 1)
-        t, x, m = self.t[own], self.x[own], self.settings[own]
-        return Span(run.theta, t, x, m, run.statistics.implicit_from)
-
-    def state(self, run: Trajectory, steps: Steps, t: float) -> Side:
-        """States and settings at a time: those of a shorter step."""
-        i = int(np.searchsorted(self.t, t, "right")) - 1
-        if self.t[i] == t:
-            return self.x[i], self.settings[i]
-        return steps.replayed(self.shorter(run, i, t), np.array([1, 0]))[1], self.settings[i]
-
-    def shorter(self, run: Trajectory, i: int, t: float) -> Span:
-        """A step that ends earlier; the states there are not known."""
-        x, m = self.x[i : i + 1].repeat(2, axis=0), self.settings[i : i + 1].repeat(2, axis=0)
-        return Span(run.theta, np.array([self.t[i], t]), x, m, run.statistics.implicit_from)
-
-    def margins(self, run: Trajectory) -> np.ndarray:
-        """Greatest size of each margin at the ends of the steps."""
-        found, _ = run.system.margins(self.x.T, run.theta, self.t[None, :], self.settings.T)
-        largest: np.ndarray = np.abs(np.asarray(found)).reshape(-1, len(self.t)).max(axis=1)
-        return largest
-
-    def cut(self, run: Trajectory, steps: Steps, t: float) -> None:
-        """Make an instant inside the leg the end of a step."""
-        if t in self.t:
-            return
-        x, settings = self.state(run, steps, t)
-        place = int(np.searchsorted(self.t, t))
-        self.t = np.insert(self.t, place, t)
-        self.x = np.insert(self.x, place, x, axis=0)
-        self.settings = np.insert(self.settings, place, settings, axis=0)
-
-    def divide(self, run: Trajectory, steps: Steps, parts: np.ndarray) -> None:
-        """Divide each step into so many equal ones; where steps ended, states stay as they are."""
-        begins, counts = np.repeat(self.t[:-1], parts), np.append(parts, 1)
-        inner = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-        lengths = np.repeat(np.diff(self.t) / parts, parts)
-        is_given = np.append(inner == 0, True)
-        self.t = np.append(begins + inner * lengths, self.t[-1])
-        self.settings = np.repeat(self.settings, counts, axis=0)
-        self.x = np.repeat(self.x, counts, axis=0)
-        self.x = steps.replayed(self.span(run), is_given)
 
 
 @dataclass(frozen=True)
@@ -174,55 +111,6 @@ class OnTheWay(NamedTuple):
         return cls(*made)
 
 
-class Steps(StepCode):
-    """Steps of one system with integrals of some products, and the same backwards.
-
-    Parameters
-    ----------
-    system : System
-        From `assemble`.
-    products : tuple of tuple of str
-        Factors of what is integrated.
-    """
-
-    def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
-        factors = [ca.vertsplit(system.expressions(names)) for names in products]
-        self.system = system
-        self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
-        rates, inputs = system.rates, system.inputs
-        own = rates, self.integrands, nominals(system)
-        super().__init__(system.name, system.building, inputs, *own)
-
-    @property
-    @made_once
-    def integrated(self) -> ca.Function:
-        """What is integrated: (x, p, t, m)."""
-        return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
-
-
-@made_once
-def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
-    """Steps of a system."""
-    return Steps(system, products)
-
-
-def legs_of(run: Trajectory) -> list[Leg]:
-    """Smooth parts of a run that was recorded at the steps of the solver.
-
-    Raises
-    ------
-    SolverError
-        If states change places.
-    """
-    legs = []
-    for piece in (p for p in run.pieces if len(p.t)):
-        if piece.system is not run.system:
-            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
-        new = np.append(True, np.diff(piece.t) > 0)
-        legs.append(Leg(piece.t[new], piece.x[new], piece.settings[new]))
-    return legs
-
-
 def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing]:
     """How derivatives jump where each leg but the first begins.
 
@@ -233,12 +121,12 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     """
     saltation, found = saltation_of(run.system), []
     for last, leg in itertools.pairwise(legs):
-        old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
-        found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))
+        at = float(leg.t[0])
+        found.append(saltation.at(run, at, last.side(-1), leg.side(0), rtol, last.margins()))
     soon = _AT_ONCE * float(legs[-1].t[-1])
     for k in range(len(found) - 1):
         if found[k + 1].t - found[k].t <= soon and found[k].orders:
-            accuracy = max(rtol, _AT_ONCE) * legs[k].margins(run)
+            accuracy = max(rtol, _AT_ONCE) * legs[k].margins()
             both = saltation.joined(run, found[k], found[k + 1], accuracy)
             if both is not None:
                 found[k], found[k + 1] = Crossing(found[k].t, ()), both
@@ -288,7 +176,7 @@ def sweep(
     way = OnTheWay.of(legs, count, q)
     found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
     for number in reversed(range(len(legs))):
-        found = [_over(run, legs[number], number, steps, seeds, points, way, s) for s in found]
+        found = [_over(legs[number], number, steps, seeds, points, way, s) for s in found]
         if number:
             crossing = crossings[number - 1]
             if not crossing.orders:
@@ -320,7 +208,6 @@ def _different(found: list[Swept]) -> list[Swept]:
 
 
 def _over(
-    run: Trajectory,
     leg: Leg,
     number: int,
     steps: Steps,
@@ -338,13 +225,14 @@ def _over(
     for stop in sorted({place for place, _ in here} | {0, end, *borders}, reverse=True):
         if stop < end:
             chosen = seeds.at(0.5 * (leg.t[stop] + leg.t[end]))
-            back = steps.back(leg.span(run, stop, end), np.vstack([adjoint, chosen]), *sizes)
-            adjoint, sizes = back.adjoint[:n], [back.largest, back.lost]
-            by_parameters += back.by_parameters
-            own = slice(stop, end)
-            np.maximum(way.errors[number][own], back.errors, out=way.errors[number][own])
-            way.parts[number][own] = back.parts
-            way.part_errors[number][own] = back.part_errors
+            for begin, stop_of_chunk in reversed(leg.chunks(stop, end)):
+                found = np.vstack([adjoint, chosen]), by_parameters, *sizes
+                back = steps.back(leg.span(begin, stop_of_chunk), *found)
+                adjoint, by_parameters = back.adjoint[:n], back.by_parameters
+                sizes, own = [back.largest, back.lost], slice(begin, stop_of_chunk)
+                np.maximum(way.errors[number][own], back.errors, out=way.errors[number][own])
+                way.parts[number][own] = back.parts
+                way.part_errors[number][own] = back.part_errors
         end = stop
         for place, point in here:
             if place == stop:

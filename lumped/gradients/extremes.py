@@ -11,8 +11,9 @@ import scipy
 from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import Leg, Steps
+from lumped.gradients.legs import Leg
 from lumped.gradients.step_code import FRACTIONS, Span
+from lumped.gradients.steps import Steps
 from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
 from lumped.timeloop.counted_function import CountedFunction
@@ -22,6 +23,10 @@ __all__ = ["SampledExtreme", "extremes"]
 
 _HALVINGS = 40
 """Of an interval of samples until a quantity is resolved in it."""
+_CHUNK = 1024
+"""Steps that are sampled in one call."""
+_GENEROUS = 1e5
+"""Tolerances below the highest sample so far, from which on a part of a step is looked at."""
 _LOCATED, _TIES = 64, 6
 """Most extremes of nearly the same height that are located, and that are kept."""
 
@@ -52,7 +57,6 @@ class _Intervals(NamedTuple):
     """Parts of steps with values and slopes at their ends, arrays of one shape."""
 
     leg: np.ndarray
-    step: np.ndarray
     begin: np.ndarray
     end: np.ndarray
     y: np.ndarray
@@ -83,13 +87,12 @@ def extremes(
     name = run.system.key(peak.name)
     signs = {"peak": (1.0, -1.0), "highest": (1.0,), "lowest": (-1.0,)}[peak.kind]
     looks = _Looks(run, legs, steps, name)
-    sampled = looks.samples(peak.between)
-    size = max(np.abs(sampled.y).max(initial=0.0), np.abs(sampled.y_end).max(initial=0.0))
-    slack = 10 * rtol * float(size)
+    sampled, size = looks.samples(signs, rtol, peak.between)
+    slack = 10 * rtol * size
     found: list[SampledExtreme] = []
     for sign in signs:
         best = max((e.value for e in found), default=-np.inf)
-        found += _highest(looks, sampled, sign, best, slack, peak.between)
+        found += _highest(looks, sampled, sign, best, size, slack, peak.between)
     best = max(e.value for e in found)
     found = [e for e in found if e.value >= best - slack]
     found.sort(key=lambda e: (-e.value, e.time))
@@ -101,6 +104,7 @@ def _highest(
     sampled: _Intervals,
     sign: float,
     best: float,
+    size: float,
     slack: float,
     between: tuple[float, float] | None,
 ) -> list[SampledExtreme]:
@@ -109,7 +113,7 @@ def _highest(
     parts = sampled._replace(**turned)
     best = max(best, float(np.max(parts.y)), float(np.max(parts.y_end)))
     resolved: list[_Intervals] = []
-    noise = 1e-13 * (abs(best) + float(np.abs(parts.y).max()))
+    noise = 1e-13 * (abs(best) + size)
     for _ in range(_HALVINGS):
         bounds = parts.bounds
         high = bounds.max(axis=0)
@@ -153,52 +157,76 @@ class _Looks:
         self.run, self.legs, self.steps, self.name = run, legs, steps, name
         self.look = _look(run.system, name)
 
-    def samples(self, between: tuple[float, float] | None) -> _Intervals:
-        """Parts of all steps, with an estimate of how far a cubic deviates in each."""
+    def samples(
+        self, signs: tuple[float, ...], rtol: float, between: tuple[float, float] | None
+    ) -> tuple[_Intervals, float]:
+        """Parts of steps that may hold the extreme, with an estimate of how far a cubic deviates.
+
+        The largest size of all samples stands beside them.
+        """
         rows: list[np.ndarray] = []
+        best, size = -np.inf, 0.0
         for number, leg in enumerate(self.legs):
-            inside = np.ones(len(leg.t) - 1, dtype=bool)
-            if between is not None:
-                inside = (leg.t[:-1] >= between[0]) & (leg.t[1:] <= between[1])
-            if not inside.any():
-                continue
-            count = len(leg.t) - 1
-            nodes = np.empty((2, count, len(FRACTIONS) + 1))
-            nodes[:, :, 1:] = self._inside(leg.span(self.run))
-            nodes[:, 0, 0], nodes[:, 1:, 0] = self._begin(leg, 0), nodes[:, :-1, -1]
-            h = np.diff(leg.t)
-            times = leg.t[:-1, None] + h[:, None] * np.array([0.0, *FRACTIONS])
-            times[:, -1] = leg.t[1:]
-            y, slope = nodes
-            double = h[:, None] * 2 / len(FRACTIONS)
-            error = np.maximum(*_misses(y, slope, double))
-            columns = (
-                np.full((count, len(FRACTIONS)), number),
-                np.repeat(np.arange(count)[:, None], len(FRACTIONS), axis=1),
-                times[:, :-1],
-                times[:, 1:],
-                y[:, :-1],
-                y[:, 1:],
-                slope[:, :-1],
-                slope[:, 1:],
-                np.repeat(error, 2, axis=1),
-            )
-            rows.append(np.array([c[inside].ravel() for c in columns]))
+            last = self._begin(leg, 0)
+            for span in leg.spans(_CHUNK):
+                nodes = np.empty((2, len(span.t) - 1, len(FRACTIONS) + 1))
+                nodes[:, :, 1:] = self._inside(span)
+                nodes[:, 0, 0], nodes[:, 1:, 0] = last, nodes[:, :-1, -1]
+                last = nodes[:, -1, -1]
+                found = self._parts(span, number, nodes, between)
+                if not len(found.leg):
+                    continue
+                if not np.isfinite(found).all():
+                    raise self._not_finite()
+                values = np.array(signs)[:, None] * np.append(found.y, found.y_end[-1])
+                best = max(best, float(values.max()))
+                size = max(size, float(np.abs(values).max()))
+                highest = np.max([(sign * found.bounds).max(axis=0) for sign in signs], axis=0)
+                near = highest + found.error >= best - _GENEROUS * rtol * size
+                near[[0, -1]] = True  # the leg may begin or end there
+                rows.append(np.array(found.of(near)))
         if not rows:
             leg, y = self.legs[-1], self._begin(self.legs[-1], -1)
             t = float(leg.t[-1])
-            rows = [np.array([[len(self.legs) - 1, 0, t, t, y[0], y[0], y[1], y[1], 0.0]]).T]
+            rows = [np.array([[len(self.legs) - 1, t, t, y[0], y[0], y[1], y[1], 0.0]]).T]
+            size = abs(float(y[0]))
+            if not np.isfinite(rows[0]).all():
+                raise self._not_finite()
         table = np.concatenate(rows, axis=1)
-        if not np.isfinite(table).all():
-            raise SolverError(
-                f"{self.run.system.name}: {self.name} is not finite somewhere in the run.", self.run
-            )
-        return _Intervals(table[0].astype(int), table[1].astype(int), *table[2:])
+        return _Intervals(table[0].astype(int), *table[1:]), size
+
+    def _not_finite(self) -> SolverError:
+        text = f"{self.run.system.name}: {self.name} is not finite somewhere in the run."
+        return SolverError(text, self.run)
+
+    @staticmethod
+    def _parts(
+        span: Span, number: int, nodes: np.ndarray, between: tuple[float, float] | None
+    ) -> _Intervals:
+        """Parts of some steps, all or those within an interval."""
+        inside = np.ones(len(span.t) - 1, dtype=bool)
+        if between is not None:
+            inside = (span.t[:-1] >= between[0]) & (span.t[1:] <= between[1])
+        h, (y, slope) = np.diff(span.t), nodes
+        times = span.t[:-1, None] + h[:, None] * np.array([0.0, *FRACTIONS])
+        times[:, -1] = span.t[1:]
+        error = np.maximum(*_misses(y, slope, h[:, None] * 2 / len(FRACTIONS)))
+        columns = (
+            np.full((len(h), len(FRACTIONS)), number),
+            times[:, :-1],
+            times[:, 1:],
+            y[:, :-1],
+            y[:, 1:],
+            slope[:, :-1],
+            slope[:, 1:],
+            np.repeat(error, 2, axis=1),
+        )
+        return _Intervals(*(c[inside].ravel() for c in columns))
 
     def _begin(self, leg: Leg, step: int) -> np.ndarray:
         """Quantity and slope at the begin of a step."""
-        inputs = leg.x[step], self.run.theta, leg.t[step], leg.settings[step]
-        return np.asarray(self.look(*inputs)).ravel()
+        x, m = leg.side(step)
+        return np.asarray(self.look(x, self.run.theta, leg.t[step], m)).ravel()
 
     def _inside(self, span: Span) -> np.ndarray:
         """The same inside steps, shape (2, steps, FRACTIONS)."""
@@ -213,7 +241,7 @@ class _Looks:
         if own.t[step] == t:
             y, slope = self._begin(own, step).tolist()
         else:
-            y, slope = self._inside(own.shorter(self.run, step, t))[:, 0, -1].tolist()
+            y, slope = self._inside(own.shorter(step, t))[:, 0, -1].tolist()
         return y, slope
 
     def halved(self, parts: _Intervals, sign: float) -> _Intervals:

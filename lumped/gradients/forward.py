@@ -8,9 +8,11 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import Leg, Steps, crossings_of
+from lumped.gradients.adjoint import crossings_of
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.legs import Leg
 from lumped.gradients.state_changes import exchange_fault
+from lumped.gradients.steps import Steps
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.executable import Executable, smooth_executable
 from lumped.timeloop.result import Piece, Trajectory
@@ -214,7 +216,7 @@ class Forward:
 
     def crossings(self, run: Trajectory, pieces: list[Piece]) -> list[Crossing]:
         """How derivatives jump between the pieces."""
-        legs = [Leg(piece.t, piece.x, piece.settings) for piece in pieces]
+        legs = [Leg(run, piece) for piece in pieces]
         return crossings_of(run, legs, self.rtol)
 
     def follow(

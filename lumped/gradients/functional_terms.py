@@ -11,10 +11,12 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
+from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.extremes import extremes
 from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.steps import Steps
 from lumped.simulation.functional_kinds import product
 from lumped.simulation.functionals import (
     At,
@@ -29,9 +31,9 @@ from lumped.simulation.functionals import (
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Owed", "SmoothParts", "Way"]
+__all__ = ["AT_ONCE", "Owed", "SmoothParts", "Way"]
 
-_AT_ONCE = 1e-10
+AT_ONCE = 1e-10
 """Part of a run within which a change counts as happening at a given instant."""
 
 _FLIGHT = 1e-6
@@ -144,7 +146,7 @@ class SmoothParts:
     def ends(self, functional: Functional) -> bool:
         """Whether a functional looks at the very end of the run."""
         if isinstance(functional, At):
-            return self.until - max(functional.times) <= _AT_ONCE * self.until
+            return self.until - max(functional.times) <= AT_ONCE * self.until
         return isinstance(functional, Final | Peak) and not getattr(functional, "between", None)
 
     def cut(self, functional: Functional) -> None:
@@ -155,13 +157,13 @@ class SmoothParts:
         elif isinstance(functional, Peak | Integral):
             times = functional.between or ()
         for t in times:
-            if not t <= self.until * (1 + _AT_ONCE):
+            if not t <= self.until * (1 + AT_ONCE):
                 raise OptionError(
                     f"{self.run.system.name}: {functional}: the run ends at {self.until:g} s."
                 )
             for leg in self.legs:
                 if leg.t[0] < t < leg.t[-1]:
-                    leg.cut(self.run, self.steps, t)
+                    leg.cut(t)
 
     # -- at given instants -------------------------------------------------------------------
 
@@ -194,7 +196,7 @@ class SmoothParts:
 
     def _leg(self, t: float) -> tuple[int, bool]:
         """Leg in which an instant lies, the later one on a border; whether one is so near."""
-        soon = _AT_ONCE * self.until
+        soon = AT_ONCE * self.until
         number = max((k for k, leg in enumerate(self.legs) if leg.t[0] <= t + soon), default=0)
         near = number > 0 and abs(float(self.legs[number].t[0]) - t) <= soon
         return number, near
@@ -211,7 +213,7 @@ class SmoothParts:
         return self._look(way.points[0].leg, way.points[0].time, (name,)).rate
 
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
-        x, m = self.legs[number].state(self.run, self.steps, t)
+        x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
         found = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
         y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
@@ -229,7 +231,7 @@ class SmoothParts:
         ways, times = [], []
         for top in extremes(self.run, self.legs, self.steps, functional, self.rtol):
             leg = self.legs[top.leg]
-            leg.cut(self.run, self.steps, top.time)
+            leg.cut(top.time)
             look = self._look(top.leg, top.time, (name,))
             sign = top.sign if functional.kind == "peak" else 1.0
             point = AdjointPoint(

@@ -14,13 +14,13 @@ from lumped.gradients.adjoint import (
     Seeds,
     Swept,
     crossings_of,
-    legs_of,
     placed,
-    steps_of,
 )
 from lumped.gradients.forward import Followed
 from lumped.gradients.functional_terms import Owed, SmoothParts, Way
+from lumped.gradients.legs import legs_of
 from lumped.gradients.resolved_steps import Resolved, resolved
+from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import END
 from lumped.simulation.functional_kinds import factors, quantities
@@ -105,8 +105,8 @@ class Summed:
         """The same with integrals that were found."""
         run, course, until = self.course.run, self.course, self.course.until
         owed, slopes = dict(self.owed), np.ones(len(self.wanted))
-        last = course.legs[-1].x[-1], run.theta, until, course.legs[-1].settings[-1]
-        rates = np.asarray(course.steps.integrated(*last)).ravel()
+        x, m = course.legs[-1].side(-1)
+        rates = np.asarray(course.steps.integrated(x, run.theta, until, m)).ravel()
         for place, k in enumerate(self.integrals):
             functional = self.wanted[k]
             assert isinstance(functional, Integral)
@@ -196,7 +196,7 @@ class Summed:
     def pieces(self) -> list[Piece]:
         """The smooth parts, as a run has them."""
         system = self.course.run.system
-        return [Piece(system, leg.t, leg.x, leg.settings) for leg in self.course.legs]
+        return [Piece(system, leg.t, leg.states(), leg.settings()) for leg in self.course.legs]
 
     def forward(self, found: Followed, seed: np.ndarray, side: int) -> np.ndarray:
         """Derivatives to one side from those of the states, shape (len(wanted), k)."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import SolverError, UnknownNameError, nearest
 from lumped.gradients.functional_values import END, Summed, check, differ, refuse
+from lumped.gradients.legs import recorded
 from lumped.gradients.varied import (
     slopes_at_zero,
     sources,
@@ -46,7 +47,8 @@ class Gradient:
     Attributes
     ----------
     run : Trajectory
-        The run, at the steps of the solver.
+        The run, at the steps of the solver; at every second, fourth and so on of them where its
+        states would take more than 50 MB.
     of : tuple of str
         Functionals, as printed.
     to : tuple of str
@@ -164,6 +166,10 @@ def gradient(
     steps for all functionals together (the discrete adjoint), across events by the transposed
     saltation matrix. `sensitivity` gives derivatives over time, at a cost for each parameter.
 
+    States take at most 200 MB, however long the run is: of long runs some are kept, and the steps
+    between are made again, with the same bits, part after part of the sweep. Of each step remain
+    its time and its errors. Where a linkage is closed by iteration, all states are kept.
+
     Parameters
     ----------
     system : System
@@ -202,15 +208,12 @@ def gradient(
     labels = tuple(str(functional) for functional in wanted)
     own = [name for name in names if name != END]
     places, varied = sources(system, own, start or {})
-    run = simulate(
-        system,
-        until=until,
-        parameters=parameters,
-        start=start,
-        grid=None if system.structure.states else _GRID,
-        rtol=tightened(rtol),
-        method=method,
-    )
+    how: dict[str, Any] = {"until": until, "parameters": parameters, "start": start}
+    how |= {"rtol": tightened(rtol), "method": method}
+    if system.structure.states:
+        run = recorded(system, **how)
+    else:
+        run = simulate(system, **how, grid=_GRID)
     begin = clock.perf_counter()
     summed, orders, each_error, columns, guards = Summed.of(run, wanted, tightened(rtol)).swept()
     found = [_chained(run, start or {}, places, varied, *order[:2]) for order in orders]

@@ -1,4 +1,4 @@
-"""Second derivatives of numbers that sum up a run in which no rate jumps."""
+"""Second derivatives of numbers that sum up a run."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Seeds, crossings_of, legs_of, steps_of
-from lumped.gradients.functional_terms import SmoothParts
+from lumped.gradients.adjoint import Seeds, crossings_of
+from lumped.gradients.functional_terms import AT_ONCE, SmoothParts
 from lumped.gradients.functional_values import check
+from lumped.gradients.legs import legs_of, recorded
 from lumped.gradients.resolved_steps import divided, resolved
+from lumped.gradients.second_jumps import SecondJumps
 from lumped.gradients.second_order import Second
+from lumped.gradients.steps import steps_of
+from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.simulation.functional_kinds import (
     At,
@@ -25,7 +29,6 @@ from lumped.simulation.functional_kinds import (
     factors,
     watching,
 )
-from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import in_seconds
@@ -41,7 +44,7 @@ class Hessian:
     Attributes
     ----------
     run : Trajectory
-        The run, at the steps of the solver.
+        The run, at the steps of the solver, or at some of them (see `Gradient`).
     of : str
         The functional, as printed.
     to : tuple of str
@@ -99,10 +102,10 @@ def hessian(
     """Simulate, and differentiate a functional of the run twice by a few parameters.
 
     Forward over adjoint: the sweep of `gradient`, differentiated along each parameter. The cost
-    grows with the number of parameters. Only for runs in which no rate jumps, and for values at
-    given instants and integrals (means, root mean squares): where rates or states jump, they do so
-    by derivatives whose own are not formed, and peaks move. Where a rate has a kink, as that of
-    ``w * abs(w)``, its derivatives jump; that is followed.
+    grows with the number of parameters. Where rates or states jump, at an impact or where friction
+    changes its direction, second derivatives jump too: by the transposed saltation matrix of the
+    states together with their derivatives. Values at given instants and integrals (means, root mean
+    squares) have second derivatives here; peaks, and numbers at events, have none.
 
     Parameters
     ----------
@@ -125,7 +128,9 @@ def hessian(
         If the functional is of another kind, there is nothing to vary, or start states depend on
         a parameter that varies.
     SolverError
-        If rates or states jump in the run.
+        Where different changes coincide, a border is touched without being crossed, ever smaller
+        bounces come to an end, redundant constraints let go, states change places, or something
+        changes at an instant that is looked at.
     """
     until = in_seconds(until, "until")
     names = [system.key(name) for name in to]
@@ -231,13 +236,14 @@ def _twice(
     start, until = options["start"] or {}, options["until"]
     places, varied = sources(system, names, start)
     fine = tightened(options["rtol"])
-    run = simulate(system, **{**options, "grid": None, "rtol": fine})
+    run = recorded(system, **{**options, "rtol": fine})
     begin = clock.perf_counter()
     legs = legs_of(run)
     products = (factors(system, of),) if isinstance(of, Integral) else ()
     steps = steps_of(system, products)
     course = SmoothParts(run, legs, crossings_of(run, legs, fine), steps, fine)
-    _refuse_events(course)
+    _check_events(course, of)
+    refuse_touches(run, legs, steps, fine, course.ends(of))
     course.cut(of)
     if isinstance(of, Integral):
         spans = np.array([of.between or (0.0, course.until)])
@@ -250,7 +256,7 @@ def _twice(
     _check_start(system, names, places, S)
     second_order = Second(course, seed @ along, S @ along, of)
     found = second_order.go()
-    while divided(run, legs, steps, found.each, found.errors, fine):
+    while divided(run, legs, found.each, found.errors, fine):
         found = second_order.go()
     by_all = np.vstack([S, seed])
     value, first, second = found.value, by_all.T @ found.first, by_all.T @ found.second
@@ -261,29 +267,31 @@ def _twice(
     return _Twice(run, value, first, second, clock.perf_counter() - begin)
 
 
-def _refuse_events(course: SmoothParts) -> None:
-    """Refuse changes at which rates jump; where they only have a kink, all is known."""
-    run, steps = course.run, course.steps
+def _check_events(course: SmoothParts, of: Final | At | Integral) -> None:
+    """Refuse events that second derivatives do not pass.
+
+    Raises
+    ------
+    SolverError
+        With the instant and the components.
+    """
+    run, jumps = course.run, SecondJumps(course.run, course.steps)
+    times: tuple[float, ...] = (course.until,)
+    if isinstance(of, At):
+        times = of.times
+    elif isinstance(of, Integral):
+        times = of.between or ()
     for crossing in course.crossings:
-        for jump in (j for order in crossing.orders[:1] for j in order):
-            n = len(jump.drift)
-            off = np.abs(jump.states.toarray() - np.eye(n)).max(initial=0.0)
-            off = max(off, np.abs(jump.parameters.toarray()).max(initial=0.0))
-            for function in (run.system.rhs, steps.integrated):
-                rates = [
-                    np.asarray(function(x, run.theta, crossing.t, m)).ravel()
-                    for x, m in (jump.before, jump.after)
-                ]
-                size = 1.0 + np.abs(rates[0]).max(initial=0.0)
-                off = max(off, np.abs(rates[0] - rates[1]).max(initial=0.0) / size)
-            if off > 1e-9:
-                raise SolverError(
-                    f"{run.system.name}: at t = {crossing.t:.9g} s {', '.join(jump.names)} changes "
-                    "(see run.events), and rates jump; second derivatives are only formed for runs "
-                    "without such events. End the run before, or take differences of "
-                    "lumped.gradient.",
-                    run,
-                )
+        jumps.check(crossing)
+        moves = any(jump.instant.any() for order in crossing.orders for jump in order)
+        near = any(abs(t - crossing.t) <= AT_ONCE * course.until for t in times)
+        if near and moves:
+            raise SolverError(
+                f"{run.system.name}: {of}: at t = {crossing.t:.9g} s, which is looked at, "
+                f"{', '.join(crossing.names)} changes; there is no second derivative. Take another "
+                "instant.",
+                run,
+            )
 
 
 def _check_start(system: System, names: list[str], places: list[int], S: np.ndarray) -> None:

@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint, Leg, OnTheWay, Seeds, Steps, Swept, sweep
+from lumped.gradients.adjoint import AdjointPoint, OnTheWay, Seeds, Swept, sweep
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.legs import Leg
+from lumped.gradients.steps import Steps
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
 
@@ -68,7 +70,7 @@ def resolved(
         each = [steps.relative(swept.largest, swept.lost) for swept in found]
         errors: np.ndarray = np.max(each, axis=0)
         many = _for_integrals(run, legs, way, sizes, rtol)
-        if not divided(run, legs, steps, way.errors, errors, rtol, many):
+        if not divided(run, legs, way.errors, errors, rtol, many):
             return Resolved(found, errors, sums, sizes)
     raise _too_many(run, rtol)
 
@@ -92,7 +94,6 @@ def _for_integrals(
 def divided(
     run: Trajectory,
     legs: list[Leg],
-    steps: Steps,
     each: list[np.ndarray],
     errors: np.ndarray,
     rtol: float,
@@ -123,7 +124,7 @@ def divided(
             finer = True
             if count + parts.sum() > _MOST:
                 raise _too_many(run, rtol)
-            leg.divide(run, steps, parts)
+            leg.divide(parts)
     return finer
 
 

@@ -6,6 +6,7 @@ that derivative are one row of the Hessian, by the sweep back that gives gradien
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,15 +14,20 @@ import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.gradients.adjoint import Leg, Steps
 from lumped.gradients.functional_terms import SmoothParts
-from lumped.gradients.jumps import Crossing
+from lumped.gradients.jumps import EventDerivatives
+from lumped.gradients.legs import Leg
+from lumped.gradients.second_jumps import SecondJumps
 from lumped.gradients.step_code import Span, StepCode
+from lumped.gradients.steps import Steps
 from lumped.simulation.functional_kinds import At, Final, Integral, product
 from lumped.support.made_once import made_once
 from lumped.timeloop.run import nominals
 
 __all__ = ["Found", "Second"]
+
+_Tangent = tuple[list[tuple[int, int, np.ndarray]], np.ndarray]
+"""Parts of a leg, from step to step, with what they begin with; what the leg ends with."""
 
 
 class Found(NamedTuple):
@@ -52,7 +58,7 @@ class Second:
     Parameters
     ----------
     course : SmoothParts
-        The run, every instant that counts an end of a step; rates do not jump in it.
+        The run, every instant that counts an end of a step.
     seed, S : ndarray, shapes (p, k) and (n, k)
         The directions: derivatives of the parameters and of the states at the start.
     of : functional
@@ -65,6 +71,7 @@ class Second:
         self.course, self.seed, self.S = course, seed, S
         self.run, self.steps = course.run, course.steps
         self.n, self.k = S.shape
+        self.jumps = SecondJumps(self.run, self.steps)
         self.names: tuple[str, ...] = ()
         self.times: tuple[float, ...] = ()
         self.window = (0.0, 0.0)
@@ -86,48 +93,75 @@ class Second:
     def _along(self, k: int) -> Found:
         """Value, first derivatives, and those of the derivative along one direction."""
         n, p, seed = self.n, len(self.run.theta), self.seed[:, k]
-        spans = self._tangents(k)
+        tangents = self._tangents(k)
         twice = _twice(self.steps)
         value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
         sizes = [np.zeros((2 * (n + self.steps.integrals), 1))] * 2
-        each = [np.zeros((len(span.t) - 1, 1)) for span in spans]
-        for number in reversed(range(len(spans))):
-            span, leg = spans[number], self.course.legs[number]
-            end = len(leg.t) - 1
-            value += self._look(number, end, span.x[end, n:], seed, first, second)
-            for begin in reversed(self._stops(leg)[:-1]):
-                inside = float(self.window[0] < 0.5 * (leg.t[begin] + leg.t[end]) < self.window[1])
+        each = [np.zeros((len(leg.t) - 1, 1)) for leg in self.course.legs]
+        for number in reversed(range(len(tangents))):
+            parts, last = tangents[number]
+            leg, sums = self.course.legs[number], np.zeros(len(each[number]))
+            value += self._look(number, len(leg.t) - 1, last[n:], seed, first, second)
+            for begin, end, z in reversed(parts):
+                middle = 0.5 * (leg.t[begin] + leg.t[end])
+                inside = float(self.window[0] < middle < self.window[1])
                 weights = np.repeat([0.0, inside], self.steps.integrals)
                 adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
-                own = slice(begin, end + 1)
-                part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
-                back = twice.back(part, adjoint, *sizes)
+                by_parameters = np.concatenate([second[n:], first[n:]])[:, None]
+                span = self._span(leg, begin, end, z, seed)
+                back = twice.back(span, adjoint, by_parameters, *sizes)
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
-                second[n:] += back.by_parameters[:p, 0]
-                first[n:] += back.by_parameters[p:, 0]
+                second[n:], first[n:] = np.split(back.by_parameters[:, 0], 2)
                 sizes, each[number][begin:end] = [back.largest, back.lost], back.errors
-                value += inside * float(back.parts[:, : self.steps.integrals].sum())
-                value += self._look(number, begin, span.x[begin, n:], seed, first, second)
-                end = begin
+                sums[begin:end] = inside * back.parts[:, : self.steps.integrals].sum(axis=1)
+                value += self._look(number, begin, z[n:], seed, first, second)
+            value += float(sums.sum())
             if number:
-                crossing = self.course.crossings[number - 1]
-                second += self._across(crossing, span.x[0, n:], seed, first[:n])
+                S = tangents[number - 1][1][n:]
+                second, first = self._back(number - 1, S, seed, second, first)
         return Found(value, first, second, each, twice.relative(*sizes))
 
-    def _tangents(self, k: int) -> list[Span]:
-        """The legs, with the derivatives of the states along a direction behind these."""
-        found, last = [], self.S[:, k]
-        for leg in self.course.legs:
-            theta = np.concatenate([self.run.theta, self.seed[:, k]])
-            x = np.hstack([leg.x, np.zeros_like(leg.x)])
-            x[0, self.n :] = last
-            span = Span(theta, leg.t, x, leg.settings, self.run.statistics.implicit_from)
-            if len(leg.t) > 1:
-                is_given = np.arange(len(leg.t)) == 0
-                span = replace(span, x=_twice(self.steps).replayed(span, is_given))
-            last = span.x[-1, self.n :]
-            found.append(span)
+    def _tangents(self, k: int) -> list[_Tangent]:
+        """States and, behind these, their derivatives along a direction, leg by leg."""
+        found, S = list[_Tangent](), self.S[:, k]
+        for number, leg in enumerate(self.course.legs):
+            if number:
+                for jump in self._jumps(number - 1):
+                    S = jump.forward(S[:, None], self.seed[:, [k]])[0].ravel()
+            z, parts = np.concatenate([leg.side(0)[0], S]), []
+            for stop, following in itertools.pairwise(self._stops(leg)):
+                for begin, end in leg.chunks(stop, following):
+                    parts.append((begin, end, z))
+                    z = self._span(leg, begin, end, z, self.seed[:, k]).x[-1].copy()
+            found.append((parts, z))
+            S = z[self.n :]
         return found
+
+    def _jumps(self, number: int) -> tuple[EventDerivatives, ...]:
+        """What happens at a crossing, in one order: others are the same (see `SecondJumps`)."""
+        orders = self.course.crossings[number].orders
+        return orders[0] if orders else ()
+
+    def _back(
+        self, number: int, S: np.ndarray, seed: np.ndarray, second: np.ndarray, first: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Second and first derivatives before a crossing, S being the tangent there."""
+        crossing, tangents = self.course.crossings[number], [S]
+        for jump in self._jumps(number):
+            tangents.append(jump.forward(tangents[-1][:, None], seed[:, None])[0].ravel())
+        inside = float(self.window[0] < crossing.t < self.window[1])
+        for jump, before in reversed(list(zip(self._jumps(number), tangents, strict=False))):
+            second, first = self.jumps.back(crossing, jump, before, seed, second, first, inside)
+        return second, first
+
+    def _span(self, leg: Leg, begin: int, end: int, z: np.ndarray, seed: np.ndarray) -> Span:
+        """Some steps with the derivatives of the states behind these, from those at the begin."""
+        x = np.zeros((end - begin + 1, 2 * self.n))
+        x[0] = z
+        theta, m = np.concatenate([self.run.theta, seed]), leg.settings(begin, end)
+        span = Span(theta, leg.t[begin : end + 1], x, m, self.run.statistics.implicit_from)
+        is_given = np.arange(len(x)) == 0
+        return replace(span, x=_twice(self.steps).replayed(span, is_given))
 
     def _look(
         self,
@@ -145,31 +179,11 @@ class Second:
         for time in self.times:
             if abs(time - t) <= 1e-10 * self.course.until:
                 bent = _bent(self.run.system, self.names)
-                found = bent(leg.x[place], self.run.theta, t, leg.settings[place])
+                x, m = leg.side(place)
+                found = bent(x, self.run.theta, t, m)
                 total += float(found[0])
                 first += np.asarray(found[1]).ravel()
                 second += found[2].sparse() @ np.concatenate([S, seed])
-        return total
-
-    def _across(
-        self, crossing: Crossing, S: np.ndarray, seed: np.ndarray, adjoint: np.ndarray
-    ) -> np.ndarray:
-        """What second derivatives gain where the derivatives of the rates jump, (n + p,).
-
-        The instant moves by ``t_p``, and on one side of it the adjoint follows other rates: the
-        gain is the transposed jump of their derivatives times the adjoint times ``t_p``.
-        """
-        total = np.zeros(self.n + len(self.run.theta))
-        turned = _turned(self.steps)
-        inside = float(self.window[0] < crossing.t < self.window[1])
-        weights = np.append(adjoint, np.full(self.steps.integrals, inside))
-        for jump in (j for order in crossing.orders[:1] for j in order):
-            moved = float(jump.instant @ np.concatenate([S, seed]))
-            before, after = (
-                np.asarray(turned(x, self.run.theta, crossing.t, m, weights)).ravel()
-                for x, m in (jump.before, jump.after)
-            )
-            total += (before - after) * moved
         return total
 
     def _stops(self, leg: Leg) -> list[int]:
@@ -209,13 +223,3 @@ def _bent(system: System, names: tuple[str, ...]) -> ca.Function:
     y = product(system, names)
     bend, slope = ca.hessian(y, ca.vertcat(x, p))
     return ca.Function("bent", system.inputs, [y, ca.densify(slope), bend])
-
-
-@made_once
-def _turned(steps: Steps) -> ca.Function:
-    """Derivatives of rates and integrands by states and parameters, times weights."""
-    system, q = steps.system, steps.integrands
-    x, p, t, m = system.inputs
-    by = ca.SX.sym("by", x.numel() + q.numel())
-    slopes = ca.jtimes(ca.vertcat(system.rates, q), ca.vertcat(x, p), by, True)
-    return ca.Function("turned", [x, p, t, m, by], [ca.densify(slopes)])

@@ -11,9 +11,10 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.gradients.adjoint import legs_of, steps_of
 from lumped.gradients.forward import Followed, Forward, coincide
 from lumped.gradients.functional_values import Summed, check, differ, refuse
+from lumped.gradients.legs import legs_of
+from lumped.gradients.steps import steps_of
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import (
     END,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import RLock
 from typing import NamedTuple
 
@@ -53,6 +53,11 @@ class Span:
     m: np.ndarray
     implicit_from: float
 
+    def part(self, begin: int, end: int) -> Span:
+        """Those from one end of a step to another."""
+        own = slice(begin, end + 1)
+        return replace(self, t=self.t[own], x=self.x[own], m=self.m[own])
+
 
 class Back(NamedTuple):
     """What a sweep back over some steps finds.
@@ -62,7 +67,7 @@ class Back(NamedTuple):
     adjoint : ndarray, shape (n + q, k)
         Derivatives of the results by the states at the begin, and by integrals.
     by_parameters : ndarray, shape (p, k)
-        By the parameters, of these steps only.
+        By the parameters.
     largest, lost : ndarray, shape (n + q, k)
         Largest size of the adjoint so far, and the sizes of the errors of all steps, together.
     errors : ndarray, shape (steps, k)
@@ -214,18 +219,25 @@ class StepCode(Shared):
         found: np.ndarray = course.found.reshape(steps, LOOKS, width)
         return found
 
-    def back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray) -> Back:
+    def back(
+        self,
+        span: Span,
+        adjoint: np.ndarray,
+        by_parameters: np.ndarray,
+        largest: np.ndarray,
+        lost: np.ndarray,
+    ) -> Back:
         """Carry back what results owe to the states at the end, and to integrals.
 
-        `largest` and `lost` are those of later steps.
+        `by_parameters`, `largest` and `lost` are those of later steps.
         """
+        later = adjoint, by_parameters, largest, lost
         count = adjoint.shape[1]
         most = _WIDTHS[-1] // 2
         if count <= most:
-            return self._back(span, adjoint, largest, lost)
+            return self._back(span, *later)
         found = [
-            self._back(span, *(v[:, k : k + most] for v in (adjoint, largest, lost)))
-            for k in range(0, count, most)
+            self._back(span, *(v[:, k : k + most] for v in later)) for k in range(0, count, most)
         ]
         both = (np.concatenate(v, axis=1) for v in zip(*(some[:5] for some in found), strict=True))
         adjoint, by_parameters, largest, lost, errors = both
@@ -243,7 +255,14 @@ class StepCode(Shared):
             found: np.ndarray = np.sqrt((parts**2).sum(axis=0) / max(own.sum(), 1))
         return found
 
-    def _back(self, span: Span, adjoint: np.ndarray, largest: np.ndarray, lost: np.ndarray) -> Back:
+    def _back(
+        self,
+        span: Span,
+        adjoint: np.ndarray,
+        by_parameters: np.ndarray,
+        largest: np.ndarray,
+        lost: np.ndarray,
+    ) -> Back:
         """The same for a few results."""
         n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
@@ -266,6 +285,7 @@ class StepCode(Shared):
         run = self._run(span, work, implicit)
         columns = (n, width)
         sweep.adjoint.reshape(columns)[:, :count] = adjoint
+        sweep.by_parameters.reshape(p, width)[:, :count] = by_parameters
         sweep.largest.reshape(columns)[:, :count] = largest
         sweep.errors.reshape(columns)[:, :count] = lost
         sweep.weight[:] = self._nominal

@@ -11,9 +11,10 @@ import scipy
 from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import Leg, Steps
+from lumped.gradients.legs import Leg
 from lumped.gradients.saltation import TURNING
 from lumped.gradients.step_code import FRACTIONS
+from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.holds import turned
@@ -50,7 +51,7 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
         return
     leg, t = legs[-1], float(legs[-1].t[-1])
     left, rates = touches.margins(leg, t)
-    near = left <= TURNING * rtol * leg.margins(run)
+    near = left <= TURNING * rtol * leg.margins()
     for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 
@@ -100,14 +101,14 @@ class _Touches:
 
     def margins(self, leg: Leg, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Margins and their rates."""
-        x, m = leg.state(self.run, self.steps, t)
+        x, m = leg.state(t)
         values = np.asarray(self.look(x, self.run.theta, t, m)).ravel()
         left, rates = np.split(values, 2)
         return left, rates
 
     def check(self, leg: Leg, row: int, t: float, what: str) -> None:
         """Refuse a touch if a crossing there would change anything at once."""
-        x, m = leg.state(self.run, self.steps, t)
+        x, m = leg.state(t)
         if not self._matters(row, x, t, m):
             return
         s = self.system.switching
@@ -162,9 +163,7 @@ class _Touches:
     def _sampled(self, leg: Leg) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Times, margins and rates at the ends of steps and between, some steps at once."""
         look, width = _counted(self.system), 2 * self.system.margins.size1_out(0)
-        for begin in range(0, len(leg.t) - 1, _CHUNK):
-            end = min(begin + _CHUNK, len(leg.t) - 1)
-            span = leg.span(self.run, begin, end)
+        for span in leg.spans(_CHUNK):
             inside = self.steps.looked(span, look, width).reshape(-1, width)
             first = np.asarray(self.look(span.x[0], span.theta, span.t[0], span.m[0]))
             t = span.t[:-1, None] + np.diff(span.t)[:, None] * np.array(FRACTIONS)

@@ -179,7 +179,7 @@ def stages(run: Run, h: float) -> None:
     evaluate(f, run, a, t + _C[11] * h, m, k[11 * n :])
     _look(run, a, t + _C[11] * h, 7)
     _NEW(x, new, k, n, h)
-    evaluate(f, run, new, t + h, m, k[12 * n :])
+    evaluate(f, run, new, run.t_new, m, k[12 * n :])
     run.evaluations += 12
 
 

@@ -97,7 +97,7 @@ def step(run: Run, h: float) -> float:
             return UNSOLVED
     for i in range(n):
         new[i] = new[i] + k[8 * n + i]
-    evaluate(plant.rates, run, new, t + h, m, k[12 * n :])
+    evaluate(plant.rates, run, new, run.t_new, m, k[12 * n :])
     run.evaluations += 8
     error = 0.0
     for i in range(n):

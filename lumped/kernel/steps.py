@@ -29,6 +29,7 @@ from lumped.kernel.run import (
 
 __all__ = [
     "HOPELESS",
+    "LEAST",
     "LONGER",
     "NEAR_LIMIT",
     "SAFETY",
@@ -58,6 +59,8 @@ HOPELESS = 1e3
 SAFETY, _EXPLICIT_SAFETY, _LEAST_GROWTH, _MOST_GROWTH = 0.9, 0.8, 0.2, 8.0
 """Part of the step that the tolerance allows; with 0.9 a fifth of explicit steps is rejected."""
 _IMPLICIT_POWER = 0.2
+LEAST = 2.5e-16
+"""Step, relative to the time, that the time can tell."""
 SHORTEST = 1e-14
 """Step, relative to the time, below which a run is given up."""
 
@@ -264,7 +267,7 @@ def _attempt(run: Run) -> int:
     plant, t, end = run.plant, run.t, run.end
     if run.order > 0:
         taylor.expand(run)
-    h = min(min(run.h, run.longest), end - t)
+    h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if _is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
@@ -272,6 +275,7 @@ def _attempt(run: Run) -> int:
             run.implicit_from = t
             h *= LONGER
     run.t_new = end if h >= end - t else t + h
+    h = run.t_new - t  # as it can be made again
     error = _tried(run, h)
     is_dense = error <= 1.0 and is_finite(run) and _is_dense_wanted(run)
     if is_dense:

@@ -88,7 +88,7 @@ def step(run: Run, h: float) -> float:
     new, slope = run.new, run.argument
     f = run.stages[12 * n :]
     _ends(c, order, row, n, h, new, slope)
-    evaluate(run.plant.rates, run, new, run.t + h, run.m, f)
+    evaluate(run.plant.rates, run, new, run.t_new, run.m, f)
     run.evaluations += 1
     total = 0.0
     for i in range(n):

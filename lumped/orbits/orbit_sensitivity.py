@@ -11,8 +11,8 @@ import scipy
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
-from lumped.gradients.adjoint import steps_of
 from lumped.gradients.forward import Forward
+from lumped.gradients.steps import steps_of
 from lumped.orbits.shooting import Orbit, OrbitProblem, bordered
 from lumped.orbits.smooth_curves import Extreme
 from lumped.support.arguments import checked

@@ -11,8 +11,8 @@ import scipy
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import steps_of
 from lumped.gradients.forward import Forward
+from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
 from lumped.simulation.simulate import simulate
 from lumped.support.made_once import made_once

@@ -19,14 +19,15 @@ from lumped.simulation.method_choice import closed_form_pays
 from lumped.support.arguments import checked
 from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
-from lumped.timeloop.recorder import Recorder, output_times
+from lumped.timeloop.recorder import Recorder, SparingRecorder, output_times
 from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
 
-__all__ = ["Method", "check_options", "simulate"]
+__all__ = ["Method", "check_options", "simulate", "simulate_sparingly"]
 
+_MOST_STEPS = 1_000_000
 Grid = int | Sequence[float | str] | np.ndarray | None
 _P = ParamSpec("_P")
 Method = Literal["auto", "explicit", "implicit", "exact", "steps", "taylor"]
@@ -69,7 +70,7 @@ def simulate(
     rtol: float = 1e-6,
     atol: float | None = None,
     method: Method = "auto",
-    max_steps: int = 1_000_000,
+    max_steps: int = _MOST_STEPS,
     certify: bool = False,
 ) -> Trajectory:
     """Simulate from one time to another.
@@ -168,15 +169,7 @@ def simulate(
             run = RunInClosedForm(point, until, rtol, output)
         else:
             run = RunBySteps(point, until, rtol, output, relative_atol, used, max_steps)
-        try:
-            run.go()
-            found = run.trajectory()
-        except KeyboardInterrupt:
-            raise _interrupted(run) from None
-        except SolverError as error:
-            if used == "exact" or run.steps + run.rejected >= max_steps:
-                raise  # rounding and the number of steps are limits of ours, not of the drive
-            raise SolverError(doubt(rtol) + str(error), error.partial) from None
+        found = _made(run, max_steps)
     if not certify:
         return found
     closed, tight = isinstance(run, RunInClosedForm), max(1e-2 * rtol, 1e-13)
@@ -206,6 +199,52 @@ def simulate(
     except KeyboardInterrupt:
         text = f"{system.name}: interrupted while it was certified; `partial` is the whole run."
         raise Interrupted(text, found) from None
+
+
+@_told
+def simulate_sparingly(
+    system: System,
+    *,
+    until: float,
+    parameters: Changes | None,
+    start: Changes | None,
+    rtol: float,
+    method: Method,
+    most: int,
+) -> Trajectory:
+    """As `simulate` with ``grid=None``, but states at some steps only where all take too much room.
+
+    The pieces then know the ends of all steps, so that these can be made again. Where implicit
+    quantities are followed by iteration, whose guesses belong to each step, all are recorded.
+
+    Parameters
+    ----------
+    most : int
+        Size of the states that are recorded, bytes.
+    """
+    check_options(0.0, until, rtol, None, method, _MOST_STEPS)
+    point = found_start(system, parameters, start, (), 0.0)
+    used = "steps" if method == "auto" else method
+    with Progress(system.name, until) as progress:
+        if system.structure.implicit:
+            output = Recorder(0.0, until, None, True, progress)
+        else:
+            output = SparingRecorder(0.0, until, most, progress)
+        atol = max(rtol * 1e-3, 1e-12)
+        return _made(RunBySteps(point, until, rtol, output, atol, used, _MOST_STEPS), _MOST_STEPS)
+
+
+def _made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:
+    """What a run computes."""
+    try:
+        run.go()
+        return run.trajectory()
+    except KeyboardInterrupt:
+        raise _interrupted(run) from None
+    except SolverError as error:
+        if isinstance(run, RunInClosedForm) or run.steps + run.rejected >= max_steps:
+            raise  # rounding and the number of steps are limits of ours, not of the drive
+        raise SolverError(doubt(run.rtol) + str(error), error.partial) from None
 
 
 def _interrupted(run: Simulation) -> Interrupted:

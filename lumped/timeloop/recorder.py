@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from lumped.support.progress import Progress
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Piece
 
-__all__ = ["Recorder", "output_times", "scale"]
+__all__ = ["Recorder", "SparingRecorder", "output_times", "scale"]
 
 _MOST = 100_000_000
 """Output intervals that any use has."""
@@ -159,6 +160,84 @@ class Recorder:
 def _nothing(system: System) -> _Rows:
     n, m = len(system.state_names), system.inputs[3].numel()
     return np.zeros(0), np.zeros((0, n)), np.zeros((0, m))
+
+
+class SparingRecorder(Recorder):
+    """All times of the steps of a run, and states at so many of them as there is room for.
+
+    States are kept at the ends of each piece and at every `stride`-th step between. When they
+    become too large, every second one is dropped and the stride doubles. Settings must not change
+    inside of a piece.
+
+    Parameters
+    ----------
+    begin, until, progress
+        As for `Recorder`.
+    most : int
+        Size of states and settings, bytes; those at the ends of pieces may take more.
+    """
+
+    def __init__(self, begin: float, until: float, most: int, progress: Progress) -> None:
+        super().__init__(begin, until, None, True, progress)
+        self._most, self._size, self._stride = most, 0, 1
+        self._ends: list[list[np.ndarray]] = []
+        self._places: list[list[np.ndarray]] = []
+        self._counts: list[int] = []
+
+    def open(self, system: System) -> None:
+        """Begin a new piece."""
+        super().open(system)
+        self._ends.append([])
+        self._places.append([])
+        self._counts.append(0)
+
+    def add(self, t: np.ndarray, x: np.ndarray, settings: np.ndarray) -> None:
+        """Points of the present piece; the same time does not stand twice in it."""
+        ends = self._ends[-1]
+        new = np.diff(t, prepend=ends[-1][-1] if ends else -np.inf) > 0
+        if not new.any():
+            return
+        own = np.flatnonzero(new)
+        places = self._counts[-1] + np.arange(len(own))
+        ends.append(t[own])
+        self._counts[-1] += len(own)
+        kept = _thinned(places, self._stride)
+        own, places = own[kept], places[kept]
+        self._places[-1].append(places)
+        super().add(t[own], x[own], settings[own])
+        self._size += (x.shape[1] + settings.shape[1]) * 8 * len(own)
+        if self._size > self._most:
+            self._thin()
+
+    def _thin(self) -> None:
+        """Keep every second state, and so on, until there is room."""
+        while self._size > self._most / 2 and self._stride < max(self._counts):
+            self._stride *= 2
+            self._size = 0
+            for number, (system, rows) in enumerate(self._parts):
+                if rows:
+                    places = np.concatenate(self._places[number])
+                    kept = _thinned(places, self._stride)
+                    whole = tuple(v[kept] for v in _joined(system, rows))
+                    self._parts[number] = system, [whole]
+                    self._places[number] = [places[kept]]
+                    self._size += whole[1].nbytes + whole[2].nbytes
+        self._most = max(self._most, 2 * self._size)
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """What was recorded so far."""
+        found = super().pieces()
+        if self._stride == 1:
+            return found
+        ends = [np.concatenate([np.zeros(0), *own]) for own in self._ends]
+        return tuple(replace(p, ends=own) for p, own in zip(found, ends, strict=True))
+
+
+def _thinned(places: np.ndarray, stride: int) -> np.ndarray:
+    """Which of some places are multiples of a stride, or the last."""
+    kept: np.ndarray = places % stride == 0
+    kept[-1] = True
+    return kept
 
 
 def _joined(system: System, rows: list[_Rows]) -> _Rows:

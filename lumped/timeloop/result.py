@@ -227,12 +227,15 @@ class Piece:
         States.
     settings : ndarray, shape (k, m)
         Modes, and implicit quantities nearby.
+    ends : ndarray or None
+        Ends of all steps, s, if points are recorded at some of them only.
     """
 
     system: System
     t: np.ndarray
     x: np.ndarray
     settings: np.ndarray
+    ends: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,8 +99,11 @@ class Simulation:
         may_be = (~(np.abs(own[-1][-1]) * self.rtol >= self.atol)).nonzero()[0]
         if not len(may_be):
             return ()
-        x = (own[0] if len(own) == 1 else np.concatenate(own))[:, may_be]
-        tolerated, limit = np.maximum.reduce(np.abs(x), axis=0) * self.rtol, self.atol[may_be]
+        largest = np.zeros(len(may_be))
+        for x in own:
+            part = x[:, may_be]
+            largest = np.max([largest, part.max(axis=0), -part.min(axis=0)], axis=0)
+        tolerated, limit = largest * self.rtol, self.atol[may_be]
         # a millionth of that is rounding of something that stands still
         small = (tolerated < limit) & (tolerated > 1e-6 * limit)
         names = self.system.state_names

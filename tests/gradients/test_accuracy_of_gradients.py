@@ -12,8 +12,9 @@ import lumped as lp
 from lumped import functionals, ops
 from lumped.code.operations import operations_of
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
-from lumped.gradients.adjoint import legs_of, steps_of
+from lumped.gradients.legs import legs_of
 from lumped.gradients.step_code import Span, StepCode
+from lumped.gradients.steps import steps_of
 from lumped.kernel import engine
 from lumped.numerics import rodas5p
 from lumped.simulation.simulate import simulate
@@ -206,14 +207,15 @@ def test_the_sweep_has_the_same_bits_in_all_engines(method):
     steps = steps_of(system, ((integrand,),))
     n = len(system.state_names)
     adjoint = np.random.default_rng(2).normal(size=(n + 1, 3))
-    found, span = {}, leg.span(run)
+    found, span = {}, leg.span()
     for name in ("llvm", "c", "python"):
         function = CountedFunction(operations_of(system.rhs))
         with engine.using(name):
-            back = steps.back(span, adjoint, *np.zeros((2, n + 1, 3)))
+            none = np.zeros((len(run.theta), 3)), *np.zeros((2, n + 1, 3))
+            back = steps.back(span, adjoint, *none)
             again = steps.replayed(span, np.arange(len(span.t)) % 3 == 0)
             found[name] = *back, again, steps.looked(span, function, n)
-    assert found["llvm"][-2] == pytest.approx(leg.x, rel=1e-12, abs=1e-15)
+    assert found["llvm"][-2] == pytest.approx(leg.states(), rel=1e-12, abs=1e-15)
     for name in ("c", "python"):
         for one, other in zip(found["llvm"], found[name], strict=True):
             assert (one == other).all()
@@ -227,10 +229,11 @@ def test_compiled_columns_have_the_bits_of_the_interpreter(columns):
     n, k = len(system.state_names), columns // 2
     adjoint = np.random.default_rng(3).normal(size=(n, k))
     steps = steps_of(system, ())
-    slow = steps.back(leg.span(run), adjoint, *np.zeros((2, n, k)))
+    none = np.zeros((len(run.theta), k)), *np.zeros((2, n, k))
+    slow = steps.back(leg.span(), adjoint, *none)
     for name in ("pullback", "bent"):
         steps._columns(name, columns).for_more(10**6)
-    fast = steps.back(leg.span(run), adjoint, *np.zeros((2, n, k)))
+    fast = steps.back(leg.span(), adjoint, *none)
     for one, other in zip(slow, fast, strict=True):
         assert (one == other).all()
 
@@ -252,7 +255,7 @@ def test_a_sweep_without_results_writes_no_columns(monkeypatch):
 
     monkeypatch.setattr(engine, "call", noting)
     none = np.zeros((n + 1, 0))
-    found = steps.back(leg.span(run), none, none, none)
+    found = steps.back(leg.span(), none, np.zeros((len(run.theta), 0)), none, none)
     (sweep,) = (given[1] for given in called if len(given) == 3)
     assert sweep.pullback.wide_address == sweep.bent.wide_address == 0
     # integral of (c phi + d w)^2 by the states between, with Simpson's rule
@@ -268,10 +271,10 @@ def test_a_counted_function_is_compiled_when_that_pays_and_keeps_its_bits():
     run = simulate(system, until=1.0, grid=None)
     (leg,) = legs_of(run)
     steps, n = steps_of(system, ()), len(system.state_names)
-    slow = steps.looked(leg.span(run), function, n)
+    slow = steps.looked(leg.span(), function, n)
     function.for_more(10**6)
     assert function._record.address
-    assert (steps.looked(leg.span(run), function, n) == slow).all()
+    assert (steps.looked(leg.span(), function, n) == slow).all()
 
 
 def test_an_implicit_step_without_a_solution_is_an_error():
@@ -289,7 +292,7 @@ def test_an_implicit_step_without_a_solution_is_an_error():
     for action in (
         lambda: steps.replayed(span, np.array([1, 0])),
         lambda: steps.looked(span, look, 1),
-        lambda: steps.back(span, *np.ones((3, 1, 1))),
+        lambda: steps.back(span, *np.ones((4, 1, 1))),
     ):
         with pytest.raises(
             lp.errors.SolverError, match=r"Growth: .* near t = 0 s cannot be solved"

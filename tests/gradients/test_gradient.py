@@ -21,6 +21,7 @@ from lumped.components import (
 )
 from lumped.components.translation.contact import Stop
 from lumped.errors import OptionError, UnknownNameError
+from lumped.gradients import legs
 from lumped.models.carrousel_coiler import scenes as coiler
 from lumped.models.eccentric_shear import scenes as shear
 from lumped.models.pilger_mill import drive as pilger
@@ -384,6 +385,21 @@ def test_the_machines_agree_with_differences_of_sixth_order(scene):
     print(f"\n{scene.__name__}: largest error of p/y dy/dp {error.max():.1e}, of")
     print(np.abs(found.relative).max(axis=1))
     assert error.max() < limit
+
+
+@pytest.mark.parametrize("scene", [rolling, winding, piercing, cutting, taking])
+def test_the_machines_have_the_same_bits_with_few_states_kept(scene, monkeypatch):
+    system, of, to, until, start, changed, _ = scene()
+    options = {"of": of, "to": to, "until": until, "start": start, "parameters": changed}
+    whole = lp.gradient(system, **options)
+    monkeypatch.setattr(legs, "_KEPT_BYTES", 1000)
+    monkeypatch.setattr(legs, "_MADE_BYTES", 4000)
+    found = lp.gradient(system, **options)
+    if not system.structure.implicit:
+        assert len(found.run.t) < 0.5 * len(whole.run.t)
+    for a, b in ((found.values, whole.values), (found.derivatives, whole.derivatives)):
+        assert (a == b).all()
+    assert (found.errors == whole.errors).all()
 
 
 def test_shares_of_indeterminate_constraints_that_let_go_are_told():

@@ -6,7 +6,7 @@ import pytest
 import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, SpringDamper, Torque
-from lumped.errors import OptionError, SolverError, UnknownNameError
+from lumped.errors import OptionError, UnknownNameError
 from lumped.ops import where
 
 
@@ -77,27 +77,11 @@ def message(kind, action):
 
 
 def test_where_there_are_no_second_derivatives_this_is_said():
-    def call(of=None, to=("k",), system=None):
-        chosen, model = of or fun.final("x"), system or decay()
-        return lambda: lp.gradients.hessian(model, of=chosen, to=to, until=UNTIL)
+    def call(of=None, to=("k",)):
+        return lambda: lp.gradients.hessian(decay(), of=of or fun.final("x"), to=to, until=UNTIL)
 
     assert "peak(x) has no second derivatives" in message(OptionError, call(fun.peak("x")))
     assert "nothing to vary" in message(OptionError, call(to=()))
-
-    def equations(self):
-        yield lp.der(self.x) == where(self.x >= 1.0, -self.k, -self.u)
-
-    switched = lp.assemble(
-        one(
-            equations,
-            k=lp.param("m/s", "rate", 0.8),
-            u=lp.param("m/s", "rate below", 0.5),
-            x=lp.var("m", "position", start=1.5),
-        )
-    )
-    text = message(SolverError, call(system=switched))
-    assert "at t = 0.625 s One changes" in text
-    assert "rates jump" in text
 
 
 def test_a_kink_of_the_rates_is_followed():

@@ -50,6 +50,7 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.steps import (
     HOPELESS,
+    LEAST,
     LONGER,
     NEAR_LIMIT,
     SAFETY,
@@ -387,10 +388,11 @@ def _attempt(lanes: Lanes) -> None:
     t, end = lanes.t, lanes.end
     if lanes.by_series and _expand(lanes):
         return
-    h = min(min(lanes.h, lanes.longest), end - t)
+    h = min(max(min(lanes.h, lanes.longest), LEAST * abs(t)), end - t)
     if lanes.chooses_method and _try_implicit(lanes, h):
         return
     lanes.t_new = end if h >= end - t else t + h
+    h = lanes.t_new - t
     accepted = _note_attempt(lanes, h, _error(lanes, h))
     if any_lane(accepted > 0.5):
         if lanes.plant.margins > 0:

@@ -1,0 +1,196 @@
+"""Smooth parts of a run: ends of its steps, and states there, made again where they are not kept.
+
+Steps made again have the lengths of those of the run, and so their bits.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from lumped.compiler.system import Changes, System
+from lumped.errors import SolverError
+from lumped.gradients.jumps import Side
+from lumped.gradients.state_changes import exchange_fault
+from lumped.gradients.step_code import Span
+from lumped.gradients.steps import steps_of
+from lumped.simulation.simulate import simulate_sparingly
+from lumped.timeloop.result import Piece, Trajectory
+
+__all__ = ["Leg", "legs_of", "recorded"]
+
+_KEPT_BYTES = 50_000_000
+"""Size of the states that a run keeps for its derivatives, bytes, besides those at events."""
+
+_MADE_BYTES = 25_000_000
+"""Size of the states that are made again at once, bytes."""
+
+
+class Leg:
+    """A smooth part of a run.
+
+    Attributes
+    ----------
+    t : ndarray
+        Ends of its steps, s: those of the run, and those of the parts into which they are divided.
+    """
+
+    def __init__(self, run: Trajectory, piece: Piece) -> None:
+        new = np.append(True, np.diff(piece.t) > 0)
+        t, x, m = (v if new.all() else v[new] for v in (piece.t, piece.x, piece.settings))
+        self._run = run
+        self.t = t if piece.ends is None else piece.ends
+        self._of_run = np.arange(len(self.t))
+        """Places of the ends of steps of the run."""
+        self._kept = self._of_run if piece.ends is None else np.searchsorted(self.t, t)
+        """Those of them at which states are known."""
+        self._x = x
+        self._m = m[:1] if (m == m[0]).all() else m
+
+    def side(self, place: int) -> Side:
+        """States and settings at an end of a step."""
+        place %= len(self.t)
+        return self.states(place, place)[0].copy(), self._settings_at(np.array([place]))[0]
+
+    def states(self, begin: int = 0, end: int | None = None) -> np.ndarray:
+        """States from one end of a step to another, all by default, shape (end - begin + 1, n)."""
+        end = len(self.t) - 1 if end is None else end
+        first = int(np.searchsorted(self._of_run, begin, "right")) - 1
+        last = int(np.searchsorted(self._of_run, end))
+        before = int(np.searchsorted(self._kept, first, "right")) - 1
+        after = int(np.searchsorted(self._kept, last, "right"))
+        kept = self._kept[before:after]
+        x = self._again(self._of_run[kept[0] : last + 1], kept - kept[0], self._x[before:after])
+        places = self._of_run[first : last + 1]
+        every = np.arange(places[0], places[-1] + 1)
+        x = self._again(every, places - places[0], x[first - kept[0] :])
+        return x[begin - places[0] : end - places[0] + 1]
+
+    def _again(self, places: np.ndarray, given: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """States at ends of steps from those that are given, the first among them."""
+        if len(given) == len(places):
+            return x
+        whole, is_given = np.zeros((len(places), x.shape[1])), np.zeros(len(places), dtype=bool)
+        whole[given], is_given[given] = x, True
+        m = self._settings_at(places)
+        span = Span(self._run.theta, self.t[places], whole, m, self._implicit_from)
+        return steps_of(self._run.system, ()).replayed(span, is_given)
+
+    def settings(self, begin: int = 0, end: int | None = None) -> np.ndarray:
+        """Settings from one end of a step to another, shape (end - begin + 1, settings)."""
+        end = len(self.t) - 1 if end is None else end
+        return self._settings_at(np.arange(begin, end + 1))
+
+    def _settings_at(self, places: np.ndarray) -> np.ndarray:
+        if len(self._m) == 1:
+            return np.broadcast_to(self._m, (len(places), self._m.shape[1]))
+        found: np.ndarray = self._m[np.searchsorted(self._of_run, places, "right") - 1]
+        return found
+
+    @property
+    def _implicit_from(self) -> float:
+        return self._run.statistics.implicit_from
+
+    def span(self, begin: int = 0, end: int | None = None) -> Span:
+        """Steps from one end of a step to another; all by default."""
+        end = len(self.t) - 1 if end is None else end
+        x, m = self.states(begin, end), self.settings(begin, end)
+        return Span(self._run.theta, self.t[begin : end + 1], x, m, self._implicit_from)
+
+    def chunks(self, begin: int = 0, end: int | None = None) -> list[tuple[int, int]]:
+        """From one end of a step to another in parts whose states are kept at once, in order."""
+        end = len(self.t) - 1 if end is None else end
+        rows = max(_MADE_BYTES // (8 * (self._x.shape[1] + self._m.shape[1] + 1)), 1)
+        if end - begin <= rows:
+            return [(begin, end)] if end > begin else []
+        is_divided = len(self._of_run) < len(self.t)
+        inner = self._of_run if is_divided else self._kept
+        inner = inner[(begin < inner) & (inner < end)]
+        numbers, firsts = np.unique((inner - begin) // rows, return_index=True)
+        return list(itertools.pairwise([begin, *inner[firsts[numbers > 0]].tolist(), end]))
+
+    def spans(self, most: int) -> Iterator[Span]:
+        """All steps, at most so many at once."""
+        for begin, end in self.chunks():
+            span = self.span(begin, end)
+            for k in range(0, end - begin, most):
+                yield span.part(k, min(k + most, end - begin))
+
+    def state(self, t: float) -> Side:
+        """States and settings at a time: those of a shorter step."""
+        i = int(np.searchsorted(self.t, t, "right")) - 1
+        if self.t[i] == t:
+            return self.side(i)
+        shorter = self.shorter(i, t)
+        found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
+        return found[1], shorter.m[0]
+
+    def shorter(self, i: int, t: float) -> Span:
+        """A step that ends earlier; the states there are not known."""
+        x, m = (v[None, :].repeat(2, axis=0) for v in self.side(i))
+        return Span(self._run.theta, np.array([self.t[i], t]), x, m, self._implicit_from)
+
+    def margins(self) -> np.ndarray:
+        """Greatest size of each margin at the ends of the steps."""
+        largest = np.zeros(self._run.system.margins.size1_out(0))
+        for begin, end in self.chunks() or [(0, 0)]:
+            span = self.span(begin, end)
+            found, _ = self._run.system.margins(span.x.T, span.theta, span.t[None, :], span.m.T)
+            sizes = np.abs(np.asarray(found)).reshape(len(largest), len(span.t))
+            largest = np.maximum(largest, sizes.max(axis=1))
+        return largest
+
+    def cut(self, t: float) -> None:
+        """Make an instant inside the leg the end of a step."""
+        if t not in self.t:
+            place = int(np.searchsorted(self.t, t))
+            self.t = np.insert(self.t, place, t)
+            self._of_run = self._of_run + (self._of_run >= place)
+
+    def divide(self, parts: np.ndarray) -> None:
+        """Divide each step into so many equal ones; where steps ended, states stay as they are."""
+        places = np.append(0, np.cumsum(parts))
+        inner = np.arange(places[-1]) - np.repeat(places[:-1], parts)
+        lengths = np.repeat(np.diff(self.t) / parts, parts)
+        self.t = np.append(np.repeat(self.t[:-1], parts) + inner * lengths, self.t[-1])
+        self._of_run = places[self._of_run]
+
+
+def recorded(
+    system: System,
+    *,
+    until: float,
+    parameters: Changes | None,
+    start: Changes | None,
+    rtol: float,
+    method: Literal["auto", "explicit", "implicit"],
+) -> Trajectory:
+    """A run whose steps can be differentiated; arguments as for `simulate`."""
+    return simulate_sparingly(
+        system,
+        until=until,
+        parameters=parameters,
+        start=start,
+        rtol=rtol,
+        method=method,
+        most=_KEPT_BYTES,
+    )
+
+
+def legs_of(run: Trajectory) -> list[Leg]:
+    """Smooth parts of a run that was recorded at the steps of the solver.
+
+    Raises
+    ------
+    SolverError
+        If states change places.
+    """
+    legs = []
+    for piece in (p for p in run.pieces if len(p.t)):
+        if piece.system is not run.system:
+            raise SolverError(exchange_fault(run, float(piece.t[0])), run)
+        legs.append(Leg(run, piece))
+    return legs

@@ -1,0 +1,46 @@
+"""Steps of a system, with what is integrated."""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from lumped.compiler.system import System
+from lumped.gradients.step_code import StepCode
+from lumped.support.made_once import made_once
+from lumped.timeloop.run import nominals
+
+__all__ = ["Steps", "steps_of"]
+
+
+class Steps(StepCode):
+    """Steps of one system with integrals of some products, and the same backwards.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    products : tuple of tuple of str
+        Factors of what is integrated.
+    """
+
+    def __init__(self, system: System, products: tuple[tuple[str, ...], ...]) -> None:
+        factors = [ca.vertsplit(system.expressions(names)) for names in products]
+        self.system = system
+        self.integrands = ca.vertcat(ca.SX(0, 1), *(math.prod(f) for f in factors))
+        rates, inputs = system.rates, system.inputs
+        own = rates, self.integrands, nominals(system)
+        super().__init__(system.name, system.building, inputs, *own)
+
+    @property
+    @made_once
+    def integrated(self) -> ca.Function:
+        """What is integrated: (x, p, t, m)."""
+        return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
+
+
+@made_once
+def steps_of(system: System, products: tuple[tuple[str, ...], ...]) -> Steps:
+    """Steps of a system."""
+    return Steps(system, products)
