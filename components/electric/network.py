@@ -30,15 +30,15 @@ from lumped import (
     var,
 )
 from lumped.errors import ConnectError, EquationError
-from lumped.language.expression import Compare
+from lumped.language.expression import Compare, Datum
 from lumped.language.switch import Hold, Item, hold
 from lumped.ops import cos, pi, where
 
 __all__ = ["CircuitBreaker", "InfiniteBus", "ShortCircuit", "ThreePhaseLine", "wires"]
 
-_WITHSTAND = 1e15
+_WITHSTAND = Datum(1e15)
 """Voltage that an open contact withstands, V: beyond any voltage of a network."""
-_FAULTS = {"abc": "abc", "ab": "abc", "bc": "bca", "ca": "cab"}
+_FAULTS = {"abc": "abc", "ab": "abc", "bc": "cba", "ca": "cab"}
 """Wires of a fault: the first contact from the first to the second, the other from the third."""
 
 
@@ -113,13 +113,13 @@ class CircuitBreaker(_Series):
 
     Wire b has none: on one side of it stands a star point that is isolated, as in
     `WoundFieldMachine`, so no current is left in b. Closed while `closed` is above 1/2, such as
-    ``closed=where(time < 0.2, 1, 0)``: load rejection, or reclosing, or the synchronisation of a
-    machine that runs on its own.
+    ``closed=where(time < 0.2, 1, 0)``: for load rejection, reclosing, and the synchronisation of a
+    machine that runs on its own. Open at the start, it has ``i_a=0, i_c=0``.
     """
 
     closed = Input("1", "closed above 1/2, open below")
-    i_a: Var = var("A", "current of wire a, from 1 to 2", state="prefer")
-    i_c: Var = var("A", "current of wire c, from 1 to 2", state="prefer")
+    i_a: Var = var("A", "current of wire a, from 1 to 2")
+    i_c: Var = var("A", "current of wire c, from 1 to 2")
     v_a: Var = var("V", "voltage across the contact in wire a")
     v_c: Var = var("V", "voltage across the contact in wire c")
 
@@ -136,9 +136,9 @@ class CircuitBreaker(_Series):
 class ShortCircuit(Component):
     """Fault without resistance between three wires or two: ``v = 0`` from `begin` to `end`.
 
-    `phases` is "abc", "ab", "bc" or "ca"; the ground takes no part. Before `begin` no current flows
-    into it. From `end` on each contact conducts until its current passes zero. Of three phases
-    there are contacts from a to b and from c to b.
+    `phases` is "abc", "ab", "bc" or "ca"; the ground takes no part. From `end` on each contact
+    conducts until its current passes zero. Three phases are joined by contacts from a to b and from
+    c to b. A run that begins in steady state begins before the fault.
     """
 
     a = Pin()
@@ -147,9 +147,9 @@ class ShortCircuit(Component):
     phases: str = "abc"
     begin: Param = param("s", "instant at which it begins")
     end: Param = param("s", "instant from which on it is cleared", 1e9, above=begin)
-    i_a: Var = var("A", "current of wire a into the fault", state="prefer")
-    i_b: Var = var("A", "current of wire b into the fault", state="prefer")
-    i_c: Var = var("A", "current of wire c into the fault", state="prefer")
+    i_a: Var = var("A", "current of wire a into the fault", state="always")
+    i_b: Var = var("A", "current of wire b into the fault")
+    i_c: Var = var("A", "current of wire c into the fault", state="always")
     v_1: Var = var("V", "voltage across the first contact")
     v_2: Var = var("V", "voltage across the second contact, or of the sound wire")
 
@@ -168,12 +168,6 @@ class ShortCircuit(Component):
             yield _contact(self.v_2, current[other], open_)
         else:
             yield current[other] == 0
-
-    def initial_equations(self) -> Iterator[Equation]:
-        first, _, other = _wires_of(self.phases)
-        yield getattr(self, f"i_{first}") == 0
-        if len(self.phases) == 3:
-            yield getattr(self, f"i_{other}") == 0
 
 
 def _wires_of(phases: str) -> str:

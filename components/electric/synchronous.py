@@ -36,7 +36,7 @@ class _Damper(NamedTuple):
             yield self.psi == self.psi_m + self.L_l * self.i
         else:
             yield self.i == 0
-            yield self.psi == self.psi_m
+            yield self.psi == 0
 
 
 def _if(axis: str, number: int) -> Callable[[WoundFieldMachine], float]:
