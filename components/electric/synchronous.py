@@ -44,6 +44,11 @@ def _if(axis: str, number: int) -> Callable[[WoundFieldMachine], float]:
     return lambda machine: 0.0 if getattr(machine, f"dampers_{axis}") >= number else -1.0
 
 
+def _if_steady(machine: WoundFieldMachine) -> float:
+    """Lower end of the voltage at the start: zero if it is needed."""
+    return 0.0 if machine.steady else -1.0
+
+
 class WoundFieldMachine(_Machine):
     """Synchronous machine with field winding and dampers, on three wires `a`, `b`, `c`.
 
@@ -60,8 +65,11 @@ class WoundFieldMachine(_Machine):
     The structural choices `dampers_d` and `dampers_q` are 0, 1 or 2. Voltages, currents and flux
     linkages are amplitudes of a phase; currents flow into the machine, so of a generator `tau`, `P`
     and `Q` (overexcited) are negative. The d axis lies on the axis of phase a at ``phi = 0``. The
-    star point is isolated: the currents of the wires sum to zero. With ``steady=True`` a run begins
-    in steady state: no flux linkage changes in the axes of the rotor. Source: Krause, ch. 5.
+    star point is isolated: the currents of the wires sum to zero. Source: Krause, ch. 5.
+
+    With ``steady=True`` a run begins in steady state, with the voltage `V_0` and the powers `P_0`
+    and `Q_0`: no flux linkage changes in the axes of the rotor. Set free what shall follow, such as
+    ``free=["machine.v_f", "bus.V", "bus.phase", "turbine.tau"]``.
     """
 
     a = Pin()
@@ -86,6 +94,9 @@ class WoundFieldMachine(_Machine):
     L_l1q: Param = param("H", "leakage inductance of the damper 1q", 0.0, above=_if("q", 1))
     R_2q: Param = param("Ohm", "resistance of the damper 2q, referred", 0.0, above=_if("q", 2))
     L_l2q: Param = param("H", "leakage inductance of the damper 2q", 0.0, above=_if("q", 2))
+    P_0: Param = param("W", "electric power taken at a steady start", 0.0)
+    Q_0: Param = param("W", "reactive power taken at a steady start, var", 0.0)
+    V_0: Param = param("V", "amplitude of the voltage at a steady start", 0.0, above=_if_steady)
     theta: Var = var("rad", "electrical angle of the d axis from the axis of phase a")
     psi_d: Var = var("V.s", "flux linkage of the stator, d axis", state="prefer")
     psi_q: Var = var("V.s", "flux linkage of the stator, q axis", state="prefer")
@@ -146,13 +157,24 @@ class WoundFieldMachine(_Machine):
         yield self.c.i == -(root * i_beta + i_alpha) / 2
 
     def initial_equations(self) -> Iterator[Equation]:
-        if self.steady:
-            yield der(self.psi_d) == 0
-            yield der(self.psi_q) == 0
-            yield der(self.psi_f) == 0
-            for damper in self._dampers():
-                if damper.there:
-                    yield der(damper.psi) == 0
+        if not self.steady:
+            return
+        yield der(self.psi_d) == 0
+        yield der(self.psi_q) == 0
+        yield der(self.psi_f) == 0
+        for damper in self._dampers():
+            if damper.there:
+                yield der(damper.psi) == 0
+        # current along and behind the voltage; the q axis lies along v - (R_s + j X_q) i
+        active, reactive = (x / (1.5 * self.V_0) for x in (self.P_0, self.Q_0))
+        X_q = self.pairs * self._speed * (self.L_ls + self.L_mq)
+        along = self.V_0 - self.R_s * active - X_q * reactive
+        ahead = self.R_s * reactive - X_q * active
+        size = sqrt(along**2 + ahead**2)
+        cosine, sine = along / size, ahead / size
+        yield self.i_d == active * sine + reactive * cosine
+        yield self.i_q == active * cosine - reactive * sine
+        yield self.v_q == self.V_0 * cosine
 
     def _dampers(self) -> Iterator[_Damper]:
         for axis in "dq":
