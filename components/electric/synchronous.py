@@ -159,22 +159,23 @@ class WoundFieldMachine(_Machine):
     def initial_equations(self) -> Iterator[Equation]:
         if not self.steady:
             return
-        yield der(self.psi_d) == 0
-        yield der(self.psi_q) == 0
-        yield der(self.psi_f) == 0
-        for damper in self._dampers():
-            if damper.there:
-                yield der(damper.psi) == 0
         # current along and behind the voltage; the q axis lies along v - (R_s + j X_q) i
         active, reactive = (x / (1.5 * self.V_0) for x in (self.P_0, self.Q_0))
-        X_q = self.pairs * self._speed * (self.L_ls + self.L_mq)
+        w_e = self.pairs * self._speed
+        X_q = w_e * (self.L_ls + self.L_mq)
         along = self.V_0 - self.R_s * active - X_q * reactive
         ahead = self.R_s * reactive - X_q * active
         size = sqrt(along**2 + ahead**2)
         cosine, sine = along / size, ahead / size
         yield self.i_d == active * sine + reactive * cosine
         yield self.i_q == active * cosine - reactive * sine
-        yield self.v_q == self.V_0 * cosine
+        yield w_e * self.psi_d == self.V_0 * cosine - self.R_s * self.i_q
+        yield der(self.psi_f) == 0
+        for damper in self._dampers():
+            if damper.there:
+                yield der(damper.psi) == 0
+        yield der(self.psi_d) == 0
+        yield der(self.psi_q) == 0
 
     def _dampers(self) -> Iterator[_Damper]:
         for axis in "dq":
