@@ -61,7 +61,7 @@ class PerUnit:
     @property
     def v(self) -> float:
         """Voltage of a phase, V."""
-        return self.V * (2 / 3) ** 0.5
+        return float(self.V * (2 / 3) ** 0.5)
 
     @property
     def i(self) -> float:

@@ -38,7 +38,12 @@ __all__ = ["CircuitBreaker", "InfiniteBus", "ShortCircuit", "ThreePhaseLine", "w
 
 _WITHSTAND = Datum(1e15)
 """Voltage that an open contact withstands, V: beyond any voltage of a network."""
-_FAULTS = {"abc": "abc", "ab": "abc", "bc": "cba", "ca": "cab"}
+_FAULTS = {
+    "abc": ("a", "b", "c"),
+    "ab": ("a", "b", "c"),
+    "bc": ("c", "b", "a"),
+    "ca": ("c", "a", "b"),
+}
 """Wires of a fault: the first contact from the first to the second, the other from the third."""
 
 
@@ -154,7 +159,7 @@ class ShortCircuit(Component):
     v_2: Var = var("V", "voltage across the second contact, or of the sound wire")
 
     def equations(self) -> Iterator[Item]:
-        first, common, other = _wires_of(self.phases)
+        first, common, other = _contacts(self.phases)
         current = {"a": self.i_a, "b": self.i_b, "c": self.i_c}
         pin = {"a": self.a, "b": self.b, "c": self.c}
         open_ = where(time < self.begin, 1.0, where(time < self.end, 0.0, 1.0)) > 0.5
@@ -170,7 +175,7 @@ class ShortCircuit(Component):
             yield current[other] == 0
 
 
-def _wires_of(phases: str) -> str:
+def _contacts(phases: str) -> tuple[str, str, str]:
     """Wires of the first contact, and the other wire.
 
     Raises
