@@ -83,11 +83,14 @@ class _Series(Component):
     a_2 = Pin()
     b_2 = Pin()
     c_2 = Pin()
+    i_a: Var = var("A", "current of wire a, from 1 to 2")
     i_b: Var = var("A", "current of wire b, from 1 to 2")
+    i_c: Var = var("A", "current of wire c, from 1 to 2")
 
-    def _through(self, name: str, i: Expr) -> Iterator[Equation]:
-        yield getattr(self, f"{name}_1").i == i
-        yield getattr(self, f"{name}_2").i == -i
+    def equations(self) -> Iterator[Item]:
+        for name in "abc":
+            yield getattr(self, f"{name}_1").i == getattr(self, f"i_{name}")
+            yield getattr(self, f"{name}_2").i == -getattr(self, f"i_{name}")
 
 
 class ThreePhaseLine(_Series):
@@ -99,12 +102,11 @@ class ThreePhaseLine(_Series):
     symbol = "inductor"
     R: Param = param("Ohm", "resistance of a wire", 0.0, min=0)
     L: Param = param("H", "inductance of a wire", above=0)
-    i_a: Var = var("A", "current of wire a, from 1 to 2")
-    i_c: Var = var("A", "current of wire c, from 1 to 2")
 
-    def equations(self) -> Iterator[Equation]:
-        for name, i in (("a", self.i_a), ("b", self.i_b), ("c", self.i_c)):
-            yield from self._through(name, i)
+    def equations(self) -> Iterator[Item]:
+        yield from super().equations()
+        for name in "abc":
+            i = getattr(self, f"i_{name}")
             v = getattr(self, f"{name}_1").v - getattr(self, f"{name}_2").v
             yield v == self.R * i + self.L * der(i)
 
@@ -119,18 +121,15 @@ class CircuitBreaker(_Series):
     Wire b has none: on one side of it stands a star point that is isolated, as in
     `WoundFieldMachine`, so no current is left in b. Closed while `closed` is above 1/2, such as
     ``closed=where(time < 0.2, 1, 0)``: for load rejection, reclosing, and the synchronisation of a
-    machine that runs on its own. Open at the start, it has ``i_a=0, i_c=0``.
+    machine that runs on its own. If it is open at the start, no current may flow then.
     """
 
     closed = Input("1", "closed above 1/2, open below")
-    i_a: Var = var("A", "current of wire a, from 1 to 2")
-    i_c: Var = var("A", "current of wire c, from 1 to 2")
     v_a: Var = var("V", "voltage across the contact in wire a")
     v_c: Var = var("V", "voltage across the contact in wire c")
 
     def equations(self) -> Iterator[Item]:
-        for name, i in (("a", self.i_a), ("b", self.i_b), ("c", self.i_c)):
-            yield from self._through(name, i)
+        yield from super().equations()
         yield self.v_a == self.a_1.v - self.a_2.v
         yield self.b_1.v == self.b_2.v
         yield self.v_c == self.c_1.v - self.c_2.v

@@ -20,6 +20,9 @@ from lumped.ops import cos, pi, sin, sqrt
 __all__ = ["SynchronousMotorStart", "WoundFieldMachine"]
 
 
+_NO_END = float("-inf")
+
+
 class _Damper(NamedTuple):
     """Shorted winding of the rotor; one that the machine does not have carries no current."""
 
@@ -40,13 +43,13 @@ class _Damper(NamedTuple):
 
 
 def _if(axis: str, number: int) -> Callable[[WoundFieldMachine], float]:
-    """Lower end of the parameters of a damper: zero if the machine has it."""
-    return lambda machine: 0.0 if getattr(machine, f"dampers_{axis}") >= number else -1.0
+    """Lower end of the parameters of a damper: zero if the machine has it, none otherwise."""
+    return lambda machine: 0.0 if getattr(machine, f"dampers_{axis}") >= number else _NO_END
 
 
 def _if_steady(machine: WoundFieldMachine) -> float:
-    """Lower end of the voltage at the start: zero if it is needed."""
-    return 0.0 if machine.steady else -1.0
+    """Lower end of the voltage at the start: zero if it is needed, none otherwise."""
+    return 0.0 if machine.steady else _NO_END
 
 
 class WoundFieldMachine(_Machine):

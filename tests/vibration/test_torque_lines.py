@@ -1,6 +1,6 @@
 """Torque lines of inverters and their crossings with natural frequencies.
 
-`tests/data/torsional/inverter_interharmonics`: closed form ``f = (m f_0 +- hertz) / n``.
+`tests/data/torsional/08_inverter_interharmonics`: closed form ``f = (m f_0 +- hertz) / n``.
 """
 
 import csv
@@ -14,7 +14,7 @@ from lumped.components import Inertia, Spring
 from lumped.errors import OptionError
 from lumped.vibration import TorqueLine, line_crossings, sine_triangle_lines, six_pulse_lines
 
-DATA = Path(__file__).parents[1] / "data" / "torsional" / "inverter_interharmonics"
+DATA = Path(__file__).parents[1] / "data" / "torsional" / "08_inverter_interharmonics"
 SPEEDS = np.array([300.0, 1800.0]) * np.pi / 30
 
 

@@ -1,6 +1,6 @@
 """Terminal faults of a turbine generator against tables made by another calculation.
 
-`tests/data/torsional/ieee_first_benchmark`: dq states and fluxes in fixed axes, integrated by
+`tests/data/torsional/03_ieee_first_benchmark`: dq states and fluxes in fixed axes, integrated by
 DOP853 and Radau in SciPy; both agree within 4e-9 pu.
 """
 
@@ -25,7 +25,7 @@ from benchmark_generator import (
 import lumped as lp
 from lumped.components import Inertia, Spring, standard_parameters
 
-DATA = Path(__file__).parents[2] / "data" / "torsional" / "ieee_first_benchmark"
+DATA = Path(__file__).parents[2] / "data" / "torsional" / "03_ieee_first_benchmark"
 FAULTS = {"abc": "three_phase_fault", "bc": "line_to_line_fault"}
 
 

@@ -12,8 +12,10 @@ from lumped.components import (
     CircuitBreaker,
     InfiniteBus,
     PerUnit,
+    QuadraticTorque,
     ShortCircuit,
     Speed,
+    SquirrelCageMotor,
     ThreePhaseLine,
     WoundFieldMachine,
     standard_parameters,
@@ -21,7 +23,7 @@ from lumped.components import (
 )
 from lumped.errors import ConnectError, EquationError, ParameterError
 
-DATA = Path(__file__).parents[2] / "data" / "torsional" / "ieee_first_benchmark"
+DATA = Path(__file__).parents[2] / "data" / "torsional" / "03_ieee_first_benchmark"
 NONE = 1e-10  # pu  resistance where the closed form has none
 X_D, X_Q = STANDARD["X_d"][-1], STANDARD["X_q"][-1]
 
@@ -200,6 +202,52 @@ def test_wrong_synchronisation_follows_the_closed_form(error, V):
     A = (V * np.exp(-1j * error) - 1) / 0.5j
     expected = -(np.conj(A) * (1 - np.exp(1j * X))).real
     assert received == pytest.approx(expected, abs=1e-6)
+
+
+def test_without_voltage_on_its_field_a_round_machine_starts_as_one_with_a_cage():
+    """The field winding and one damper in q are the cage."""
+    x = 2 * np.pi * 60
+    L_m, leak, J = 26.13 / x, 0.754 / x, 0.089
+    cage = SquirrelCageMotor(
+        R_s=0.435, R_r=0.816, L_m=L_m, L_ls=leak, L_lr=leak, pairs=2, J=J, V=180.0, f=60.0
+    )
+    machine = WoundFieldMachine(
+        dampers_d=0,
+        pairs=2,
+        J=J,
+        v_f=0.0,
+        R_s=0.435,
+        L_ls=leak,
+        L_md=L_m,
+        L_mq=L_m,
+        R_f=0.816,
+        L_lf=leak,
+        R_1q=0.816,
+        L_l1q=leak,
+    )
+    fan = QuadraticTorque(tau_nominal=-10.0, w_nominal=185.0)
+    expected = lp.compose(
+        motor=cage,
+        fan=fan,
+        connections=lambda m: [lp.connect(m.motor.flange, m.fan.flange)],
+    )
+    model = lp.compose(
+        bus=InfiniteBus(V=180.0, f=60.0),
+        motor=machine,
+        fan=fan,
+        connections=lambda m: [
+            *wires(m.bus, m.motor),
+            lp.connect(m.motor.flange, m.fan.flange),
+        ],
+    )
+    grid = np.linspace(0.0, 0.6, 301)
+    runs = [
+        lp.simulate(lp.assemble(part), until=0.6, grid=grid, rtol=1e-10)
+        for part in (model, expected)
+    ]
+    for name in ("motor.tau", "motor.w", "motor.i"):
+        received, other = (run[name] for run in runs)
+        assert received == pytest.approx(other, abs=1e-7 * np.abs(other).max())
 
 
 class Rejected(TurbineGenerator):
