@@ -6,7 +6,7 @@ Their pins `a`, `b`, `c` join those of a `WoundFieldMachine`; parts between two 
 Contacts are ideal: closed there is no voltage, open no current. A contact that opens goes on
 conducting, by an arc without voltage, until its current passes zero. The parts that it interrupts
 must have inductances, as machines and lines have. Source: Greenwood, Electrical Transients in Power
-Systems, 2nd ed., ch. 3 and 5.
+Systems, 2nd ed.
 """
 
 from __future__ import annotations

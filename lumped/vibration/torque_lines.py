@@ -1,9 +1,10 @@
 """Torque frequencies of motors on inverters, and the speeds at which they meet frequencies.
 
 Rules of the switching, no analysis: amplitudes follow from the inverter's control and are not
-computed. Sources: Holmes and Lipo, Pulse Width Modulation for Power Converters, ch. 5 (sidebands
-of the sine-triangle modulation); API RP 684, 2nd ed., ch. 3.4 (interharmonics of line-commutated
-inverters).
+computed. The sidebands of the sine-triangle modulation are those of Holmes and Lipo, Pulse Width
+Modulation for Power Converters; a switched inverter has them (tests). The rule of the
+current-source inverter follows from its direct current, whose ripple has six times the frequency of
+the line, and from its six pulses in a period of the motor.
 """
 
 from __future__ import annotations
