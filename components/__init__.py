@@ -85,12 +85,21 @@ from lumped.components.electric.drives import (
     MappedMotor,
     SpeedDrive,
 )
+from lumped.components.electric.machine_data import PerUnit, standard_parameters
 from lumped.components.electric.motors import (
     InductionMotor,
     InverterInductionMotor,
     SquirrelCageMotor,
     SynchronousMotor,
 )
+from lumped.components.electric.network import (
+    CircuitBreaker,
+    InfiniteBus,
+    ShortCircuit,
+    ThreePhaseLine,
+    wires,
+)
+from lumped.components.electric.synchronous import SynchronousMotorStart, WoundFieldMachine
 from lumped.components.electric.thermal import (
     FixedTemperature,
     HeatCapacitor,
@@ -159,6 +168,7 @@ __all__ = [
     "CamSwitch",
     "Capacitor",
     "CascadeControl",
+    "CircuitBreaker",
     "Clutch",
     "Coil",
     "Constant",
@@ -196,6 +206,7 @@ __all__ = [
     "InductionMotor",
     "Inductor",
     "Inertia",
+    "InfiniteBus",
     "Integrator",
     "InverseTorque",
     "Inverter",
@@ -215,6 +226,7 @@ __all__ = [
     "OneWayClutch",
     "PController",
     "PIController",
+    "PerUnit",
     "PeriodicTorque",
     "PickUp",
     "PlaneSpring",
@@ -242,6 +254,7 @@ __all__ = [
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
+    "ShortCircuit",
     "SignTorque",
     "Sine",
     "SlipCoupling",
@@ -264,8 +277,10 @@ __all__ = [
     "Switch",
     "Synchroniser",
     "SynchronousMotor",
+    "SynchronousMotorStart",
     "Table",
     "ThermalConductor",
+    "ThreePhaseLine",
     "Torque",
     "TorqueSensor",
     "Tyre",
@@ -274,5 +289,8 @@ __all__ = [
     "VoltageSensor",
     "VoltageSource",
     "Weight",
+    "WoundFieldMachine",
+    "standard_parameters",
     "translation",
+    "wires",
 ]

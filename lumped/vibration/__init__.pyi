@@ -37,3 +37,8 @@ from lumped.vibration.shape_sensitivity import shape_sensitivity as shape_sensit
 from lumped.vibration.symbolic import expression as expression
 from lumped.vibration.symbolic import symbolic_frequencies as symbolic_frequencies
 from lumped.vibration.synthesis import Synthesis as Synthesis
+from lumped.vibration.torque_lines import LineCrossing as LineCrossing
+from lumped.vibration.torque_lines import TorqueLine as TorqueLine
+from lumped.vibration.torque_lines import line_crossings as line_crossings
+from lumped.vibration.torque_lines import sine_triangle_lines as sine_triangle_lines
+from lumped.vibration.torque_lines import six_pulse_lines as six_pulse_lines

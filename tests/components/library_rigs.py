@@ -35,15 +35,18 @@ from lumped.components import (
 )
 from lumped.components import compliance as rotation
 from lumped.components.control import sequence, signals
-from lumped.components.electric import circuit, drives, thermal
+from lumped.components.electric import circuit, drives, network, synchronous, thermal
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
+START = ((0.0, 0.8, 0.6), (0.5, 1.1, 0.7), (1.0, 0.0, 0.3))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
+    synchronous.SynchronousMotorStart: {"torques": START},
+    synchronous.WoundFieldMachine: {"dampers_d": 2, "dampers_q": 2},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
@@ -65,6 +68,12 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     crank.StrokeLoad: {"s_0": -10.0, "s_1": 10.0},
     drives.FieldOrientedMotor: {"I_max": 10.0, "psi_n": 2.0, "L_m": 1.0},
     circuit.VariableResistor: {"R": 1.5},
+    synchronous.WoundFieldMachine: {
+        f"{kind}{number}{axis}": 0.3 + 0.4 * number
+        for kind in ("R_", "L_l")
+        for number in (1, 2)
+        for axis in "dq"
+    },
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
     synchroniser.Synchroniser: {"u": 0.7},
@@ -180,8 +189,29 @@ KINDS = {
 }
 
 
+class Choke(lp.Component):
+    """Inductance from a wire to the ground: ``L der(i) = v``."""
+
+    pin = lp.Pin()
+    L: lp.Param = lp.param("H", "inductance", above=0)
+    v: lp.Var = lp.var("V", "potential")
+    i: lp.Var = lp.var("A", "current to the ground")
+
+    def equations(self) -> Iterator[lp.Equation]:
+        yield self.pin.v == self.v
+        yield self.pin.i == self.i
+        yield self.L * lp.der(self.i) == self.v
+
+
+CONTACTS = {network.CircuitBreaker, network.ShortCircuit}
+"""What interrupts currents of inductances."""
+
+
 def kinds(cls: type[lp.Component]) -> dict[str, Kind]:
-    return {name: KINDS[type(port)] for name, port in declared(cls, lp.Port).items()}
+    found = {name: KINDS[type(port)] for name, port in declared(cls, lp.Port).items()}
+    if cls in CONTACTS:
+        found |= dict.fromkeys(found, Kind(Choke, "L", "v", Feed, "i", ("pin", "pin")))
+    return found
 
 
 def rig(cls: type[lp.Component], rng: np.random.Generator) -> lp.Component:

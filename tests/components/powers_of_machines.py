@@ -1,10 +1,19 @@
 """Energy, losses and supply of electric machines, circuits and heat."""
 
 import numpy as np
+from library_rigs import START
 from power_terms import Energy, Motion, Power, turning
 
 import lumped as lp
-from lumped.components.electric import circuit, dc_motors, drives, motors, thermal
+from lumped.components.electric import (
+    circuit,
+    dc_motors,
+    drives,
+    motors,
+    network,
+    synchronous,
+    thermal,
+)
 
 
 def voltage(at: Motion) -> complex:
@@ -61,6 +70,50 @@ def cage_supply(at: Motion) -> float:
     return 1.5 * at.p["V"] * i[0, 0]
 
 
+D = ("d", "f", "1d", "2d")
+Q = ("q", "1q", "2q")
+OWN = {"d": ("L_ls", "R_s"), "q": ("L_ls", "R_s")}
+"""Leakage and resistance of the stator; those of the rotor follow the names of its windings."""
+
+
+def wound_currents(at: Motion) -> dict[str, tuple[complex, complex]]:
+    """Flux linkage and current of each winding of a machine with field winding."""
+    found = {}
+    for axis, shared in ((D, "L_md"), (Q, "L_mq")):
+        leakage = [at.p[OWN.get(name, (f"L_l{name}",))[0]] for name in axis]
+        psi = np.array([at.x[f"psi_{name}"] for name in axis])
+        i = np.linalg.solve(np.diag(leakage) + at.p[shared], psi)
+        found |= dict(zip(axis, zip(psi, i, strict=True), strict=True))
+    return found
+
+
+def wound_energy(at: Motion) -> complex:
+    return rotor(at) + 0.75 * sum(psi * i for psi, i in wound_currents(at).values())
+
+
+def wound_heat(at: Motion) -> float:
+    return 1.5 * sum(
+        at.p[OWN.get(name, (None, f"R_{name}"))[1]] * i**2
+        for name, (_, i) in wound_currents(at).items()
+    )
+
+
+def starting(at: Motion) -> float:
+    share = at.p["pairs"] * turning(at) / (2 * np.pi * at.p["f"])
+    speeds, average, pulsating = np.transpose(START)
+    torque = np.interp(share, speeds, average)
+    torque += np.interp(share, speeds, pulsating) * np.cos(at.x["angle"])
+    return at.p["tau_n"] * torque * turning(at)
+
+
+def line_energy(at: Motion) -> complex:
+    return at.p["L"] * sum(at.x[f"i_{name}"] ** 2 for name in "abc") / 2
+
+
+def line_heat(at: Motion) -> float:
+    return at.p["R"] * sum(at.x[f"i_{name}"] ** 2 for name in "abc")
+
+
 STORED: dict[type[lp.Component], Energy] = {
     circuit.Capacitor: lambda at: at.p["C"] * voltage(at) ** 2 / 2,
     circuit.Inverter: lambda at: -at.p["psi"] * at.x["i_dc"],
@@ -83,6 +136,9 @@ STORED: dict[type[lp.Component], Energy] = {
     motors.SynchronousMotor: lambda at: (
         rotor(at) + 0.75 * (at.p["L_d"] * at.x["i_d"] ** 2 + at.p["L_q"] * at.x["i_q"] ** 2)
     ),
+    network.ThreePhaseLine: line_energy,
+    synchronous.SynchronousMotorStart: rotor,
+    synchronous.WoundFieldMachine: wound_energy,
     thermal.HeatCapacitor: lambda at: at.p["C"] * at.v["port"],
 }
 
@@ -103,6 +159,8 @@ DISSIPATED: dict[type[lp.Component], Power] = {
     ),
     dc_motors.SeriesDCMotor: lambda at: at.p["R"] * at.x["i"] ** 2,
     motors.SquirrelCageMotor: cage_heat,
+    network.ThreePhaseLine: line_heat,
+    synchronous.WoundFieldMachine: wound_heat,
     motors.SynchronousMotor: lambda at: 1.5 * at.p["R"] * (at.x["i_d"] ** 2 + at.x["i_q"] ** 2),
 }
 
@@ -119,5 +177,7 @@ SUPPLIED: dict[type[lp.Component], Power] = {
     motors.SynchronousMotor: lambda at: (
         1.5 * (at.p["v_d"] * at.x["i_d"] + at.p["v_q"] * at.x["i_q"])
     ),
+    synchronous.SynchronousMotorStart: starting,
+    synchronous.WoundFieldMachine: lambda at: 1.5 * at.p["v_f"] * wound_currents(at)["f"][1],
     thermal.HeatFlow: lambda at: at.p["Q"],
 }

@@ -8,7 +8,7 @@ from power_terms import Motion, Power, turning
 
 import lumped as lp
 from lumped.components import Torque, cams, loads, rolling, sources, translation
-from lumped.components.electric import circuit, thermal
+from lumped.components.electric import circuit, network, thermal
 
 
 def driving(effort: str) -> Power:
@@ -57,6 +57,7 @@ PRESCRIBED = {
     )
 }
 PRESCRIBED |= {thermal.FixedTemperature, circuit.VoltageSource, circuit.Ground}
+PRESCRIBED |= {network.InfiniteBus}
 
 
 SUPPLIED: dict[type[lp.Component], Power] = {

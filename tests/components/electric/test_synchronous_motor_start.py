@@ -1,0 +1,180 @@
+"""Start of a synchronous motor through natural frequencies, and passages in closed form.
+
+`tests/data/torsional/04_synchronous_motor_start`: DOP853 at 1e-10 and Duhamel's integral with the
+error function of complex argument, both in SciPy.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import lumped as lp
+from lumped.components import (
+    Fixed,
+    Inertia,
+    QuadraticTorque,
+    SpringDamper,
+    SynchronousMotorStart,
+    Torque,
+)
+from lumped.errors import EquationError
+
+DATA = Path(__file__).parents[2] / "data" / "torsional" / "04_synchronous_motor_start"
+SPEEDS = (0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.98, 1)
+AVERAGE = (0.80, 0.85, 0.90, 0.95, 1.00, 1.05, 1.05, 1.00, 0.80, 0.45, 0)
+PULSATING = (0.60, 0.62, 0.65, 0.68, 0.70, 0.72, 0.70, 0.65, 0.55, 0.40, 0.30)
+TORQUES = tuple(zip(SPEEDS, AVERAGE, PULSATING, strict=True))
+F, PAIRS, RATED = 60.0, 2, 40e3
+W_S = 2 * np.pi * F / PAIRS
+
+
+def motor(**given):
+    numbers = {"J": 600.0, "tau_n": RATED, "f": F, "pairs": PAIRS, "torques": TORQUES}
+    return SynchronousMotorStart(**(numbers | given))
+
+
+def train(shafts, bodies, **given):
+    """Motor, shafts and bodies in a row; the last body is a compressor."""
+    return lp.compose(
+        motor=motor(**given),
+        shafts=[SpringDamper(c=c, d=d) for c, d in shafts],
+        bodies=[Inertia(J=J) for J in bodies],
+        load=QuadraticTorque(tau_nominal=-0.3 * RATED, w_nominal=W_S),
+        connections=lambda m: [
+            *lp.chain(
+                m.motor.flange, *(x for p in zip(m.shafts, m.bodies, strict=True) for x in p)
+            ),
+            lp.connect(m.bodies[-1].flange_b, m.load.flange),
+        ],
+    )
+
+
+def columns(name):
+    return np.genfromtxt(DATA / f"{name}.csv", delimiter=",", names=True)
+
+
+def test_a_start_passes_the_natural_frequency_as_the_table_says():
+    table = columns("two_mass_start")
+    system = lp.assemble(train([(6.0e6, 1200.0)], [900.0]))
+    run = lp.simulate(system, until=8.486, grid=table["t_s"], rtol=1e-9)
+    at = np.searchsorted(run.t, table["t_s"] - 1e-12)
+    peak = np.abs(table["shaft1_Nm"]).max()
+    error = np.abs(-run["shafts[0].tau"][at] - table["shaft1_Nm"]).max() / peak
+    print(f"shaft torque: largest deviation {error:.1e} of the peak")
+    assert error < 1e-4
+    assert run["motor.w"][at] * 30 / np.pi == pytest.approx(table["motor_rpm"], abs=1e-3)
+    assert run["motor.f_p"][at] == pytest.approx(table["twice_slip_Hz"], abs=1e-4)
+
+
+def test_the_peak_of_the_start_is_that_of_the_table():
+    system = lp.assemble(train([(6.0e6, 1200.0)], [900.0]))
+    grid = np.linspace(7.1, 7.2, 10_001)
+    run = lp.simulate(system, until=7.2, grid=grid, rtol=1e-9)
+    course = np.abs(run["shafts[0].tau"])
+    row = np.genfromtxt(DATA / "two_mass_peaks.csv", delimiter=",", skip_header=1)[0]
+    assert course.max() == pytest.approx(row[1], rel=1e-5)
+    assert run.t[course.argmax()] == pytest.approx(row[2], abs=2e-5)
+
+
+@pytest.mark.parametrize("phase", [0.0, 2.0])
+def test_a_train_of_three_masses_starts_as_in_another_formulation(phase):
+    """Absolute angles, and the pulsation from the angle of the rotor instead of its speed."""
+    J = np.array([600.0, 80.0, 900.0])
+    c, d = np.array([9.0e6, 5.0e6]), np.array([900.0, 700.0])
+
+    def rates(t, x):
+        phi, w = x[:3], x[3:]
+        twist = c * -np.diff(phi) + d * -np.diff(w)
+        share = w[0] / W_S
+        drive = np.interp(share, SPEEDS, AVERAGE)
+        swing = np.interp(share, SPEEDS, PULSATING)
+        angle = phase + 2 * (2 * np.pi * F * t - PAIRS * phi[0])
+        load = 0.3 * (w[2] / W_S) * abs(w[2] / W_S)
+        torque = [RATED * (drive + swing * np.cos(angle)), 0.0, -RATED * load]
+        return [*w, *((torque + np.diff([0.0, *-twist, 0.0])) / J)]
+
+    t = np.linspace(0.0, 3.0, 601)
+    x = solve_ivp(rates, (0, 3), np.zeros(6), "DOP853", t, rtol=1e-11, atol=1e-11).y
+    expected = c[:, None] * -np.diff(x[:3], axis=0) + d[:, None] * -np.diff(x[3:], axis=0)
+    system = lp.assemble(train(zip(c, d, strict=True), J[1:], phase=phase))
+    run = lp.simulate(system, until=3.0, grid=t, rtol=1e-10)
+    at = np.searchsorted(run.t, t - 1e-12)
+    for number in range(2):
+        received = -run[f"shafts[{number}].tau"][at]
+        error = np.abs(received - expected[number]).max() / np.abs(expected[number]).max()
+        print(f"shaft {number}, phase {phase}: largest deviation {error:.1e} of the peak")
+        assert error < 1e-6
+
+
+W, NU = 2 * np.pi * 20.0, 2 * np.pi * 60.0
+
+
+def passage(zeta, sigma):
+    """``x'' + 2 zeta W x' + W^2 x = W^2 cos(NU t - sigma t^2 / 2)``, from 60 Hz down to 1 Hz."""
+    model = lp.compose(
+        body=Inertia(J=1.0),
+        shaft=SpringDamper(c=W**2, d=2 * zeta * W),
+        wall=Fixed(),
+        drive=Torque(tau=W**2 * lp.ops.cos(NU * lp.time - sigma * lp.time**2 / 2)),
+        connections=lambda m: [
+            *lp.chain(m.wall, m.shaft, m.body),
+            lp.connect(m.body.flange_b, m.drive.flange),
+        ],
+    )
+    until = (NU - 2 * np.pi) / sigma
+    run = lp.simulate(lp.assemble(model), until=until, grid=40_001, rtol=1e-10)
+    return run.t, run["shaft.phi_rel"]
+
+
+def duhamel(end, zeta, sigma):
+    """Duhamel's integral of the passage, by Gauss's rule."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    edges = np.linspace(0.0, end, int(400 * end) + 2)
+    t = edges[:-1, None] + edges[1] * (nodes + 1) / 2
+    damped = W * np.sqrt(1 - zeta**2)
+    answer = np.exp(-zeta * W * (end - t)) * np.sin(damped * (end - t)) * W**2 / damped
+    return (answer * np.cos(NU * t - sigma * t**2 / 2) @ weights).sum() * edges[1] / 2
+
+
+def greatest(x):
+    """Greatest value, by a parabola through the three points about it."""
+    k = x.argmax()
+    a, b = (x[k + 1] - 2 * x[k] + x[k - 1]) / 2, (x[k + 1] - x[k - 1]) / 2
+    return x[k] - b**2 / (4 * a)
+
+
+def test_a_passage_at_constant_rate_amplifies_as_the_table_says():
+    worst = 0.0
+    for row in columns("sweep_closed_form"):
+        if (row["zeta"], row["sweep_Hz_per_s"]) == (0.02, 2.0):
+            continue  # that row is 0.7 % below Duhamel's integral, which is tested below
+        _, x = passage(row["zeta"], 2 * np.pi * row["sweep_Hz_per_s"])
+        error = abs(greatest(np.abs(x)) / row["max_amplification"] - 1)
+        worst = max(worst, error)
+    print(f"passages: largest relative deviation {worst:.1e}")
+    assert worst < 2e-6
+
+
+@pytest.mark.parametrize(("zeta", "rate"), [(0.02, 2.0), (0.0, 5.0), (0.01, 2.0), (0.05, 20.0)])
+def test_a_passage_follows_the_integral_of_duhamel(zeta, rate):
+    t, x = passage(zeta, 2 * np.pi * rate)
+    for k in (np.abs(x).argmax(), len(t) // 2, len(t) - 1):
+        assert x[k] == pytest.approx(duhamel(t[k], zeta, 2 * np.pi * rate), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("rows", "text"),
+    [
+        ((), "has no rows of three numbers"),
+        (((0.0, 1.0),), "has no rows of three numbers"),
+        (((0.0, 1.0, 0.1), (0.0, 1.0, 0.1)), "speeds must increase"),
+        (((-0.1, 1.0, 0.1), (1.0, 0.0, 0.1)), "begin at -0.1"),
+        (((0.0, 1.0, -0.1), (1.0, 0.0, 0.1)), "amplitude -0.1"),
+    ],
+)
+def test_torques_that_make_no_sense_are_refused(rows, text):
+    with pytest.raises(EquationError) as found:
+        lp.assemble(lp.compose(motor=motor(torques=rows)))
+    assert text in str(found.value)
