@@ -9,7 +9,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest
+from lumped.errors import EquationError, ParameterError, UnknownNameError, nearest, told_by
 from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
@@ -258,6 +258,9 @@ def collect(tree: Tree) -> Parameters:
             if local in given:
                 value = given[local]
                 scope = tree.instances[max(node.parent, 0)]
+            elif callable(value):
+                with told_by(node.label, f"the default of '{local}'"):
+                    value = value(node.component)
             if value is None:
                 faults[number] = f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value"
             elif isinstance(value, Expr):

@@ -1,0 +1,152 @@
+"""Kinds of shaft sections by their geometry."""
+
+from __future__ import annotations
+
+import scipy
+
+from lumped import Expr, Param, param
+from lumped.components.shafts.shaft import Section
+from lumped.ops import pi
+
+__all__ = ["Disc", "Hollow", "Keyed", "Solid", "Splined", "Taper"]
+
+
+class _Uniform(Section):
+    """Section of one diameter from end to end."""
+
+    def heavy_diameter(self) -> Expr:
+        """Outside diameter that counts for the inertia, m."""
+        return self.ends()[0]
+
+    def inertia(self) -> Expr:
+        d, bore = self.heavy_diameter(), self.hole()
+        return pi / 32 * self.rho * self.L * (d**4 - bore**4)
+
+
+class Solid(_Uniform):
+    """Solid cylinder: ``c = pi G d^4 / (32 L)``, ``J = pi rho d^4 L / 32``."""
+
+    d: Param = param("m", "diameter", above=0)
+
+    def ends(self) -> tuple[Expr, Expr]:
+        return (d := self.d, d)
+
+
+class Hollow(_Uniform):
+    """Cylinder with a bore: ``c = pi G (d^4 - bore^4) / (32 L)``, J likewise."""
+
+    bore: Param = param("m", "diameter of the bore", min=0)
+    d: Param = param("m", "outside diameter", above=bore)
+
+    def ends(self) -> tuple[Expr, Expr]:
+        return (d := self.d, d)
+
+    def hole(self) -> Expr:
+        return self.bore
+
+
+class Disc(Hollow):
+    """Flange or coupling hub, a disc by diameter and length: ``J = pi rho (d^4 - bore^4) L / 32``.
+
+    The bore is where there is no material; a hub on its shaft has none.
+    """
+
+    symbol = "inertia"
+    bore: Param = param("m", "diameter of the bore", 0.0, min=0)
+    d: Param = param("m", "outside diameter", above=bore)
+
+
+class Keyed(_Uniform):
+    """Shaft with one keyway: stiffness and stress with ``d - t``, inertia with `d`.
+
+    ``d - t`` is the circle that touches the bottom of the keyway: a convention, taken from no
+    standard. `Keyway` gives the stress at its end.
+    """
+
+    bore: Param = param("m", "diameter of the bore", 0.0, min=0)
+    t: Param = param("m", "depth of the keyway, less than the wall", min=0)
+    d: Param = param("m", "diameter", above=bore + 2 * t)
+
+    def ends(self) -> tuple[Expr, Expr]:
+        return (d := self.d - self.t, d)
+
+    def outside(self) -> tuple[Expr, Expr]:
+        return self.d, self.d
+
+    def hole(self) -> Expr:
+        return self.bore
+
+    def heavy_diameter(self) -> Expr:
+        return self.d
+
+
+class Splined(_Uniform):
+    """Splined shaft: stiffness and stress with the root, inertia with ``(d + d_root) / 2``.
+
+    A convention, taken from no standard. No formula of a notch factor could be verified: give
+    `K_ts`.
+    """
+
+    bore: Param = param("m", "diameter of the bore", 0.0, min=0)
+    d_root: Param = param("m", "diameter at the root of the teeth", above=bore)
+    d: Param = param("m", "outside diameter", min=d_root)
+
+    def ends(self) -> tuple[Expr, Expr]:
+        return (d := self.d_root, d)
+
+    def outside(self) -> tuple[Expr, Expr]:
+        return self.d, self.d
+
+    def hole(self) -> Expr:
+        return self.bore
+
+    def heavy_diameter(self) -> Expr:
+        return (self.d + self.d_root) / 2
+
+
+_POINTS = 24
+"""Points of Gauss's rule; its error is below 1e-12 for walls above a fifth of the larger one."""
+
+
+class Taper(Section):
+    """Cone from `d_a` to `d_b`, bored straight: ``c = G / integral(dx / I_p)``.
+
+    Without a bore ``c = 3 pi G d_a^3 d_b^3 / (32 L (d_a^2 + d_a d_b + d_b^2))``; what a bore adds to
+    the integral is taken by Gauss's rule. `stress` is that at the thin end.
+    """
+
+    symbol = "taper"
+    bore: Param = param("m", "diameter of the bore", 0.0, min=0)
+    d_a: Param = param("m", "outside diameter at flange a", above=bore)
+    d_b: Param = param("m", "outside diameter at flange b", above=bore)
+
+    def ends(self) -> tuple[Expr, Expr]:
+        return self.d_a, self.d_b
+
+    def hole(self) -> Expr:
+        return self.bore
+
+    def softness(self, begin: float, end: float) -> Expr:
+        p, q = self._at(begin), self._at(end)
+        mean = (p**2 + p * q + q**2) / (3 * p**3 * q**3)
+        points, weights = scipy.special.roots_legendre(_POINTS)
+        for point, weight in zip(points.tolist(), weights.tolist(), strict=True):
+            d4, hole4 = (p + (q - p) * ((point + 1) / 2)) ** 4, self.bore**4
+            mean = mean + weight / 2 * hole4 / (d4 * (d4 - hole4))
+        return 32 / pi * (end - begin) * self.L * mean
+
+    def spin(self, begin: float, end: float) -> tuple[Expr, Expr]:
+        p, q = self._at(begin), self._at(end)
+        return (end - begin) * self._lever(p, q), (end - begin) * self._lever(q, p)
+
+    def inertia(self) -> Expr:
+        a, b = self.spin(0.0, 1.0)
+        return pi / 32 * self.rho * self.L * (a + b)
+
+    def _at(self, place: float) -> Expr:
+        return self.d_a + place * (self.d_b - self.d_a)
+
+    def _lever(self, p: Expr, q: Expr) -> Expr:
+        """Integral of ``(1 - x) (d^4 - bore^4)``, d from p to q as x goes from 0 to 1."""
+        powers = 5 * p**4 + 4 * p**3 * q + 3 * p**2 * q**2 + 2 * p * q**3 + q**4
+        return powers / 30 - self.bore**4 / 2
