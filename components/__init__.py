@@ -127,7 +127,7 @@ from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import MATERIALS, Material
 from lumped.components.shafts.notches import Fillet, Keyway, RadialHole
 from lumped.components.shafts.sections import Disc, Hollow, Keyed, Solid, Splined, Taper
-from lumped.components.shafts.shaft import Section, Shaft
+from lumped.components.shafts.shaft import Notch, Section, Shaft
 from lumped.components.sources import (
     Acceleration,
     FilteredPosition,
@@ -215,6 +215,7 @@ __all__ = [
     "Minimum",
     "NonCircularGear",
     "NonlinearSpring",
+    "Notch",
     "OneWayClutch",
     "PController",
     "PIController",

@@ -2,43 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
-from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
-from lumped.components.shafts.shaft import neighbours
+from lumped import Component, Expr, Param, param
+from lumped.components.shafts.shaft import Notch, neighbours
 from lumped.errors import UnknownNameError, nearest, shown
 from lumped.language.component import path_of
 from lumped.ops import interpolate, maximum, minimum, pi
 
 __all__ = ["Fillet", "Keyway", "RadialHole"]
-
-
-class _Notch(Component):
-    """Place in a shaft, rigid and without mass, that tells the stress there."""
-
-    symbol = "notch"
-    flange_a = Flange()
-    flange_b = Flange()
-    stress = Output("Pa", "nominal shear stress at the surface")
-    notch_stress = Output("Pa", "largest stress, the notch factor times the nominal one")
-    K_ts: Param = param("1", "notch factor", lambda notch: notch.factor(), above=0)
-    tau: Var = var("N.m", "torque on flange b")
-
-    def factor(self) -> Expr | float:
-        """The notch factor by the fit."""
-        raise NotImplementedError
-
-    def modulus(self) -> Expr:
-        """Polar section modulus for the nominal stress, m3."""
-        raise NotImplementedError
-
-    def equations(self) -> Iterator[Equation]:
-        yield self.flange_a.phi == self.flange_b.phi
-        yield self.flange_b.tau == self.tau
-        yield self.flange_a.tau == -self.tau
-        yield self.stress == self.tau / self.modulus()
-        yield self.notch_stress == self.K_ts * self.stress
 
 
 def _beside(choose: Callable[[Expr, Expr], Expr]) -> Any:
@@ -80,7 +53,7 @@ def _norton(fillet: Fillet) -> Expr:
 FITS = {"pilkey": _pilkey, "norton": _norton}
 """Notch factors of a fillet by name."""
 
-class Fillet(_Notch):
+class Fillet(Notch):
     """Fillet at a step from `D` to `d`: ``notch_stress = K_ts stress``, ``stress = 16 tau/(pi d^3)``.
 
     In a `Shaft` the diameters are those of the sections beside it. `fit` chooses the notch factor:
@@ -123,7 +96,7 @@ class Fillet(_Notch):
         return pi / 16 * self.d**3
 
 
-class Keyway(_Notch):
+class Keyway(Notch):
     """End of an end-milled keyway: ``notch_stress = K_ts stress``, ``stress = 16 tau / (pi d^3)``.
 
     ``K_ts`` is the largest principal stress over the nominal shear stress of the full diameter, the
@@ -155,7 +128,7 @@ class Keyway(_Notch):
         return pi / 16 * self.d**3
 
 
-class RadialHole(_Notch):
+class RadialHole(Notch):
     """Small hole across a shaft: ``notch_stress = 4 stress``, ``stress = 16 tau d/(pi (d^4-bore^4))``.
 
     4 is the largest stress over the shear stress at a round hole in a wide plate (Kirsch, Z. VDI 42

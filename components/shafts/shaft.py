@@ -10,7 +10,20 @@ import itertools
 from collections.abc import Iterator
 from typing import Any
 
-from lumped import Component, Connection, Equation, Expr, Flange, Output, Param, chain, connect, param
+from lumped import (
+    Component,
+    Connection,
+    Equation,
+    Expr,
+    Flange,
+    Output,
+    Param,
+    Var,
+    chain,
+    connect,
+    param,
+    var,
+)
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material, material_of_name
 from lumped.components.shafts.steps import RULES, moved
@@ -21,7 +34,7 @@ from lumped.language.given_numbers import given_number
 from lumped.numerics.uniform_bar import elements_needed
 from lumped.ops import maximum, minimum, pi, smooth, where
 
-__all__ = ["Section", "Shaft", "neighbours"]
+__all__ = ["Notch", "Section", "Shaft", "neighbours"]
 
 
 def _label(part: Component) -> str:
@@ -89,14 +102,14 @@ def _moved_at(side: int) -> Any:
 
 def _count(section: Section) -> int:
     """Number of elements of a section."""
-    lumps, shaft = section.lumps, _shaft(section)
-    if lumps != 0:
-        if not isinstance(lumps, int) or isinstance(lumps, bool) or lumps < 1:
+    given, shaft = section.n_elements, _shaft(section)
+    if given != 0:
+        if not isinstance(given, int) or isinstance(given, bool) or given < 1:
             raise DeclarationError(
-                f"{_label(section)}: lumps = {shown(lumps)}: a whole number of elements, at least 1, "
-                "or 0 for as many as the shaft's f_max needs."
+                f"{_label(section)}: n_elements = {shown(given)}: a whole number, at least 1, or 0 "
+                "for as many as the f_max of the shaft needs."
             )
-        return lumps
+        return given
     if shaft is None:
         return 1
     f_max, accuracy = shaft.limit()
@@ -132,7 +145,7 @@ class Section(Component):
     """Section of a shaft, base of all kinds: ``c = G / softness``, ``stress = tau / W``.
 
     ``softness`` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
-    ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `lumps` or the `f_max` of the
+    ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `n_elements` or the `f_max` of the
     shaft around it asks for more: a structural choice. Their inertia is shared between their ends so
     that total and centre are kept.
 
@@ -148,11 +161,11 @@ class Section(Component):
     stress = Output("Pa", "nominal shear stress where it is largest")
     notch_stress = Output("Pa", "the same, times the notch factor")
     material: str = ""
-    lumps: int = 0
+    n_elements: int = 0
     L: Param = param(
         "m",
         "length, from which steps take no more than all",
-        above=lambda section: maximum(-section.x_a - section.x_b, 0.0),
+        above=lambda section: maximum(0.0, -section.x_a - section.x_b),
     )
     G: Param = param("Pa", "shear modulus", _of_material("G"), above=0)
     rho: Param = param("kg/m3", "density", _of_material("rho"), above=0)
@@ -224,6 +237,36 @@ class Section(Component):
         yield connect(self.elements[-1].flange_b, self.flange_b)
 
 
+class Notch(Component):
+    """Place in a shaft, rigid and without mass, that tells the stress there: base of all notches.
+
+    ``stress = tau / W``, ``notch_stress = K_ts stress``.
+    """
+
+    symbol = "notch"
+    flange_a = Flange()
+    flange_b = Flange()
+    stress = Output("Pa", "nominal shear stress at the surface")
+    notch_stress = Output("Pa", "largest stress, the notch factor times the nominal one")
+    K_ts: Param = param("1", "notch factor", lambda notch: notch.factor(), above=0)
+    tau: Var = var("N.m", "torque on flange b")
+
+    def factor(self) -> Expr | float:
+        """The notch factor by the fit."""
+        raise NotImplementedError
+
+    def modulus(self) -> Expr:
+        """Polar section modulus for the nominal stress, m3."""
+        raise NotImplementedError
+
+    def equations(self) -> Iterator[Equation]:
+        yield self.flange_a.phi == self.flange_b.phi
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+        yield self.stress == self.tau / self.modulus()
+        yield self.notch_stress == self.K_ts * self.stress
+
+
 def _no_sections(shaft: Shaft) -> None:
     raise DeclarationError(
         f"{_label(shaft)}: no sections. Give them in their order, such as "
@@ -291,6 +334,15 @@ class Shaft(Component):
         yield self.J == heavy
 
     def connections(self) -> Iterator[Connection]:
+        self.limit()
+        for part in self.sections:
+            if not isinstance(part, Section | Notch):
+                raise DeclarationError(
+                    f"{_label(part)} is no section of a shaft and no notch. Connect it to an end of "
+                    "the shaft, or between two shafts."
+                )
+        if not any(isinstance(part, Section) for part in self.sections):
+            _no_sections(self)
         yield connect(self.flange_a, self.sections[0].flange_a)
         yield from chain(*self.sections)
         yield connect(self.sections[-1].flange_b, self.flange_b)
