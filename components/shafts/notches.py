@@ -53,6 +53,7 @@ def _norton(fillet: Fillet) -> Expr:
 FITS = {"pilkey": _pilkey, "norton": _norton}
 """Notch factors of a fillet by name."""
 
+
 class Fillet(Notch):
     """Fillet at a step from `D` to `d`: ``notch_stress = K_ts stress``, ``stress = 16 tau/(pi d^3)``.
 

@@ -6,7 +6,7 @@ import scipy
 
 from lumped import Expr, Param, param
 from lumped.components.shafts.shaft import Section
-from lumped.ops import pi
+from lumped.ops import minimum, pi
 
 __all__ = ["Disc", "Hollow", "Keyed", "Solid", "Splined", "Taper"]
 
@@ -126,27 +126,43 @@ class Taper(Section):
     def hole(self) -> Expr:
         return self.bore
 
-    def softness(self, begin: float, end: float) -> Expr:
-        p, q = self._at(begin), self._at(end)
-        mean = (p**2 + p * q + q**2) / (3 * p**3 * q**3)
-        points, weights = scipy.special.roots_legendre(_POINTS)
-        for point, weight in zip(points.tolist(), weights.tolist(), strict=True):
-            d4, hole4 = (p + (q - p) * ((point + 1) / 2)) ** 4, self.bore**4
-            mean = mean + weight / 2 * hole4 / (d4 * (d4 - hole4))
-        return 32 / pi * (end - begin) * self.L * mean
+    def thin(self) -> Expr:
+        return minimum(self.d_a, self.d_b)
 
-    def spin(self, begin: float, end: float) -> tuple[Expr, Expr]:
-        p, q = self._at(begin), self._at(end)
-        return (end - begin) * self._lever(p, q), (end - begin) * self._lever(q, p)
+    def softness(self) -> Expr:
+        return self.L * self._mean_softness(self.d_a, self.d_b, _POINTS)
 
     def inertia(self) -> Expr:
-        a, b = self.spin(0.0, 1.0)
+        a, b = self._levers(self.d_a, self.d_b)
         return pi / 32 * self.rho * self.L * (a + b)
+
+    def shares(self, begin: float, end: float) -> tuple[Expr, Expr, Expr, Expr]:
+        length, (p, q) = end - begin, (self._at(begin), self._at(end))
+        points = _POINTS if length == 1 else 6 + int(_POINTS * length)
+        soft = self.L * self._mean_softness(p, q, points) / self.soft
+        whole = sum(self._levers(self.d_a, self.d_b))
+        heavy_a, heavy_b = (length * lever / whole for lever in self._levers(p, q))
+        thin, thinnest = minimum(p, q), self.thin()
+        modulus = self.polar_moment(thin) * thinnest / (self.polar_moment(thinnest) * thin)
+        return length * soft, heavy_a, heavy_b, modulus
 
     def _at(self, place: float) -> Expr:
         return self.d_a + place * (self.d_b - self.d_a)
 
-    def _lever(self, p: Expr, q: Expr) -> Expr:
-        """Integral of ``(1 - x) (d^4 - bore^4)``, d from p to q as x goes from 0 to 1."""
-        powers = 5 * p**4 + 4 * p**3 * q + 3 * p**2 * q**2 + 2 * p * q**3 + q**4
-        return powers / 30 - self.bore**4 / 2
+    def _mean_softness(self, p: Expr, q: Expr, count: int) -> Expr:
+        """Mean of ``1 / I_p`` as d goes from p to q, with so many points for what a bore adds."""
+        mean, hole4 = (p**2 + p * q + q**2) / (3 * p**3 * q**3), self.bore**4
+        points, weights = scipy.special.roots_legendre(count)
+        for point, weight in zip(points.tolist(), weights.tolist(), strict=True):
+            d4 = (p + (q - p) * ((point + 1) / 2)) ** 4
+            mean = mean + weight / 2 * hole4 / (d4 * (d4 - hole4))
+        return 32 / pi * mean
+
+    def _levers(self, p: Expr, q: Expr) -> tuple[Expr, Expr]:
+        """Means of ``d^4 - bore^4`` as d goes from p to q, with weights that fall and that rise."""
+
+        def lever(p: Expr, q: Expr) -> Expr:
+            powers = 5 * p**4 + 4 * p**3 * q + 3 * p**2 * q**2 + 2 * p * q**3 + q**4
+            return powers / 30 - self.bore**4 / 2
+
+        return lever(p, q), lever(q, p)

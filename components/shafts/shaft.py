@@ -32,6 +32,7 @@ from lumped.language.component import Made, path_of
 from lumped.language.declared import place_of
 from lumped.language.given_numbers import given_number
 from lumped.numerics.uniform_bar import elements_needed
+from lumped.language.expression import Number
 from lumped.ops import maximum, minimum, pi, smooth, where
 
 __all__ = ["Notch", "Section", "Shaft", "neighbours"]
@@ -120,37 +121,33 @@ def _count(section: Section) -> int:
 
 
 def _elements(section: Section) -> list[ShaftElement]:
-    """The pieces of a section, their shares of its stiffness and inertia in proportion."""
+    """The pieces of a section; what steps add to it is spread over all of them."""
     n = _count(section)
-    places = list(itertools.pairwise(i / n for i in range(n + 1)))
-    soft = [section.softness(*ends) for ends in places]
-    soft[0], soft[-1] = soft[0] + section.added(0), soft[-1] + section.added(1)
-    spin = sum(section.spin(0.0, 1.0))
     made = []
-    for ends, one in zip(places, soft, strict=True):
-        c = section.c if n == 1 else section.c * section.total_softness() / one
-        a, b = section.spin(*ends)
+    for i in range(n):
+        soft, heavy_a, heavy_b, modulus = section.shares(i / n, (i + 1) / n)
         made.append(
             ShaftElement(
-                c=c,
-                J_a=section.J * a / spin,
-                J_b=section.J * b / spin,
-                W=section.modulus(*ends),
+                c=section.c / soft,
+                J_a=section.J * heavy_a,
+                J_b=section.J * heavy_b,
+                W=section.W * modulus,
             )
         )
     return made
 
 
 class Section(Component):
-    """Section of a shaft, base of all kinds: ``c = G / softness``, ``stress = tau / W``.
+    """Section of a shaft, base of all kinds: ``c = G / soft``, ``stress = tau / W``.
 
-    ``softness`` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
+    `soft` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
     ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `n_elements` or the `f_max` of the
     shaft around it asks for more: a structural choice. Their inertia is shared between their ends so
     that total and centre are kept.
 
     `material` is the name of one of `MATERIALS`; without it, that of the shaft around it, else
-    steel. `G`, `rho`, `c` and `J` may be given instead of what follows from material and geometry.
+    steel. `G`, `rho`, `soft`, `c`, `J` and `W` may be given instead of what follows from material and
+    geometry.
     `stress` is the nominal shear stress of the element where it is largest, at its thinner end, with
     its sign; responses at rest need ``elements[i].stress``. ``notch_stress = K_ts stress``.
     """
@@ -172,8 +169,15 @@ class Section(Component):
     K_ts: Param = param("1", "notch factor, largest stress over nominal shear stress", 1.0, min=1)
     x_a: Param = param("m", "length that the step at flange a adds", _moved_at(0))
     x_b: Param = param("m", "length that the step at flange b adds", _moved_at(1))
-    c: Param = param("N.m/rad", "torsional stiffness", lambda s: s.G / s.total_softness(), above=0)
+    soft: Param = param("1/m3", "integral of 1 / I_p", lambda s: s.softness(), above=0)
+    c: Param = param("N.m/rad", "torsional stiffness", lambda s: s.stiffness(), above=0)
     J: Param = param("kg.m2", "moment of inertia", lambda s: s.inertia(), above=0)
+    W: Param = param(
+        "m3",
+        "polar section modulus of the thinner end",
+        lambda s: 2 * s.polar_moment(s.thin()) / s.thin(),
+        above=0,
+    )
     elements: Any = Made(_elements)
 
     def ends(self) -> tuple[Expr, Expr]:
@@ -192,34 +196,33 @@ class Section(Component):
         """Diameter of the bore, m."""
         return 0.0
 
-    def softness(self, begin: float, end: float) -> Expr:
-        """Integral of ``1 / I_p`` between two places, shares of the length; 1/m3."""
-        return (end - begin) * self.L / self.polar_moment(self.ends()[0])
+    def softness(self) -> Expr:
+        """Integral of ``1 / I_p`` over the length, 1/m3."""
+        return self.L / self.polar_moment(self.ends()[0])
 
-    def spin(self, begin: float, end: float) -> tuple[Expr | float, Expr | float]:
-        """Inertia between two places, shared between them; in any unit."""
-        return (end - begin) / 2, (end - begin) / 2
-
-    def modulus(self, begin: float, end: float) -> Expr:
-        """Polar section modulus at the thinner of two places, m3."""
+    def stiffness(self) -> Expr:
+        """Torsional stiffness with the lengths that steps add, N.m/rad."""
         a, b = self.ends()
         if a is b:
-            thin = a
-        else:
-            thin = minimum(a + begin * (b - a), a + end * (b - a))
-        return 2 * self.polar_moment(thin) / thin
-
-    def added(self, side: int) -> Expr:
-        """What the step at flange a (0) or b (1) adds to the softness, 1/m3."""
-        return (self.x_a, self.x_b)[side] / self.polar_moment(self.ends()[side])
-
-    def total_softness(self) -> Expr:
-        """Integral of ``1 / I_p`` with the lengths that steps add, 1/m3."""
-        return self.softness(0.0, 1.0) + self.added(0) + self.added(1)
+            return self.G / (self.soft * (1 + (self.x_a + self.x_b) / self.L))
+        added = self.x_a / self.polar_moment(a) + self.x_b / self.polar_moment(b)
+        return self.G / (self.soft + added)
 
     def inertia(self) -> Expr:
         """Moment of inertia, kg.m2."""
         raise NotImplementedError
+
+    def thin(self) -> Expr:
+        """Outside diameter of the thinner end, m."""
+        return self.ends()[0]
+
+    def shares(self, begin: float, end: float) -> tuple[Number, Number, Number, Number]:
+        """What a piece between two places, shares of the length, has of the whole section.
+
+        Of its softness, of its inertia for both ends of the piece, and of its section modulus.
+        """
+        length = end - begin
+        return length, length / 2, length / 2, 1.0
 
     def equations(self) -> Iterator[Equation]:
         stresses = [element.stress for element in self.elements]

@@ -36,6 +36,7 @@ from lumped.components import (
 from lumped.components import compliance as rotation
 from lumped.components.control import sequence, signals
 from lumped.components.electric import circuit, drives, thermal
+from lumped.components.shafts import notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
@@ -55,6 +56,7 @@ FIELDS = {
     sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
+    shaft.Shaft: {"sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.5, L=1.0))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -67,6 +69,10 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     circuit.VariableResistor: {"R": 1.5},
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
+    notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
+    notches.Keyway: {"r": 0.03, "d": 1.0},
+    notches.RadialHole: {"bore": 0.5, "d_hole": 0.1, "d": 1.2},
+    sections.Keyed: {"bore": 0.5, "t": 0.1, "d": 1.2},
     synchroniser.Synchroniser: {"u": 0.7},
     tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
     translation.Backlash: {"b": 10.0},
@@ -86,8 +92,8 @@ POSITIVE = {
 }
 """Inputs that make no sense below zero."""
 
-BASES = {thermal.Heated}
-"""What only stands before another component."""
+BASES = {thermal.Heated, shaft.Notch, shaft.Section}
+"""What only stands before another component, or is the base of several."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:

@@ -202,9 +202,7 @@ def test_the_elements_of_a_cone_keep_its_inertia_and_its_centre():
         for j, end in enumerate("ab"):
             lumps[i + j] += found[f"shaft.sections[0].elements[{i}].J_{end}"]
     density = lambda x: RHO * L * np.pi / 32 * (a + (b - a) * x) ** 4  # noqa: E731
-    expected = [
-        scipy.integrate.quad(lambda x, k=k: x**k * density(x), 0, 1)[0] for k in (0, 1)
-    ]
+    expected = [scipy.integrate.quad(lambda x, k=k: x**k * density(x), 0, 1)[0] for k in (0, 1)]
     assert [lumps.sum(), lumps @ at] == pytest.approx(expected, rel=1e-12)
 
 
@@ -289,7 +287,9 @@ def test_a_frequency_has_the_exact_derivative_by_a_diameter():
 
 
 def test_parts_without_a_material_of_their_own_have_that_of_the_shaft():
-    model = held(Solid(d=0.1, L=1.0), Solid(d=0.1, L=1.0, material="titanium"), material="cast iron")
+    model = held(
+        Solid(d=0.1, L=1.0), Solid(d=0.1, L=1.0, material="titanium"), material="cast iron"
+    )
     received = lp.assemble(model).parameter_values()
     iron, titanium = MATERIALS["cast iron"], MATERIALS["titanium"]
     for i, expected in enumerate((iron, titanium)):
