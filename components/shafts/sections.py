@@ -6,6 +6,7 @@ import scipy
 
 from lumped import Expr, Param, param
 from lumped.components.shafts.shaft import Section
+from lumped.language.expression import Number
 from lumped.ops import minimum, pi
 
 __all__ = ["Disc", "Hollow", "Keyed", "Solid", "Splined", "Taper"]
@@ -57,8 +58,9 @@ class Disc(Hollow):
 
 
 class Keyed(_Uniform):
-    """Shaft with one keyway: stiffness and stress with ``d - t``, inertia with `d`.
+    """Shaft with one keyway: ``c = pi G (d - t)^4 / (32 L)``, ``J = pi rho d^4 L / 32``.
 
+    Less the bore in both. The stress is that of ``d - t``, too.
     ``d - t`` is the circle that touches the bottom of the keyway: a convention, taken from no
     standard. `Keyway` gives the stress at its end.
     """
@@ -81,9 +83,9 @@ class Keyed(_Uniform):
 
 
 class Splined(_Uniform):
-    """Splined shaft: stiffness and stress with the root, inertia with ``(d + d_root) / 2``.
+    """Splined shaft: ``c = pi G d_root^4 / (32 L)``, ``J = pi rho ((d + d_root) / 2)^4 L / 32``.
 
-    A convention, taken from no standard. No formula of a notch factor could be verified: give
+    Less the bore in both. The stress is that of the root. A convention, taken from no standard. No formula of a notch factor could be verified: give
     `K_ts`.
     """
 
@@ -136,10 +138,11 @@ class Taper(Section):
         a, b = self._levers(self.d_a, self.d_b)
         return pi / 32 * self.rho * self.L * (a + b)
 
-    def shares(self, begin: float, end: float) -> tuple[Expr, Expr, Expr, Expr]:
+    def shares(self, begin: float, end: float) -> tuple[Number, Number, Number, Number]:
         length, (p, q) = end - begin, (self._at(begin), self._at(end))
-        points = _POINTS if length == 1 else 6 + int(_POINTS * length)
-        soft = self.L * self._mean_softness(p, q, points) / self.soft
+        soft: Number = 1.0
+        if length < 1:
+            soft = self.L * self._mean_softness(p, q, 6 + int(_POINTS * length)) / self.softness()
         whole = sum(self._levers(self.d_a, self.d_b))
         heavy_a, heavy_b = (length * lever / whole for lever in self._levers(p, q))
         thin, thinnest = minimum(p, q), self.thin()

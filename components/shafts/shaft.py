@@ -138,16 +138,15 @@ def _elements(section: Section) -> list[ShaftElement]:
 
 
 class Section(Component):
-    """Section of a shaft, base of all kinds: ``c = G / soft``, ``stress = tau / W``.
+    """Section of a shaft, base of all kinds: ``c = G / softness``, ``stress = tau / W``.
 
-    `soft` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
+    ``softness`` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
     ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `n_elements` or the `f_max` of the
     shaft around it asks for more: a structural choice. Their inertia is shared between their ends so
     that total and centre are kept.
 
     `material` is the name of one of `MATERIALS`; without it, that of the shaft around it, else
-    steel. `G`, `rho`, `soft`, `c`, `J` and `W` may be given instead of what follows from material and
-    geometry.
+    steel. `G`, `rho`, `c`, `J` and `W` may be given instead of what follows from material and geometry.
     `stress` is the nominal shear stress of the element where it is largest, at its thinner end, with
     its sign; responses at rest need ``elements[i].stress``. ``notch_stress = K_ts stress``.
     """
@@ -169,7 +168,6 @@ class Section(Component):
     K_ts: Param = param("1", "notch factor, largest stress over nominal shear stress", 1.0, min=1)
     x_a: Param = param("m", "length that the step at flange a adds", _moved_at(0))
     x_b: Param = param("m", "length that the step at flange b adds", _moved_at(1))
-    soft: Param = param("1/m3", "integral of 1 / I_p", lambda s: s.softness(), above=0)
     c: Param = param("N.m/rad", "torsional stiffness", lambda s: s.stiffness(), above=0)
     J: Param = param("kg.m2", "moment of inertia", lambda s: s.inertia(), above=0)
     W: Param = param(
@@ -204,9 +202,9 @@ class Section(Component):
         """Torsional stiffness with the lengths that steps add, N.m/rad."""
         a, b = self.ends()
         if a is b:
-            return self.G / (self.soft * (1 + (self.x_a + self.x_b) / self.L))
+            return self.G * self.polar_moment(a) / (self.L + self.x_a + self.x_b)
         added = self.x_a / self.polar_moment(a) + self.x_b / self.polar_moment(b)
-        return self.G / (self.soft + added)
+        return self.G / (self.softness() + added)
 
     def inertia(self) -> Expr:
         """Moment of inertia, kg.m2."""

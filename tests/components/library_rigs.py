@@ -56,7 +56,7 @@ FIELDS = {
     sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
-    shaft.Shaft: {"sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.5, L=1.0))},
+    shaft.Shaft: {"sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -72,7 +72,10 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
     notches.Keyway: {"r": 0.03, "d": 1.0},
     notches.RadialHole: {"bore": 0.5, "d_hole": 0.1, "d": 1.2},
-    sections.Keyed: {"bore": 0.5, "t": 0.1, "d": 1.2},
+    **{kind: {"L": 5.0} for kind in (sections.Disc, sections.Hollow, sections.Solid)},
+    sections.Splined: {"L": 5.0, "bore": 0.5, "d_root": 1.0, "d": 1.2},
+    sections.Keyed: {"L": 5.0, "bore": 0.5, "t": 0.1, "d": 1.2},
+    sections.Taper: {"L": 5.0, "bore": 0.5, "d_a": 0.9, "d_b": 1.4},
     synchroniser.Synchroniser: {"u": 0.7},
     tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
     translation.Backlash: {"b": 10.0},
