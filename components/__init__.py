@@ -144,6 +144,7 @@ from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
+    "MATERIALS",
     "Acceleration",
     "AccelerationSensor",
     "AngleSensor",
@@ -209,7 +210,6 @@ __all__ = [
     "LinearTorque",
     "LoadShare",
     "LossyGear",
-    "MATERIALS",
     "MappedMotor",
     "Material",
     "Minimum",

@@ -12,8 +12,9 @@ __all__ = ["ShaftElement"]
 class ShaftElement(Component):
     """Short piece of a shaft: ``tau = c phi_rel``, its inertia at both ends, ``stress = tau / W``.
 
-    ``J_a der(w_a) = tau_a + tau`` and ``J_b der(w_b) = tau_b - tau`` with ``phi_rel = phi_b - phi_a``.
-    Sections of shafts are rows of such elements. Either flange may stay open.
+    ``J_a der(w_a) = tau_a + tau`` and ``J_b der(w_b) = tau_b - tau``, ``phi_rel = phi_b - phi_a``;
+    `tau` acts at flange b as in `Spring`. Sections of shafts are rows of such elements. Either
+    flange may stay open.
     """
 
     symbol = "shaft"

@@ -55,7 +55,7 @@ FITS = {"pilkey": _pilkey, "norton": _norton}
 
 
 class Fillet(Notch):
-    """Fillet at a step from `D` to `d`: ``notch_stress = K_ts stress``, ``stress = 16 tau/(pi d^3)``.
+    """Fillet at a step from `D` to `d`: ``notch_stress = K_ts stress``, stress = 16 tau/(pi d^3).
 
     In a `Shaft` the diameters are those of the sections beside it. `fit` chooses the notch factor:
 
@@ -102,10 +102,10 @@ class Keyway(Notch):
 
     ``K_ts`` is the largest principal stress over the nominal shear stress of the full diameter, the
     larger of 3.4 at the surface and ``1.953 + 0.1434 y - 0.0021 y^2`` in the fillet at the bottom,
-    ``y = 0.1 d / r``, for ``0.005 <= r/d <= 0.07``; outside it is refused. The keyway is d/4 wide and
-    d/8 deep, its end is round, and there is no key in it. Pilkey, Formulas for Stress, Strain, and
-    Structural Matrices, Table 6-1 IV 1, after Peterson; not read, confirmed in one public source
-    file.
+    ``y = 0.1 d / r``, for ``0.005 <= r/d <= 0.07``; outside it is refused. The keyway is d/4 wide
+    and d/8 deep, its end is round, and there is no key in it. Pilkey, Formulas for Stress, Strain,
+    and Structural Matrices, Table 6-1 IV 1, after Peterson; not read, confirmed in one public
+    source file.
     """
 
     r: Param = param(
@@ -130,12 +130,14 @@ class Keyway(Notch):
 
 
 class RadialHole(Notch):
-    """Small hole across a shaft: ``notch_stress = 4 stress``, ``stress = 16 tau d/(pi (d^4-bore^4))``.
+    """Small hole across a shaft: ``notch_stress = 4 stress``, ``stress = tau / W``.
+
+    ``W = pi (d^4 - bore^4) / (16 d)``.
 
     4 is the largest stress over the shear stress at a round hole in a wide plate (Kirsch, Z. VDI 42
-    (1898) 797: ``3 p + p`` for tension p one way and pressure p the other). It holds for a hole much
-    smaller than the shaft and through a wall; beyond a tenth of the diameter it is refused. No fit
-    for larger holes could be verified: give their `K_ts` to a section.
+    (1898) 797: ``3 p + p`` for tension p one way and pressure p the other). It holds for a hole
+    much smaller than the shaft; beyond a tenth of the diameter, a bound chosen here, it is refused.
+    No fit for larger holes could be verified: give their `K_ts` to a section.
     """
 
     bore: Param = param("m", "diameter of the bore", 0.0, min=0)

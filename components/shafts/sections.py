@@ -6,6 +6,9 @@ import scipy
 
 from lumped import Expr, Param, param
 from lumped.components.shafts.shaft import Section
+from lumped.errors import DeclarationError
+from lumped.language.component import path_of
+from lumped.language.declared import values_of
 from lumped.language.expression import Number
 from lumped.ops import minimum, pi
 
@@ -85,8 +88,8 @@ class Keyed(_Uniform):
 class Splined(_Uniform):
     """Splined shaft: ``c = pi G d_root^4 / (32 L)``, ``J = pi rho ((d + d_root) / 2)^4 L / 32``.
 
-    Less the bore in both. The stress is that of the root. A convention, taken from no standard. No formula of a notch factor could be verified: give
-    `K_ts`.
+    Less the bore in both. The stress is that of the root. A convention, taken from no standard. No
+    formula of a notch factor could be verified: give `K_ts`.
     """
 
     bore: Param = param("m", "diameter of the bore", 0.0, min=0)
@@ -113,14 +116,15 @@ _POINTS = 24
 class Taper(Section):
     """Cone from `d_a` to `d_b`, bored straight: ``c = G / integral(dx / I_p)``.
 
-    Without a bore ``c = 3 pi G d_a^3 d_b^3 / (32 L (d_a^2 + d_a d_b + d_b^2))``; what a bore adds to
-    the integral is taken by Gauss's rule. `stress` is that at the thin end.
+    Without a bore ``c = 3 pi G d_a^3 d_b^3 / (32 L (d_a^2 + d_a d_b + d_b^2))``; what a bore adds
+    to the integral is taken by Gauss's rule. `stress` is that at the thin end.
     """
 
     symbol = "taper"
     bore: Param = param("m", "diameter of the bore", 0.0, min=0)
     d_a: Param = param("m", "outside diameter at flange a", above=bore)
     d_b: Param = param("m", "outside diameter at flange b", above=bore)
+    soft: Param = param("1/m3", "integral of 1 / I_p", lambda t: t.integral(), above=0)
 
     def ends(self) -> tuple[Expr, Expr]:
         return self.d_a, self.d_b
@@ -132,6 +136,10 @@ class Taper(Section):
         return minimum(self.d_a, self.d_b)
 
     def softness(self) -> Expr:
+        return self.soft
+
+    def integral(self) -> Expr:
+        """Integral of ``1 / I_p`` over the length, 1/m3."""
         return self.L * self._mean_softness(self.d_a, self.d_b, _POINTS)
 
     def inertia(self) -> Expr:
@@ -142,7 +150,12 @@ class Taper(Section):
         length, (p, q) = end - begin, (self._at(begin), self._at(end))
         soft: Number = 1.0
         if length < 1:
-            soft = self.L * self._mean_softness(p, q, 6 + int(_POINTS * length)) / self.softness()
+            if "soft" in values_of(self):
+                raise DeclarationError(
+                    f"{path_of(self)} (Taper): soft is given, but a cone that is cut into elements "
+                    "needs it from its diameters. Give c instead."
+                )
+            soft = self.L * self._mean_softness(p, q, 4 + int(_POINTS * length)) / self.soft
         whole = sum(self._levers(self.d_a, self.d_b))
         heavy_a, heavy_b = (length * lever / whole for lever in self._levers(p, q))
         thin, thinnest = minimum(p, q), self.thin()

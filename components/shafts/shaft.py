@@ -6,7 +6,6 @@ expressions, so a natural frequency has an exact derivative by a diameter.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -30,9 +29,9 @@ from lumped.components.shafts.steps import RULES, moved
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
 from lumped.language.component import Made, path_of
 from lumped.language.declared import place_of
+from lumped.language.expression import Number
 from lumped.language.given_numbers import given_number
 from lumped.numerics.uniform_bar import elements_needed
-from lumped.language.expression import Number
 from lumped.ops import maximum, minimum, pi, smooth, where
 
 __all__ = ["Notch", "Section", "Shaft", "neighbours"]
@@ -141,14 +140,15 @@ class Section(Component):
     """Section of a shaft, base of all kinds: ``c = G / softness``, ``stress = tau / W``.
 
     ``softness`` is the integral of ``1 / I_p`` over the length, ``I_p = pi (d^4 - bore^4) / 32``;
-    ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `n_elements` or the `f_max` of the
-    shaft around it asks for more: a structural choice. Their inertia is shared between their ends so
-    that total and centre are kept.
+    ``W = 2 I_p / d``. A section is a row of `ShaftElement`, one unless `n_elements` or the `f_max`
+    of the shaft around it asks for more: a structural choice. Their inertia is shared between their
+    ends so that total and centre are kept.
 
     `material` is the name of one of `MATERIALS`; without it, that of the shaft around it, else
-    steel. `G`, `rho`, `c`, `J` and `W` may be given instead of what follows from material and geometry.
-    `stress` is the nominal shear stress of the element where it is largest, at its thinner end, with
-    its sign; responses at rest need ``elements[i].stress``. ``notch_stress = K_ts stress``.
+    steel. `G`, `rho`, `c`, `J` and `W` may be given instead of what follows from material and
+    geometry. `stress` is the nominal shear stress of the element where it is largest, at its
+    thinner end, with its sign; a response takes the element that is so at its operating point, the
+    first at rest; the others are ``elements[i].stress``. ``notch_stress = K_ts stress``.
     """
 
     symbol = "shaft"
@@ -282,8 +282,8 @@ class Shaft(Component):
     places between them. `material`, or `G` and `rho`, hold for all that do not say otherwise.
 
     `step` is the rule for the length that a sudden step adds to its thinner side and takes from the
-    thicker one: ``"computed"`` (finite volumes, sharp corner), ``"textbook"`` (a table of the trade),
-    or ``"none"``. It counts outside diameters of solid parts.
+    thicker one: ``"computed"`` (finite volumes, sharp corner), ``"textbook"`` (a table of the
+    trade), or ``"none"``. It counts outside diameters of solid parts.
 
     With `f_max`, the highest frequency of interest in Hz, each section is cut into as many elements
     as a uniform bar needs for natural frequencies up to there with the relative error `accuracy`
@@ -339,8 +339,8 @@ class Shaft(Component):
         for part in self.sections:
             if not isinstance(part, Section | Notch):
                 raise DeclarationError(
-                    f"{_label(part)} is no section of a shaft and no notch. Connect it to an end of "
-                    "the shaft, or between two shafts."
+                    f"{_label(part)} is no section of a shaft and no notch. Connect it to an end "
+                    "of the shaft, or between two shafts."
                 )
         if not any(isinstance(part, Section) for part in self.sections):
             _no_sections(self)

@@ -19,9 +19,10 @@ __all__ = ["RULES", "moved"]
 def _computed(small: Expr, large: Expr) -> Expr:
     """``u (0.106436 - 0.151035 ln u + 0.217521 u - 0.248238 u^2 + 0.0824799 u^3)``, u = 1 - d/D.
 
-    Fitted to finite-volume solutions of ``div(r^3 grad psi) = 0`` at nine ratios D/d from 1.05 to 6,
-    whose own error is below 4e-4 of d; the largest deviation is 1.6e-4 of the length. For a shaft in
-    a half space it gives 0.158 d, between the bounds 0.147 (rigid disc) and 0.170 (linear stress).
+    Fitted to finite-volume solutions of ``div(r^3 grad psi) = 0`` at nine ratios D/d from 1.05 to
+    6, whose own error is below 4e-4 of d; the largest deviation is 1.6e-4 of the length. For a
+    shaft in a half space it gives 0.158 d, between the bounds 0.147 (rigid disc) and 0.170 (linear
+    stress).
     """
     u = 1 - small / large
     bend = 0.2175208 + u * (-0.24823753 + u * 0.08247986)
@@ -31,8 +32,8 @@ def _computed(small: Expr, large: Expr) -> Expr:
 def _textbook(small: Expr, large: Expr) -> Expr:
     """Rows D/d = 1, 1.25, 1.5, 2, 3, infinity: 0, 0.055, 0.085, 0.1, 0.107, 0.125, joined by lines.
 
-    Beyond 3 the line is over d/D. The table is often printed in the trade, but no source of it could
-    be read, so it is from memory. Up to 30 % shorter than computed.
+    Beyond 3 the line is over d/D. The table is often printed in the trade, but no source of it
+    could be read, so it is from memory. Up to 30 % shorter than computed.
     """
     inside = interpolate(minimum(large / small, 3.0), (1, 1.25, 1.5, 2, 3), _ROWS)
     return inside + 0.018 * maximum(1 - 3 * small / large, 0.0)

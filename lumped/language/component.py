@@ -230,7 +230,13 @@ class Component:
             raise UnknownNameError(
                 f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
             )
-        return values.get(slot, self._default(slot))
+        held = values.get(slot, self._parts[slot])
+        if isinstance(held, Made):
+            raise DeclarationError(
+                f"{type(self).__name__}: its parts '{slot}' follow from its own values. Change "
+                "those."
+            )
+        return held
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
 

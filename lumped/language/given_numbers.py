@@ -1,4 +1,4 @@
-"""Numbers of parameters before a model is assembled, for structural choices that follow from them."""
+"""Numbers of parameters before a model is assembled, for structural choices made of them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def given_number(component: Component, name: str) -> float:
     elif callable(value):
         value = value(component)
     if not isinstance(value, Expr):
-        return float("nan") if value is None else float(value)  # type: ignore[arg-type]
+        return float("nan") if value is None else float(value)
 
     def leaf(node: Expr) -> ca.SX:
         if isinstance(node, Ref):

@@ -57,9 +57,8 @@ def dynamic_stiffness(c: float, transit: float, w: np.ndarray) -> np.ndarray:
 
     ``K = c x / sin(x) [[cos(x), -1], [-1, cos(x)]]`` with ``x = w T``; the solution of
     ``G I_p phi'' + w^2 rho I_p phi = 0`` between the ends (Clough and Penzien, Dynamics of
-    Structures, gives that of the bar in tension, which is the same with other letters). At ``w = 0``
-    it is the spring ``c``; about zero it differs from spring and consistent inertia by order
-    ``w^4``. Where ``x`` is a multiple of pi the ends clamped are in resonance, and K is infinite.
+    Structures, gives that of the bar in tension, the same in other letters). At ``w = 0`` it is the
+    spring `c`. Where `x` is a multiple of pi the clamped bar is in resonance, and K is infinite.
 
     Parameters
     ----------
