@@ -24,6 +24,7 @@ from lumped import (
     var,
 )
 from lumped.components.shafts.element import ShaftElement
+from lumped.components.shafts.fineness import elements_needed
 from lumped.components.shafts.materials import Material, material_of_name
 from lumped.components.shafts.steps import RULES, moved
 from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
@@ -31,7 +32,6 @@ from lumped.language.component import Made, path_of
 from lumped.language.declared import place_of
 from lumped.language.expression import Number
 from lumped.language.given_numbers import given_number
-from lumped.numerics.uniform_bar import elements_needed
 from lumped.ops import maximum, minimum, pi, smooth, where
 
 __all__ = ["Notch", "Section", "Shaft", "neighbours"]
@@ -286,8 +286,9 @@ class Shaft(Component):
     trade), or ``"none"``. It counts outside diameters of solid parts.
 
     With `f_max`, the highest frequency of interest in Hz, each section is cut into as many elements
-    as a uniform bar needs for natural frequencies up to there with the relative error `accuracy`
-    (`lumped.numerics.uniform_bar.elements_needed`). Their number is fixed at assembly, by the
+    as a uniform bar needs for natural frequencies up to there with the relative error `accuracy`:
+    ``pi f_max L sqrt(rho / G) / sqrt(3 accuracy)``, see
+    `lumped.components.shafts.fineness.elements_needed`. Their number is fixed at assembly, by the
     lengths and materials as written. ``f_max = 0`` is one element for each section.
     """
 

@@ -1,55 +1,10 @@
-"""Torsional vibration of a uniform bar: how finely it is cut, and its exact stiffness."""
+"""Torsional vibration of a uniform bar: its exact stiffness at a frequency."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from lumped.errors import OptionError
-from lumped.support.arguments import checked
-
-__all__ = ["dynamic_stiffness", "elements_needed"]
-
-
-@checked
-def elements_needed(transit: float, f_max: float, accuracy: float) -> int:
-    """Number of equal elements, half their inertia at each end, that a uniform bar is cut into.
-
-    In a row of n such elements a wave of the frequency ``f`` of the bar has the frequency
-    ``f sin(x) / x`` with ``x = pi f T / n``, `T` the time a wave takes from end to end. At free and
-    at clamped ends this is exact, so all natural frequencies are too low by ``1 - sin(x) / x``, and
-    that is less than ``x^2 / 6``. Up to `f_max` the error stays below `accuracy` if
-    ``n >= pi f_max T / sqrt(6 accuracy)``.
-
-    Parameters
-    ----------
-    transit : float
-        Time a wave takes from end to end, s: length times ``sqrt(rho / G)``.
-    f_max : float
-        Highest frequency of interest, Hz.
-    accuracy : float
-        Relative error allowed of natural frequencies up to there.
-
-    Returns
-    -------
-    int
-        At least one.
-
-    Raises
-    ------
-    OptionError
-        If a time or frequency is negative, or the accuracy not between 0 and 1.
-    """
-    if transit < 0 or f_max < 0:
-        name, value, unit = ("f_max", f_max, "Hz") if f_max < 0 else ("transit", transit, "s")
-        raise OptionError(f"elements_needed: {name} = {value:g} {unit} must not be negative.")
-    if not 0 < accuracy < 1:
-        raise OptionError(
-            f"elements_needed: accuracy = {accuracy:g}: a relative error between 0 and 1, such as "
-            "0.01."
-        )
-    return max(1, math.ceil(math.pi * f_max * transit / math.sqrt(6 * accuracy)))
+__all__ = ["dynamic_stiffness"]
 
 
 def dynamic_stiffness(c: float, transit: float, w: np.ndarray) -> np.ndarray:

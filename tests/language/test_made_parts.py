@@ -1,5 +1,7 @@
 """Parts and defaults that follow from structural choices."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -30,7 +32,9 @@ class Rod(lp.Component):
 
     def connections(self):
         yield lp.connect(self.flange_a, self.bodies[0].flange_a)
-        yield from lp.chain(self.bodies[0], *sum(zip(self.springs, self.bodies[1:]), ()))
+        yield from lp.chain(
+            self.bodies[0], *itertools.chain(*zip(self.springs, self.bodies[1:], strict=True))
+        )
         yield lp.connect(self.bodies[-1].flange_b, self.flange_b)
 
 
@@ -108,7 +112,7 @@ def test_a_parameter_may_need_another_bound_one_twice():
     """``c`` by way of ``a`` and of ``b``, which needs ``a`` too: no circle."""
 
     class Diamond(lp.Component):
-        """``c = b + a``"""
+        """``c = a + b + a``."""
 
         x: lp.Param = lp.param("1", "free", 2.0)
         c: lp.Param = lp.param("1", "last", lambda d: d.a + d.b + d.a)
@@ -126,7 +130,7 @@ def test_a_parameter_may_need_another_bound_one_twice():
 
 def test_a_circle_of_defaults_is_refused():
     class Circle(lp.Component):
-        """``a = b``, ``b = a``"""
+        """``a = b``, ``b = a``."""
 
         a: lp.Param = lp.param("1", "one", lambda c: c.b)
         b: lp.Param = lp.param("1", "other", lambda c: c.a)
@@ -154,7 +158,7 @@ def test_what_makes_no_parts_is_refused():
 
 def test_a_bound_parameter_out_of_range_is_not_told_beside_its_cause():
     class Narrow(lp.Component):
-        """``b = a``"""
+        """``b = 2 a``."""
 
         a: lp.Param = lp.param("1", "cause", above=0)
         b: lp.Param = lp.param("1", "effect", lambda n: 2 * n.a, above=0)
