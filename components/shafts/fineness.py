@@ -18,8 +18,8 @@ def elements_needed(transit: float, f_max: float, accuracy: float) -> int:
     and clamped ends this holds for all natural frequencies, so they are too low by
     ``1 - sin(x) / x < x^2 / 6``. A body at an end sees a torque too small by ``cos(x)``, which
     makes the condition at the end, ``cot(q L) = b q``, one of ``b q tan(x) / x``. That lowers the
-    wave number `q` by at most another ``x^2 / 6``, as ``q L >= sin(q L) cos(q L)``. So the error up to
-    `f_max` stays below `accuracy`, whatever bodies are at the ends, if
+    wave number `q` by at most another ``x^2 / 6``, as ``q L >= sin(q L) cos(q L)``. So the error up
+    to `f_max` stays below `accuracy`, whatever bodies are at the ends, if
     ``n >= pi f_max T / sqrt(3 accuracy)``; without bodies it is half of that.
 
     Parameters
