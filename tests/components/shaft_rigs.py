@@ -6,7 +6,7 @@ from pathlib import Path
 import lumped as lp
 from lumped.components import Disc, Fixed, Hollow, Keyed, Shaft, Solid, Splined, Taper, Torque
 
-DATA = Path(__file__).parents[1] / "data" / "torsional" / "shafts"
+DATA = Path(__file__).parents[1] / "data" / "torsional" / "05_shaft_sections"
 G, RHO = 80e9, 7850.0
 
 
