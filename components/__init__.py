@@ -139,6 +139,11 @@ from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
+from lumped.components.shafts.element import ShaftElement
+from lumped.components.shafts.materials import MATERIALS, Material
+from lumped.components.shafts.notches import Fillet, Keyway, RadialHole
+from lumped.components.shafts.sections import Disc, Hollow, Keyed, Solid, Splined, Taper
+from lumped.components.shafts.shaft import Notch, Section, Shaft
 from lumped.components.sources import (
     Acceleration,
     FilteredPosition,
@@ -155,6 +160,7 @@ from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
+    "MATERIALS",
     "Acceleration",
     "AccelerationSensor",
     "AngleSensor",
@@ -181,6 +187,7 @@ __all__ = [
     "Cylinder",
     "DCMotor",
     "Damper",
+    "Disc",
     "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
@@ -190,6 +197,7 @@ __all__ = [
     "Expression",
     "FedPI",
     "FieldOrientedMotor",
+    "Fillet",
     "Filter",
     "FilteredPosition",
     "FilteredSpeed",
@@ -202,6 +210,7 @@ __all__ = [
     "HeatCapacitor",
     "HeatFlow",
     "Heated",
+    "Hollow",
     "IdealGear",
     "InductionMotor",
     "Inductor",
@@ -212,6 +221,8 @@ __all__ = [
     "Inverter",
     "InverterInductionMotor",
     "JournalFriction",
+    "Keyed",
+    "Keyway",
     "Latch",
     "LimitedPI",
     "Limiter",
@@ -220,9 +231,11 @@ __all__ = [
     "LossSpring",
     "LossyGear",
     "MappedMotor",
+    "Material",
     "Minimum",
     "NonCircularGear",
     "NonlinearSpring",
+    "Notch",
     "OneWayClutch",
     "PController",
     "PIController",
@@ -241,6 +254,7 @@ __all__ = [
     "QuasiStaticExcitedDCMotor",
     "QuasiStaticSeriesDCMotor",
     "RackAndPinion",
+    "RadialHole",
     "Ramp",
     "RateLimiter",
     "RelativeAngleSensor",
@@ -251,17 +265,22 @@ __all__ = [
     "RotatingMass",
     "SampleHold",
     "SampledPI",
+    "Section",
     "SelectableGear",
     "SeparatelyExcitedDCMotor",
     "SeriesDCMotor",
+    "Shaft",
+    "ShaftElement",
     "ShortCircuit",
     "SignTorque",
     "Sine",
     "SlipCoupling",
+    "Solid",
     "Speed",
     "SpeedDrive",
     "SpeedProfile",
     "SpeedSensor",
+    "Splined",
     "Spring",
     "SpringDamper",
     "SquareRootController",
@@ -279,6 +298,7 @@ __all__ = [
     "SynchronousMotor",
     "SynchronousMotorStart",
     "Table",
+    "Taper",
     "ThermalConductor",
     "ThreePhaseLine",
     "Torque",

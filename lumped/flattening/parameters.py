@@ -9,7 +9,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from lumped.errors import EquationError, OptionError, ParameterError, UnknownNameError, nearest
+from lumped.errors import (
+    EquationError,
+    OptionError,
+    ParameterError,
+    UnknownNameError,
+    nearest,
+    told_by,
+)
 from lumped.flattening.tree import Instance, Tree
 from lumped.language.declared import quantities_of, values_of
 from lumped.language.expression import Expr, Ref, as_expr, walk
@@ -183,7 +190,17 @@ class Parameters:
             With path, value and unit of each.
         """
         found = self._ruled_function(theta)[0]
-        _refuse(model, [text for _, text, _ in self._faults(found[None], np.arange(len(found)))])
+        faults = self._faults(found[None], np.arange(len(found)))
+        _refuse(model, [text for rule, text, _ in faults if not self._follows(rule, faults)])
+
+    def _follows(self, rule: int, faults: list[tuple[int, str, np.ndarray]]) -> bool:
+        """Whether a bound parameter is out of range only because one that it follows from is."""
+        if rule >= len(self.declared) or rule in self._places:
+            return False
+        limits = len(self.declared)
+        numbers = {r if r < limits else self.ordered[r - limits][0] for r, *_ in faults}
+        causes = [self._places[number] for number in numbers if number in self._places]
+        return bool(causes) and ca.depends_on(self.values[rule], self.theta[causes])
 
     def outside(
         self, theta: np.ndarray, places: list[int], values: np.ndarray
@@ -293,6 +310,9 @@ def collect(tree: Tree) -> Parameters:
             if local in given:
                 value = given[local]
                 scope = tree.instances[max(node.parent, 0)]
+            elif callable(value):
+                with told_by(node.label, f"the default of '{local}'"):
+                    value = value(node.component)
             if value is None:
                 faults[number] = f"{names[-1]} ({quantity.text}, {quantity.unit}) has no value"
             elif isinstance(value, Expr):
@@ -349,7 +369,7 @@ def _bind(
 
     for start in expressions:
         stack = [start]
-        on_stack = {start}
+        waiting_for: set[int] = set()
         while stack:
             number = stack[-1]
             if number in done:
@@ -366,15 +386,15 @@ def _bind(
                 values[number] = lowered
                 done.add(number)
                 stack.pop()
-                on_stack.discard(number)
+                waiting_for.discard(number)
                 continue
-            for n in waiting:
-                if n in on_stack:
+            waiting_for.add(number)
+            for n in dict.fromkeys(waiting):
+                if n in waiting_for:
                     raise ParameterError(
                         f"{names[number]} and {names[n]} are bound to each other in a circle. "
                         "Give one of them a number."
                     )
-                on_stack.add(n)
                 stack.append(n)
 
 
@@ -395,7 +415,7 @@ def _source(tree: Tree, leaf: Expr, scope: Instance) -> int:
     if isinstance(leaf, Ref) and isinstance(leaf.quantity, Param):
         node, name = tree.find(leaf.owner, scope), leaf.name
     elif isinstance(leaf, Param):
-        name = leaf.name
+        node, name = _declaring(tree, leaf, scope), leaf.name
     else:
         raise EquationError(
             f"{scope.label}: '{leaf!r}' is not a parameter; parameters and start values are bound "
@@ -407,6 +427,16 @@ def _source(tree: Tree, leaf: Expr, scope: Instance) -> int:
             f"{scope.label} does not have."
         )
     return node.first_parameter + node.layout.parameters[name]
+
+
+def _declaring(tree: Tree, leaf: Param, scope: Instance) -> Instance:
+    """The component around a part that declares a parameter, `scope` if none has this very one."""
+    node = scope
+    while node.layout.declared.get(leaf.name) is not leaf:
+        if node.parent < 0:
+            return scope
+        node = tree.instances[node.parent]
+    return node
 
 
 def start_values(tree: Tree, parameters: Parameters) -> tuple[dict[int, ca.SX], dict[int, ca.SX]]:

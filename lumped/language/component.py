@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
-from lumped.errors import DeclarationError, UnknownNameError, nearest, shown
+from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, told_by
 from lumped.language.expression import Equation, Expr
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
@@ -20,7 +20,7 @@ from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import plain
 
-__all__ = ["Component", "Outline", "is_part", "path_of", "steps"]
+__all__ = ["Component", "Made", "Outline", "is_part", "path_of", "steps"]
 
 Outline = tuple[str, Sequence[tuple[Expr | float, Expr | float]]]
 """A name, and points in a plane."""
@@ -42,6 +42,39 @@ class _PartSlot:
 
     def __get__(self, obj: Component | None, owner: type) -> Any:
         return self.default if obj is None else obj._part(self.name)
+
+
+class Made:
+    """Parts that a function makes of a component, as many as its structural choices need.
+
+    Written as a class attribute, ``pieces = Made(function)``. Parameters of the parts may be bound
+    to expressions of the component's own, or of what stands beside it.
+
+    Parameters
+    ----------
+    function : callable
+        Gets the component and gives a list or dictionary of parts.
+    """
+
+    def __init__(self, function: Callable[[Any], Any]) -> None:
+        self._function = function
+
+    def parts(self, component: Component, name: str) -> Any:
+        """The parts of a component.
+
+        Raises
+        ------
+        DeclarationError
+            If the function gives anything else.
+        """
+        with told_by(component._label(), f"the parts '{name}'"):
+            made = self._function(component)
+        if not is_part(made):
+            raise DeclarationError(
+                f"{component._label()}: '{name}' is made as {shown(made)}; a component (or list or "
+                "dictionary of components) is needed."
+            )
+        return made
 
 
 class _FieldSlot:
@@ -130,11 +163,12 @@ class Component:
         object.__setattr__(self, "_place", None)
         object.__setattr__(self, "_bound", {})
         if any(name in self._parts for name in given):
-            _refuse_shared(type(self).__name__, {n: self._default(n) for n in self._parts})
+            held = {name: given.get(name, default) for name, default in self._parts.items()}
+            _refuse_shared(type(self).__name__, held)
 
     _values: dict[str, Any]
     _place: tuple[Component, str] | None
-    _bound: dict[str, Any]
+    _bound: dict[str | Made, Any]
 
     def equations(self) -> Iterable[Item]:
         """Equations of the component, and its `hold` and `when` items; yielded one by one."""
@@ -196,7 +230,13 @@ class Component:
             raise UnknownNameError(
                 f"{type(self).__name__} has no part '{slot}'. {nearest(slot, self._parts)}"
             )
-        return values.get(slot, self._default(slot))
+        held = values.get(slot, self._parts[slot])
+        if isinstance(held, Made):
+            raise DeclarationError(
+                f"{type(self).__name__}: its parts '{slot}' follow from its own values. Change "
+                "those."
+            )
+        return held
 
     if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
 
@@ -245,7 +285,12 @@ class Component:
         return f"{path} ({kind})" if path else kind
 
     def _default(self, name: str) -> Any:
-        return self._values.get(name, self._parts.get(name))
+        held = self._values.get(name, self._parts.get(name))
+        if not isinstance(held, Made):
+            return held
+        if held not in self._bound:
+            self._bound[held] = held.parts(self, name)
+        return self._bound[held]
 
     def _checked(self, name: str, value: Any) -> Any:
         kind = type(self).__name__
@@ -335,7 +380,7 @@ def _table_of(
         return tables[0]
     if isinstance(value, Port):
         return tables[1]
-    if is_part(value) and (value or name in annotations or name in tables[2]):
+    if isinstance(value, Made) or is_part(value):
         return tables[2]
     if inspect.isroutine(value) or isinstance(value, property | classmethod | staticmethod):
         return None
@@ -401,6 +446,8 @@ def is_part(value: object) -> bool:
 def _refuse_shared(kind: str, parts: Mapping[str, Any]) -> None:
     seen: dict[int, str] = {}
     for name, held in parts.items():
+        if isinstance(held, Made):
+            continue
         if isinstance(held, Component):
             members: Iterable[tuple[str, Component]] = [(name, held)]
         elif isinstance(held, Mapping):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from lumped.language.component import Component
+from lumped.language.component import Component, Made
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
 
@@ -65,7 +65,7 @@ def origins_of(scope: Component) -> dict[int, str]:
     declared = [item for base in bases for item in base._parts.items()]
     places: dict[int, str] = {}
     for slot, held in (*declared, *((slot, scope._default(slot)) for slot in scope._parts)):
-        if slot not in scope._parts:
+        if slot not in scope._parts or isinstance(held, Made):
             continue
         if isinstance(held, Component):
             places[id(held)] = slot

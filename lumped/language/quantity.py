@@ -17,6 +17,9 @@ StateWish = Literal["always", "prefer", "default", "avoid", "never"]
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""
 
+Default = Number | Callable[[Any], Number | None]
+"""Value of a parameter that is not given; a function gives it, or None, for a component."""
+
 
 _LARGEST = 1e100
 """No quantity is larger in SI units; squares of it do not overflow."""
@@ -95,7 +98,7 @@ class Param(Quantity, Expr):
         self,
         unit: str,
         text: str,
-        default: Number | None,
+        default: Default | None,
         *,
         min: Limit | None,
         max: float | None,
@@ -208,7 +211,7 @@ class Output(Signal):
 def param(
     unit: str,
     text: str,
-    default: Number | None = None,
+    default: Default | None = None,
     *,
     min: Limit | None = None,
     max: float | None = None,
@@ -223,8 +226,9 @@ def param(
     ----------
     unit, text : str
         SI unit and meaning.
-    default : float or expression, optional
-        Value if none is given; without it the parameter must be given.
+    default : float, expression or function, optional
+        Value if none is given; without it the parameter must be given. A function gives it for a
+        component, where it depends on a structural choice or on what stands beside the component.
     min, max : float, optional
         Range with its ends.
     above, below : float, optional

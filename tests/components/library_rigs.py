@@ -36,6 +36,7 @@ from lumped.components import (
 from lumped.components import compliance as rotation
 from lumped.components.control import sequence, signals
 from lumped.components.electric import circuit, drives, network, synchronous, thermal
+from lumped.components.shafts import notches, sections, shaft
 
 ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
@@ -58,6 +59,7 @@ FIELDS = {
     sequence.PositionSequencer: {"targets": (0.5, -1.0)},
     sequence.SpeedProfile: {"sections": ((-1.0, 0.5), (0.0, 2.0), (1.0, 0.8))},
     noncircular.NonCircularGear: {"transmission": lambda x: -(x + 0.4 * lp.ops.sin(2 * x))},
+    shaft.Shaft: {"sections": (sections.Solid(d=1.0, L=2.0), sections.Solid(d=1.0, L=1.0))},
     lossy_gear.LossyGear: {"losses": ((0.0, 0.9, 0.8, 0.5, 0.7), (3.0, 0.7, 0.8, 0.6, 0.7))},
 }
 """Structural fields without a usable default."""
@@ -76,6 +78,13 @@ SENSIBLE: dict[type[lp.Component], dict[str, float]] = {
     },
     impact.Backlash: {"b": 10.0},
     linkages.GuidedRod: {"length": 10.0},
+    notches.Fillet: {"r": 0.2, "d": 1.0, "D": 1.4},
+    notches.Keyway: {"r": 0.03, "d": 1.0},
+    notches.RadialHole: {"bore": 0.5, "d_hole": 0.1, "d": 1.2},
+    **{kind: {"L": 5.0} for kind in (sections.Disc, sections.Hollow, sections.Solid)},
+    sections.Splined: {"L": 5.0, "bore": 0.5, "d_root": 1.0, "d": 1.2},
+    sections.Keyed: {"L": 5.0, "bore": 0.5, "t": 0.1, "d": 1.2},
+    sections.Taper: {"L": 5.0, "bore": 0.5, "d_a": 0.9, "d_b": 1.4},
     synchroniser.Synchroniser: {"u": 0.7},
     tyre.Tyre: {"T_d": 0.02, "v_low": 0.2},
     translation.Backlash: {"b": 10.0},
@@ -95,8 +104,8 @@ POSITIVE = {
 }
 """Inputs that make no sense below zero."""
 
-BASES = {thermal.Heated}
-"""What only stands before another component."""
+BASES = {thermal.Heated, shaft.Notch, shaft.Section}
+"""What only stands before another component, or is the base of several."""
 
 
 def discovered() -> Iterator[type[lp.Component]]:

@@ -9,6 +9,7 @@ from power_terms import Energy, Motion, Power
 import lumped as lp
 from lumped.components import Inertia, contact, impact, translation
 from lumped.components import compliance as rotation
+from lumped.components.shafts import element, sections, shaft
 
 
 def elastic(free_length: str) -> Energy:
@@ -74,8 +75,49 @@ def carried(mass: str) -> Energy:
     return lambda at: at.p[mass] * at.v["flange"] ** 2 / 2 if at.p["u"] > 0.5 else 0.0
 
 
+def element_energy(at: Motion) -> complex:
+    moving = at.p["J_a"] * at.v["flange_a"] ** 2 + at.p["J_b"] * at.v["flange_b"] ** 2
+    return (at.p["c"] * at.rel(at.q) ** 2 + moving) / 2
+
+
+def cylinder_energy(at: Motion) -> complex:
+    moving = at.p["J"] * (at.v["flange_a"] ** 2 + at.v["flange_b"] ** 2) / 2
+    return (at.p["c"] * at.rel(at.q) ** 2 + moving) / 2
+
+
+def cone_energy(at: Motion) -> complex:
+    """The inertia stands at the ends so that its centre is kept."""
+    x, weight = np.polynomial.legendre.leggauss(8)
+    x = (1 + x) / 2
+    density = weight * ((at.p["d_a"] + (at.p["d_b"] - at.p["d_a"]) * x) ** 4 - at.p["bore"] ** 4)
+    share = density @ x / density.sum()
+    moving = (1 - share) * at.v["flange_a"] ** 2 + share * at.v["flange_b"] ** 2
+    return (at.p["c"] * at.rel(at.q) ** 2 + at.p["J"] * moving) / 2
+
+
+def shaft_energy(at: Motion) -> complex:
+    """Two solid sections of diameter 1 m, 2 m and 1 m long."""
+    between = at.x["sections[0].elements[0].w_b"]
+    energy, per_metre = 0.0, np.pi / 32
+    ends = (at.v["flange_a"], between, at.v["flange_b"])
+    for i, L in enumerate((2.0, 1.0)):
+        twist = at.x[f"sections[{i}].elements[0].phi_rel"]
+        J = at.p["rho"] * per_metre * L
+        energy += (
+            at.p["G"] * per_metre / L * twist**2 + J * (ends[i] ** 2 + ends[i + 1] ** 2) / 2
+        ) / 2
+    return energy
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
+    **dict.fromkeys(
+        (sections.Disc, sections.Hollow, sections.Keyed, sections.Solid, sections.Splined),
+        cylinder_energy,
+    ),
+    element.ShaftElement: element_energy,
+    sections.Taper: cone_energy,
+    shaft.Shaft: shaft_energy,
     contact.ElastoBacklash: play_energy,
     impact.PickUp: carried("J"),
     rotation.NonlinearSpring: by_rows("phi_rel0"),

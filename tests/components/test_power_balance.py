@@ -16,6 +16,7 @@ from power_terms import Energy, Motion, Power
 from powers_of_sources import PRESCRIBED
 
 import lumped as lp
+from lumped.language.declared import has_parts
 from lumped.language.switch import Hold
 
 STATES = 25
@@ -68,7 +69,7 @@ def motions(cls: type[lp.Component]) -> Iterator[tuple[Motion, np.ndarray]]:
     speeds = [f'bodies["{name}"].{kind.speed}' for name, kind in joined.items()]
     flows = [f"part.{name}.{port.flow_name}" for name, port in ports.items()]
     system = lp.assemble(rig(cls, rng), keep=positions)
-    held = [] if declared(cls, lp.Component) else holds(cls)
+    held = [] if has_parts(cls) else holds(cls)
     sizes = np.cumsum([len(ports)] * 3 + [len(held)])
     read = system.function(
         [*positions, *speeds, *flows, *(r for r, _ in held), *(s for _, s in held)]

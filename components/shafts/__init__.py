@@ -1,0 +1,1 @@
+"""Shafts by geometry and material: sections, notches, and sections in line."""

@@ -1,0 +1,463 @@
+"""Shafts by geometry and material: stiffness, inertia, stress, and how finely they are cut."""
+
+import numpy as np
+import pytest
+import scipy
+from shaft_rigs import RHO, G, free, held, metres, rows, section
+
+import lumped as lp
+from lumped.components import (
+    MATERIALS,
+    Disc,
+    Fillet,
+    Fixed,
+    Hollow,
+    Keyed,
+    Keyway,
+    RadialHole,
+    Shaft,
+    Solid,
+    Splined,
+    Taper,
+    Torque,
+)
+from lumped.components.shafts.fineness import elements_needed
+from lumped.errors import DeclarationError, OptionError, ParameterError, UnknownNameError
+from lumped.numerics.uniform_bar import dynamic_stiffness
+
+CLOSED = 1e-8  # digits of the tables
+
+
+def values(model, *names):
+    point = lp.start_point(lp.assemble(model))
+    return [float(point[name]) for name in names]
+
+
+@pytest.mark.parametrize("n", [1, 5])
+@pytest.mark.parametrize("row", rows("sections"), ids=lambda row: row["row"])
+def test_stiffness_and_inertia_follow_from_geometry(row, n):
+    system = lp.assemble(held(section(row, n_elements=n)))
+    point, found = lp.start_point(system), system.parameter_values()
+    elements = [f"shaft.sections[0].elements[{i}]" for i in range(n)]
+    soft = sum(1 / found[f"{element}.c"] for element in elements)
+    heavy = sum(found[f"{element}.J_{end}"] for element in elements for end in "ab")
+    c, J = float(row["stiffness_Nm_per_rad"]), float(row["inertia_kgm2"])
+    errors = [point["shaft.c"] / c, 1 / soft / c, point["shaft.J"] / J, heavy / J]
+    print(f"{row['row']}: {np.abs(np.subtract(errors, 1)).max():.1e}")
+    assert errors == pytest.approx([1.0] * 4, rel=CLOSED)
+
+
+RULES = {
+    "none": ("stiffness_no_penetration", CLOSED),
+    "textbook": ("stiffness_textbook_table", CLOSED),
+    "computed": ("stiffness_computed_table_linear_interpolation", 1e-4),
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("row", rows("stepped_shafts"), ids=lambda row: row["row"])
+def test_steps_add_length_to_the_thinner_part(row, rule):
+    parts = []
+    for text in row["sections_mm"].split(" | "):
+        L, d = text.split(" x d")
+        parts.append(Solid(d=float(d) / 1e3, L=float(L) / 1e3))
+    column, tolerance = RULES[rule]
+    received = values(held(*parts, step=rule), "shaft.c", "shaft.J")
+    expected = [float(row[column]), float(row["inertia_kgm2"])]
+    print(f"{row['row']}, {rule}: {received[0] / expected[0] - 1:.1e}")
+    assert received[0] == pytest.approx(expected[0], rel=tolerance)
+    assert received[1] == pytest.approx(expected[1], rel=CLOSED)
+
+
+def test_the_computed_step_is_that_of_the_table_and_lies_between_the_bounds():
+    def share(ratio):
+        model = held(Solid(d=0.1, L=1.0), Solid(d=0.1 * ratio, L=10.0 * ratio))
+        return lp.assemble(model).parameter_values()["shaft.sections[0].x_b"] / 0.1
+
+    worst = 0.0
+    for row in rows("step_penetration_computed"):
+        expected = float(row["lambda_over_D1_shift_of_the_step"])
+        received = share(float(row["D2_over_D1"]))
+        worst = max(worst, abs(received / expected - 1))
+    print(f"fit of the table: {worst:.1e}")
+    assert worst < 2e-4
+    assert 0.14726 < share(1e4) < 0.16977  # rigid disc, and linear stress, on a half space
+    assert share(1.0) == 0
+
+
+def test_a_step_shortens_the_thicker_part_by_what_it_adds_to_the_thinner_one():
+    found = lp.assemble(held(Solid(d=0.1, L=1.0), Hollow(d=0.15, bore=0.02, L=1.0)))
+    x = found.parameter_values()
+    assert x["shaft.sections[1].x_a"] == -x["shaft.sections[0].x_b"] < 0
+    assert x["shaft.sections[0].x_a"] == x["shaft.sections[1].x_b"] == 0
+
+
+def test_a_cone_that_meets_cylinders_without_a_step_adds_no_length():
+    model = held(Solid(d=0.1, L=0.2), Taper(d_a=0.1, d_b=0.15, L=0.2), Keyed(d=0.15, t=0.01, L=0.1))
+    x = lp.assemble(model).parameter_values()
+    received = [x[f"shaft.sections[{i}].x_{end}"] for i in range(3) for end in "ab"]
+    expected = [0.0] * 6
+    assert received == expected
+
+
+@pytest.mark.parametrize("row", rows("fillet_torsion"), ids=lambda row: row["row"])
+@pytest.mark.parametrize("fit", ["pilkey", "norton"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_fillet_takes_its_diameters_from_its_neighbours(row, fit, turned):
+    parts = [
+        Solid(d=metres(row, "D"), L=1.0),
+        Fillet(r=metres(row, "r"), fit=fit),
+        Solid(d=metres(row, "d"), L=1.0),
+    ]
+    T = float(row["T_Nm"])
+    model = held(*(parts[::-1] if turned else parts), tau=T)
+    point = lp.equilibrium(lp.assemble(model))
+    at = "shaft.sections[1]"
+    expected = float(row["tau_nominal_MPa"])
+    factor = float(row["Kts_pilkey_fit" if fit == "pilkey" else "Kts_second_fit"])
+    assert point[f"{at}.stress"] == pytest.approx(1e6 * expected, rel=CLOSED)
+    assert point[f"{at}.notch_stress"] == pytest.approx(1e6 * expected * factor, rel=CLOSED)
+    if fit == "pilkey":
+        assert expected * factor == pytest.approx(float(row["tau_max_MPa"]), rel=CLOSED)
+
+
+def test_a_keyway_has_the_factors_of_its_chart():
+    """r/d = 0.0208: 1.953 + 0.1434 y - 0.0021 y^2 with y = 4.8077; sharper than 0.0069 it leads."""
+    parts = [Solid(d=0.1, L=0.2), Keyway(), Keyed(d=0.1, t=0.0125, L=0.1)]
+    known = lp.assemble(held(*parts)).parameter_values()
+    assert known["shaft.sections[1].K_ts"] == 3.4
+    sharp = lp.assemble(held(parts[0], Keyway(r=0.0005), parts[2])).parameter_values()
+    assert sharp["shaft.sections[1].K_ts"] == pytest.approx(1.953 + 2.868 - 0.84, rel=1e-12)
+
+
+def test_a_small_hole_has_the_factor_of_kirsch():
+    d, bore, T = 0.1, 0.04, 500.0
+    model = held(
+        Hollow(d=d, bore=bore, L=1.0),
+        RadialHole(d_hole=0.005, bore=bore),
+        Hollow(d=d, bore=bore, L=1.0),
+        tau=T,
+    )
+    point = lp.equilibrium(lp.assemble(model))
+    received = point["shaft.sections[1].notch_stress"]
+    expected = 4 * 16 * T * d / (np.pi * (d**4 - bore**4))
+    assert received == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 4])
+def test_each_section_tells_its_nominal_stress(n):
+    T = 3000.0
+    parts = [
+        (Solid(d=0.1, L=0.3, n_elements=n), 0.1, 0.0),
+        (Hollow(d=0.1, bore=0.05, L=0.3, n_elements=n), 0.1, 0.05),
+        (Taper(d_a=0.1, d_b=0.08, bore=0.02, L=0.3, n_elements=n), 0.08, 0.02),
+        (Taper(d_a=0.08, d_b=0.12, L=0.3, n_elements=n), 0.08, 0.0),
+        (Keyed(d=0.12, t=0.01, L=0.3, n_elements=n), 0.11, 0.0),
+        (Splined(d=0.12, d_root=0.1, bore=0.03, L=0.3, n_elements=n, K_ts=1.7), 0.1, 0.03),
+        (Disc(d=0.3, L=0.1, n_elements=n), 0.3, 0.0),
+    ]
+    point = lp.equilibrium(lp.assemble(held(*(part for part, *_ in parts), tau=-T)))
+    for i, (_, d, bore) in enumerate(parts):
+        expected = -16 * T * d / (np.pi * (d**4 - bore**4))
+        assert point[f"shaft.sections[{i}].stress"] == pytest.approx(expected, rel=1e-12)
+    spline = point["shaft.sections[5].notch_stress"] / point["shaft.sections[5].stress"]
+    assert spline == pytest.approx(1.7, rel=1e-12)
+
+
+def test_the_stress_of_a_section_is_the_largest_of_its_elements_with_its_sign():
+    model = free(Solid(d=0.1, L=2.0, n_elements=6))
+    elements = [f"shaft.sections[0].elements[{i}]" for i in range(6)]
+    twists = np.random.default_rng(4).uniform(-1e-3, 1e-3, 6)
+    start = {f"{e}.phi_rel": twist for e, twist in zip(elements, twists, strict=True)}
+    point = lp.start_point(lp.assemble(model), start=start)
+    stresses = np.array([G * twist * 0.05 / (2.0 / 6) for twist in twists])
+    received = point["shaft.sections[0].stress"]
+    expected = stresses[np.abs(stresses).argmax()]
+    assert received == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_bored_cone_is_as_stiff_as_the_integral_says(n):
+    a, b, bore, L = 0.1, 0.2, 0.08, 0.7
+    soft, _ = scipy.integrate.quad(
+        lambda x: 32 / np.pi / ((a + (b - a) * x) ** 4 - bore**4), 0, 1, epsabs=0, epsrel=1e-13
+    )
+    heavy, _ = scipy.integrate.quad(
+        lambda x: np.pi / 32 * ((a + (b - a) * x) ** 4 - bore**4), 0, 1, epsabs=0, epsrel=1e-13
+    )
+    there, back = (
+        values(held(Taper(d_a=p, d_b=q, bore=bore, L=L, n_elements=n)), "shaft.c", "shaft.J")
+        for p, q in ((a, b), (b, a))
+    )
+    expected = [G / (soft * L), RHO * heavy * L]
+    assert there == pytest.approx(expected, rel=1e-11)
+    assert back == pytest.approx(expected, rel=1e-11)
+
+
+def test_the_elements_of_a_cone_keep_its_inertia_and_its_centre():
+    n, a, b, L = 4, 0.05, 0.2, 0.8
+    found = lp.assemble(held(Taper(d_a=a, d_b=b, L=L, n_elements=n))).parameter_values()
+    at = np.arange(n + 1) / n
+    lumps = np.zeros(n + 1)
+    for i in range(n):
+        for j, end in enumerate("ab"):
+            lumps[i + j] += found[f"shaft.sections[0].elements[{i}].J_{end}"]
+    density = lambda x: RHO * L * np.pi / 32 * (a + (b - a) * x) ** 4  # noqa: E731
+    expected = [scipy.integrate.quad(lambda x, k=k: x**k * density(x), 0, 1)[0] for k in (0, 1)]
+    assert [lumps.sum(), lumps @ at] == pytest.approx(expected, rel=1e-12)
+
+
+L_BAR, D_BAR, F_MAX = 3.0, 0.09, 2500.0
+SPEED = np.sqrt(G / RHO)
+
+
+def bar_frequencies(fixed):
+    """Natural frequencies of the continuous bar up to the limit, Hz."""
+    number = np.arange(1, 40)
+    shares = (2 * number - 1) / 4 if fixed else number / 2
+    found = shares * SPEED / L_BAR
+    return found[found <= F_MAX]
+
+
+@pytest.mark.parametrize("accuracy", [0.02, 0.002])
+@pytest.mark.parametrize("fixed", [False, True])
+def test_as_many_elements_as_a_frequency_limit_needs(fixed, accuracy):
+    bar = Solid(d=D_BAR, L=L_BAR)
+    limit = {"f_max": F_MAX, "accuracy": accuracy}
+    model = held(bar, **limit) if fixed else free(bar, **limit)
+    found = lp.modes(lp.assemble(model)).hertz
+    found = found[found > 1.0]
+    continuous = bar_frequencies(fixed)
+    errors = 1 - found[: len(continuous)] / continuous
+    n = len(found)
+    x = np.pi * continuous * L_BAR / SPEED / n
+    print(f"{n} elements: error up to {errors.max():.2e} of {accuracy}")
+    assert errors == pytest.approx(1 - np.sin(x) / x, rel=1e-6, abs=1e-9)
+    assert 0 < errors.max() <= accuracy / 2
+
+
+@pytest.mark.parametrize("share", [0.1, 1.0, 10.0, 100.0])
+def test_the_limit_holds_with_a_body_at_the_end(share):
+    """The wave equation: ``cot(q L) = share q L``; for heavy bodies the limit is just met."""
+    limits = (1e-5, 1e-3)
+    found = [
+        scipy.optimize.brentq(
+            lambda x: np.cos(x) - share * x * np.sin(x), i * np.pi, (i + 0.5) * np.pi, xtol=1e-14
+        )
+        for i in range(len(limits))
+    ]
+    errors = []
+    hertz = np.array(found) * SPEED / (2 * np.pi * L_BAR)
+    for exact, accuracy in zip(hertz, limits, strict=True):
+        shaft = Shaft(sections=[Solid(d=D_BAR, L=L_BAR)], f_max=1.0001 * exact, accuracy=accuracy)
+        model = lp.compose(
+            wall=Fixed(),
+            shaft=shaft,
+            body=lp.components.Inertia(J=share * np.pi / 32 * RHO * L_BAR * D_BAR**4),
+            connections=lambda m: lp.chain(m.wall, m.shaft, m.body),
+        )
+        received = lp.modes(lp.assemble(model)).hertz
+        errors.append((1 - received[np.abs(received - exact).argmin()] / exact) / accuracy)
+    print(f"body of {share:g} bars: {errors[0]:.2f} and {errors[1]:.2f} of the error allowed")
+    assert 0 < min(errors) < max(errors) < 1
+    if share >= 10:
+        assert errors[0] > 0.7
+
+
+def test_the_number_of_elements_is_found_from_lengths_and_materials_as_written():
+    class Drive(lp.Component):
+        """One section twice as long as the other."""
+
+        half: lp.Param = lp.param("m", "half the length", above=0)
+        shaft: Shaft = Shaft(
+            sections=[Solid(d=0.1, L=2 * half), Solid(d=0.1, L=half, material="aluminium")],
+            f_max=4000.0,
+            G=70e9,
+        )
+
+    system = lp.assemble(Drive(half=0.5))
+    received = [
+        sum(f"sections[{i}]" in name and name.endswith("phi_rel") for name in system.state_names)
+        for i in range(2)
+    ]
+    other = MATERIALS["aluminium"]
+    expected = [
+        elements_needed(1.0 * np.sqrt(RHO / 70e9), 4000.0, 0.01),
+        elements_needed(0.5 * np.sqrt(other.rho / other.G), 4000.0, 0.01),
+    ]
+    assert received == expected
+    assert min(expected) > 1
+
+
+def test_a_frequency_has_the_exact_derivative_by_a_diameter():
+    """Disc J on a bar with half its inertia: ``w^2 = c / (J + J_bar / 2)``, c and J_bar as d^4."""
+    d, L, J = 0.06, 0.8, 0.5
+
+    def model(kind):
+        return lp.compose(
+            wall=Fixed(),
+            shaft=Shaft(sections=[kind]),
+            disc=lp.components.Inertia(J=J),
+            connections=lambda m: lp.chain(m.wall, m.shaft, m.disc),
+        )
+
+    modes = lp.modes(lp.assemble(model(Solid(d=d, L=L))))
+    name = "shaft.sections[0].d"
+    sensitivity = lp.vibration.eigen_sensitivity(modes, to=[name])
+    c, J_bar = np.pi / 32 * G * d**4 / L, np.pi / 32 * RHO * L * d**4
+    w = np.sqrt(c / (J + J_bar / 2))
+    expected = w / d * 2 * (1 - (J_bar / 2) / (J + J_bar / 2)) / (2 * np.pi)
+    received = float(np.ravel(sensitivity.hertz)[0])
+    print(f"d f / d d: {received:.6g} Hz/m, error {received / expected - 1:.1e}")
+    assert modes.hertz[0] == pytest.approx(w / (2 * np.pi), rel=1e-10)
+    assert received == pytest.approx(expected, rel=1e-9)
+
+
+def test_parts_without_a_material_of_their_own_have_that_of_the_shaft():
+    parts = [Solid(d=0.1, L=1.0), Solid(d=0.1, L=1.0, material="titanium")]
+    model = held(*parts, material="cast iron")
+    received = lp.assemble(model).parameter_values()
+    iron, titanium = MATERIALS["cast iron"], MATERIALS["titanium"]
+    for i, expected in enumerate((iron, titanium)):
+        assert received[f"shaft.sections[{i}].G"] == expected.G
+        assert received[f"shaft.sections[{i}].rho"] == expected.rho
+    system = lp.assemble(model)
+    softer = system.parameter_values({"shaft.G": iron.G / 2})
+    assert softer["shaft.sections[0].c"] == pytest.approx(received["shaft.sections[0].c"] / 2)
+    assert softer["shaft.sections[1].c"] == received["shaft.sections[1].c"]
+
+
+def test_a_section_stands_alone():
+    model = lp.compose(
+        wall=Fixed(),
+        shaft=Solid(d=0.1, L=0.5, n_elements=3, material="aluminium"),
+        load=Torque(tau=100.0),
+        connections=lambda m: lp.chain(m.wall, m.shaft, m.load),
+    )
+    point = lp.equilibrium(lp.assemble(model, keep=["shaft.flange_b.phi"]))
+    received = point["shaft.flange_b.phi"]
+    expected = 100.0 * 32 * 0.5 / (np.pi * MATERIALS["aluminium"].G * 0.1**4)
+    assert received == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_run_keeps_its_energy_and_shows_the_peak_of_the_stress():
+    """A torque step on a bar at rest doubles the static torque at the first turning point."""
+    T = 1000.0
+    system = lp.assemble(held(Solid(d=0.1, L=1.0), tau=T))
+    run = lp.simulate(system, until=0.01, rtol=1e-10, certify=True)
+    stress, d = "shaft.sections[0].stress", "shaft.sections[0].d"
+    found = lp.gradient(system, of=[lp.functionals.peak(stress)], to=[d], until=0.01, rtol=1e-10)
+    expected = 2 * 16 * T / (np.pi * 0.1**3)
+    assert run[stress].max() == pytest.approx(expected, rel=1e-4)
+    assert found.values[0] == pytest.approx(expected, rel=1e-7)
+    assert found.derivatives[0, 0] == pytest.approx(-3 * expected / 0.1, rel=1e-6)
+    assert run.certificate.energy.error < 1e-8
+
+
+def test_the_response_of_a_stress_is_that_of_the_torque_over_the_modulus():
+    J, hertz = 0.2, np.array([10.0, 60.0])
+    model = lp.compose(
+        wall=Fixed(),
+        shaft=Shaft(sections=[Solid(d=0.05, L=1.0)]),
+        disc=lp.components.Inertia(J=J),
+        load=Torque(tau=0.0),
+        connections=lambda m: lp.chain(m.wall, m.shaft, m.disc, m.load),
+    )
+    response = lp.frequency_response(
+        lp.assemble(model),
+        inputs=["load.tau"],
+        outputs=["shaft.sections[0].stress"],
+        hertz=hertz,
+    )
+    received = np.abs(response["shaft.sections[0].stress", "load.tau"])
+    c, half = np.pi / 32 * G * 0.05**4, np.pi / 64 * RHO * 0.05**4
+    w = 2 * np.pi * hertz
+    expected = np.abs(c / (c - w**2 * (J + half))) * 16 / (np.pi * 0.05**3)
+    assert received == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_dynamic_stiffness_solves_the_wave_equation():
+    """Against the ordinary differential equation of a turning, twisting bar."""
+    c, transit = 7e5, 2e-4
+    for w in (0.0, 3000.0, 2.1e4, 8e4):
+
+        def along(x, y, w=w):
+            return [y[1] / c, -c * (w * transit) ** 2 * y[0]]
+
+        solved = [
+            scipy.integrate.solve_ivp(along, (0, 1), start, rtol=1e-12, atol=1e-14).y[:, -1]
+            for start in ([1.0, 0.0], [0.0, 1.0])
+        ]
+        (p, r), (q, s) = solved  # angle and torque at b for an angle, and a torque, at a
+        expected = np.array([[p / q, -1 / q], [r - s * p / q, s / q]])
+        received = dynamic_stiffness(c, transit, np.array([w]))[0]
+        assert received == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_dynamic_stiffness_has_the_poles_and_zeros_of_the_bar():
+    c, transit = 7e5, 2e-4
+    clamped_free = np.array([0.5, 1.5]) * np.pi / transit
+    received = dynamic_stiffness(c, transit, clamped_free)[:, 1, 1] / c
+    assert np.abs(received).max() < 1e-12
+    lossy = dynamic_stiffness(c * 1.02j, transit / np.sqrt(1.02j), clamped_free)
+    assert np.isfinite(lossy).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ((-1.0, 100.0, 0.01), "transit = -1 s must not be negative"),
+        ((1.0, -100.0, 0.01), "f_max = -100 Hz must not be negative"),
+        ((1.0, 100.0, 1.5), "accuracy = 1.5"),
+    ],
+)
+def test_a_limit_that_makes_no_sense_is_refused(given, text):
+    with pytest.raises(OptionError, match=text):
+        elements_needed(*given)
+
+
+ONE = Solid(d=0.1, L=0.2)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "text"),
+    [
+        ({"f_max": "100 Hz"}, DeclarationError, "shaft (Shaft): f_max = '100 Hz'"),
+        ({"f_max": 50.0, "accuracy": 0.0}, DeclarationError, "accuracy = 0.0"),
+        ({"step": "sharp"}, UnknownNameError, "step = 'sharp' is no rule"),
+        ({"sections": [Torque(tau=1.0)]}, DeclarationError, "(Torque) is no section"),
+        ({"sections": [Keyway(d=0.1)]}, DeclarationError, "no sections"),
+        ({"sections": [Solid(d=0.1, L=1.0, n_elements=2.5)]}, DeclarationError, "n_elements = 2.5"),
+        (
+            {"sections": [Splined(d=0.1, d_root=0.12, L=0.1)]},
+            ParameterError,
+            "d = 0.1 m (outside diameter) must be at least shaft.sections[0].d_root = 0.12 m",
+        ),
+        (
+            {"sections": [ONE, RadialHole(d_hole=0.02), Solid(d=0.1, L=0.1)]},
+            ParameterError,
+            "d = 0.1 m (diameter of the shaft, ten times that of the hole or more)",
+        ),
+        (
+            {"sections": [ONE, Keyway(r=1e-4), Keyed(d=0.1, t=0.01, L=0.1)]},
+            ParameterError,
+            "r = 0.0001 m (radius at the bottom of the keyway; the fit holds for r/d from 0.005)",
+        ),
+        (
+            {"sections": [ONE, Fillet(r=0.03), Solid(d=0.11, L=0.1)]},
+            ParameterError,
+            "D = 0.11 m (larger diameter; the fit holds for t/r from 0.25) must be at least",
+        ),
+        (
+            {"sections": [ONE, Fillet(r=0.01, fit="peterson"), Solid(d=0.2, L=0.1)]},
+            UnknownNameError,
+            "fit = 'peterson' is not known",
+        ),
+    ],
+)
+def test_what_makes_no_shaft_is_refused(given, error, text):
+    with pytest.raises(error) as caught:
+        lp.assemble(lp.compose(shaft=Shaft(**{"sections": [ONE, Solid(d=0.2, L=0.3)], **given})))
+    received = str(caught.value)
+    expected = text
+    assert expected in received
