@@ -148,7 +148,7 @@ class RunRecords:
         run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
         relative = max(options.rtol * 1e-3, 1e-12) if options.atol is None else options.atol
         run.atol[:] = relative * nominals(self.system)
-        run.chooses_method = options.method == "steps"
+        run.chooses_method = options.method in ("steps", "taylor")
         if not n:
             run.longest = (options.until - options.begin) / _LOOKS
         run.output = _no_output()

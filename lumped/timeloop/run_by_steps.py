@@ -137,7 +137,7 @@ class RunBySteps(Simulation):
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self.atol
         run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
-        run.chooses_method = self._method == "steps"
+        run.chooses_method = self._method in ("steps", "taylor")
         run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
         run.sampled_to = math.inf
         timed, values = self.instants.places, self.instants.modes

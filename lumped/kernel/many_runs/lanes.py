@@ -20,7 +20,7 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853, taylor
+from lumped.kernel import dop853, rodas5p, taylor
 from lumped.kernel.crossing import inside, inside_explicit, may_dip
 from lumped.kernel.extremes import (
     bound,
@@ -50,7 +50,6 @@ from lumped.kernel.run import (
 )
 from lumped.kernel.steps import (
     HOPELESS,
-    LONGER,
     NEAR_LIMIT,
     SAFETY,
     SHORTEST,
@@ -110,7 +109,7 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     is_due = lanes.untried_steps >= UNTRIED or (
         lanes.stiff_steps >= STIFF_AFTER and lanes.patience == 0.0
     )
-    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
+    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > rodas5p.LONGER * h
     if not any_lane(is_due):
         return False
     lanes.mark = 1.0 if is_due else 0.0
