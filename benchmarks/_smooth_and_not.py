@@ -120,18 +120,33 @@ def _made() -> Iterator[tuple[str, lp.Component, float]]:
         10.0,
     )
     xs, ys = (-2.0, -1.0, -0.2, 0.2, 1.0, 2.0), (-50.0, -12.0, -1.0, 1.0, 12.0, 50.0)
-    yield "spring by a table", _ruled(lambda phi, w: 3 * cos(2 * t) - interpolate(phi, xs, ys)), 20.0
+    yield (
+        "spring by a table",
+        _ruled(lambda phi, w: 3 * cos(2 * t) - interpolate(phi, xs, ys)),
+        20.0,
+    )
     cubic = NonlinearSpring(characteristic=lambda x: 200 * x + 4e3 * x**3)
     yield "cubic shaft", _row(Inertia(J=1.0), cubic, Inertia(J=0.5)), 5.0
     yield (
         "crank and shaft",
-        _row(Inertia(J=0.3), SpringDamper(c=500.0, d=0.5), CrankSlider(r=0.1, L=0.4, m=3.0)),
+        _row(
+            Inertia(J=0.3),
+            SpringDamper(c=500.0, d=0.5),
+            Inertia(J=0.2),
+            CrankSlider(r=0.1, L=0.4, m=3.0, phase=1.0),
+        ),
         5.0,
     )
     yield (
         "elliptical gears",
-        _row(Inertia(J=0.5), EllipticalGear(e=0.3), Inertia(J=0.5), SpringDamper(c=50.0, d=0.1),
-             Inertia(J=0.2), tau=2.0),
+        _row(
+            Inertia(J=0.5),
+            EllipticalGear(e=0.3),
+            Inertia(J=0.5),
+            SpringDamper(c=50.0, d=0.1),
+            Inertia(J=0.2),
+            tau=2.0,
+        ),
         5.0,
     )
     yield (
@@ -152,8 +167,11 @@ def _made() -> Iterator[tuple[str, lp.Component, float]]:
     yield (
         "fast and slow",
         _row(
-            Inertia(J=1.0), SpringDamper(c=1e5, d=5.0), Inertia(J=1e-2),
-            SpringDamper(c=100.0, d=0.1), Inertia(J=2.0),
+            Inertia(J=1.0),
+            SpringDamper(c=1e5, d=5.0),
+            Inertia(J=1e-2),
+            SpringDamper(c=100.0, d=0.1),
+            Inertia(J=2.0),
         ),
         2.0,
     )
@@ -165,7 +183,9 @@ def _random() -> Iterator[Task]:
         made = __import__(module)
         for seed in seeds:
             drive = made.RandomDrive(seed)
-            yield Task(f"{module.replace('_', ' ')[:-1]} {seed}", lp.assemble(drive.model()), made.END)
+            yield Task(
+                f"{module.replace('_', ' ')[:-1]} {seed}", lp.assemble(drive.model()), made.END
+            )
 
 
 def tasks() -> Iterator[Task]:

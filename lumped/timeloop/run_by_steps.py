@@ -49,6 +49,13 @@ _ROOM = 4_000_000
 _FOLLOWED = 16
 """Steps from one output time to the next where only implicit quantities move."""
 
+_LONG = 50_000
+"""Attempts by DOP853 that take about as long as compiling series; the rest of such a run is worth
+that."""
+
+_CROWDED = 2
+"""Attempts for each change of position below which series, begun anew at each, cost more."""
+
 _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
@@ -62,8 +69,8 @@ class RunBySteps(Simulation):
         As for `Simulation`.
     atol : float
         Absolute tolerance relative to nominal values.
-    method : {"steps", "explicit", "implicit", "taylor"}
-        As for `simulate`.
+    method : {"auto", "steps", "explicit", "implicit", "taylor"}
+        As for `simulate`; "auto" is "steps" but for long runs.
     max_steps : int
         Give up after so many attempts.
     """
@@ -81,12 +88,13 @@ class RunBySteps(Simulation):
         super().__init__(point, until, rtol, output)
         self._relative_atol, self._method, self.max_steps = atol, method, max_steps
         self._changed_at = math.nan
-        self._is_implicit = method == "implicit"
+        self._is_implicit, self._has_series = method == "implicit", method == "taylor"
+        self._may_take_series = method == "auto"
         self._note_method(point.time)
 
     def _note_method(self, t: float) -> None:
         """A method is used from now on."""
-        explicit = "taylor" if self._method == "taylor" else "explicit"
+        explicit = "taylor" if self._has_series else "explicit"
         self.methods.append("implicit" if self._is_implicit else explicit)
         if self._is_implicit:
             self.implicit_from = float(t) if len(self.methods) > 1 else 0.0
@@ -104,6 +112,8 @@ class RunBySteps(Simulation):
         while True:
             run = self._run
             run.pause = run.steps + run.rejected + self._executable.attempts
+            if self._may_take_series:
+                run.pause = min(run.pause, _LONG)
             begun = clock.perf_counter()
             why = engine.call("loop", run)
             self.seconds += clock.perf_counter() - begun
@@ -112,6 +122,8 @@ class RunBySteps(Simulation):
             if run.is_implicit and not self._is_implicit:
                 self._is_implicit = True
                 self._note_method(run.implicit_from)
+            if self._may_take_series and run.steps + run.rejected >= _LONG:
+                self._take_series()
             if why == DONE:
                 break
             if why == NEEDS_MATRIX:
@@ -137,7 +149,7 @@ class RunBySteps(Simulation):
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self.atol
         run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
-        run.chooses_method = self._method in ("steps", "taylor")
+        run.chooses_method = self._method in ("auto", "steps", "taylor")
         run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
         run.sampled_to = math.inf
         timed, values = self.instants.places, self.instants.modes
@@ -183,9 +195,21 @@ class RunBySteps(Simulation):
     def _take_method(self) -> None:
         if self._is_implicit and self._executable.plant.states:
             self._executable.add_matrix(self._run)
-        if self._method == "taylor" and self._executable.plant.states:
-            self._executable.taylor.add_to(self._run, self.rtol)
+        if self._has_series and not self._is_implicit and self._executable.plant.states:
+            series = self._executable.taylor
+            if self._method == "taylor" or series.exist:
+                series.add_to(self._run, self.rtol)
         self._run.is_implicit = self._is_implicit
+
+    def _take_series(self) -> None:
+        """Go on by series if that does well; only numbers of the run and the model decide."""
+        self._may_take_series = False
+        run, plant = self._run, self._executable.plant
+        is_worth_it = not self._is_implicit and run.changed_count * _CROWDED <= _LONG
+        if is_worth_it and plant.states and self._executable.taylor.exist:
+            self._has_series = True
+            self._take_method()
+            self._note_method(run.t)
 
     # -- out of the loop ---------------------------------------------------------------------
 

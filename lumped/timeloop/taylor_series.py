@@ -59,6 +59,14 @@ class TaylorSeries:
         return self if self.is_linear and not more.is_linear else more
 
     @cached_property
+    def exist(self) -> bool:
+        """Whether there are coefficients."""
+        try:
+            return self.is_linear is not None
+        except OptionError:
+            return False
+
+    @cached_property
     def is_linear(self) -> bool:
         """Whether no coefficients need sums over orders.
 
