@@ -193,7 +193,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes |= {"extremes": watch.extremes, "terms": run.order + 1, "row": run.row}
+        sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.integrand, own.extreme = watch.integrand, watch.extreme
         own.end_value = watch.end_value
@@ -213,7 +213,9 @@ class RunRecords:
             rtol=run.rtol,
             longest=run.longest,
             order=run.order,
+            terms=run.terms,
             row=run.row,
+            first_margin=run.first_margin,
             by_series=run.order > 0,
             caution=run.caution,
         )
