@@ -215,7 +215,7 @@ class RunRecords:
             order=run.order,
             terms=run.terms,
             row=run.row,
-            first_margin=run.first_margin,
+            columns=run.columns,
             by_series=run.order > 0,
             caution=run.caution,
         )

@@ -144,7 +144,7 @@ def _may_fall(run: Run) -> bool:
 def is_suspected(run: Run) -> bool:
     """Whether a margin fires in an accepted step, or may fire between samples."""
     n, samples, slopes, plant = run.plant.margins, run.samples, run.slopes, run.plant
-    if run.by_series and run.first_margin > 0:
+    if run.by_series and run.row > run.columns:
         return _may_fall(run)
     if run.sampled_to == run.t:
         for k in range(n):
@@ -347,7 +347,7 @@ def find_crossing(run: Run) -> bool:
     Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
     run.sampled_to = math.inf
-    if run.by_series and run.first_margin > 0:
+    if run.by_series and run.row > run.columns:
         status = _find_fall(run)
         if status != _UNSURE:
             return status == _FALLS

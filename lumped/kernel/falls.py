@@ -13,11 +13,14 @@ from lumped.kernel.run import MOST_HALVINGS, Run
 
 __all__ = ["bernstein", "first_fall", "least", "rest"]
 
+_ROUNDING = 2.0**-48
+"""Of the sum of all terms."""
+
 
 @kernel
 def rest(run: Run, k: int, h: float) -> float:
     """A margin at the begin of the step, less the sizes of all other terms in it: a lower bound."""
-    order, row, c = run.order, run.row, run.coefficients[run.first_margin :]
+    order, row, c = run.order, run.row, run.coefficients[run.columns :]
     found, power = run.margin[k] + run.tolerance[k], h
     for j in range(1, order + 1):
         found = found - abs(c[(j + 1) * row + k]) * power * float(j + 1)
@@ -27,15 +30,21 @@ def rest(run: Run, k: int, h: float) -> float:
 
 @kernel
 def bernstein(run: Run, k: int, h: float) -> None:
-    """Coefficients of a margin with its tolerance over the step in the Bernstein basis."""
-    order, row, c = run.order, run.row, run.coefficients[run.first_margin :]
+    """Coefficients of a margin with its tolerance over the step in the Bernstein basis.
+
+    What its terms may be off by rounding is added, lest a margin that rests at zero have roots.
+    """
+    order, row, c = run.order, run.row, run.coefficients[run.columns :]
     b = run.bernstein
     b[0] = run.margin[k] + run.tolerance[k]
-    power, ways = h, float(order)
+    power, ways, size = h, float(order), abs(run.margin[k])
     for j in range(1, order + 1):
-        b[j] = c[(j + 1) * row + k] * power * (float(j + 1) / ways)
+        term = c[(j + 1) * row + k] * power * float(j + 1)
+        size = size + abs(term)
+        b[j] = term / ways
         power = power * h
         ways = ways * float(order - j) / float(j + 1)
+    b[0] = b[0] + _ROUNDING * size
     for r in range(1, order + 1):
         for i in range(order + 1 - r):
             b[order - i] += b[order - i - 1]

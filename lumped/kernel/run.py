@@ -366,14 +366,14 @@ class Run(Record):
 
     # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
     # made); rows of coefficients and their length: those of states, then of integrals, then of
-    # integrals of margins; where these begin (0: margins have none); whether the present step is
-    # made by them; the part of the step that the last terms allow; coefficients of a margin in the
-    # Bernstein basis
+    # integrals of margins, if these have series; how many columns come before margins; whether the
+    # present step is made by them; the part of the step that the last terms allow; coefficients of
+    # a margin in the Bernstein basis
     series: Function
     order: int
     terms: int
     row: int
-    first_margin: int
+    columns: int
     by_series: int
     caution: float
     coefficients: Numbers

@@ -120,8 +120,7 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
 @kernel
 def has_integrals(run: Run) -> bool:
     """Whether there are coefficients of what is integrated."""
-    columns = run.first_margin if run.first_margin > 0 else run.row
-    return columns > run.plant.states
+    return run.columns > run.plant.states
 
 
 @kernel

@@ -129,7 +129,7 @@ class TaylorSeries:
         run.series = self._function(run.order)
         run.caution = 1.0 if self.is_linear else _CAUTION
         run.terms, run.row = self._last(run.order) + 1, self._whole.results
-        run.first_margin = 0 if self._margins is None else self._rates.results
+        run.columns = self._rates.results
         run.coefficients = np.zeros(run.terms * run.row)
         run.bernstein = np.zeros((MOST_HALVINGS + 1) * (run.order + 3))
 

@@ -129,7 +129,7 @@ class Lanes(Record):
     order: int
     terms: int
     row: int
-    first_margin: int
+    columns: int
     by_series: int
     caution: float
     coefficients: Annotated[Wides, "lanes * terms * row"]

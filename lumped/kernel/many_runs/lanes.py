@@ -176,7 +176,7 @@ def _falling(lanes: Lanes, accepted: Wide) -> Wide:
 @kernel
 def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
     """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
-    mark = _falling(lanes, accepted) if lanes.first_margin > 0 else _dipping(lanes, accepted)
+    mark = _falling(lanes, accepted) if lanes.row > lanes.columns else _dipping(lanes, accepted)
     mark = mark if accepted > 0.5 else 0.0
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
@@ -335,7 +335,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
     rough = 1.0 + 0.0 * t
     if lanes.by_series:
-        if taylor.has_integrals(lanes):
+        if lanes.columns > lanes.plant.states:
             rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
     else:
         rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
