@@ -30,7 +30,8 @@ from lumped.timeloop.executable import executable
 
 METHODS: tuple[Method, Method] = ("steps", "taylor")
 TOLERANCES = (1e-4, 1e-6, 1e-9)
-INTERVALS, REPEATED, LONG = 200, 12, 0.5
+INTERVALS, LEAST, MOST, LONG = 200, 6, 60, 1.0
+"""Output intervals; rounds of both methods, and seconds after which there are no more."""
 HEAD = ("drive", "states", "operations", "sums", "events", "rtol")
 HEAD += ("error, DOP853", "error, series", "us, DOP853", "us, series", "ratio", "methods")
 
@@ -47,12 +48,12 @@ class _Found(NamedTuple):
 def _both(task: Task, reference: lp.Trajectory, rtol: float, **options: Any) -> list[_Found]:
     """Both methods, one run of each after the other."""
     best = dict.fromkeys(METHODS, np.inf)
-    for _ in range(REPEATED):
-        begin = time.perf_counter()
+    begin = time.perf_counter()
+    for k in range(MOST):
         runs = {m: lp.simulate(task.system, rtol=rtol, method=m, **options) for m in METHODS}
         for method, run in runs.items():
             best[method] = min(best[method], run.statistics.seconds)
-        if time.perf_counter() - begin > LONG:
+        if k >= LEAST and time.perf_counter() - begin > LONG:
             break
     names = observed(task.system, None)
     return [

@@ -133,10 +133,9 @@ def _may_fall(run: Run) -> bool:
     run.sampled_to = math.inf
     _look(run, 0.0)
     for k in range(run.plant.margins):
-        if not falls.rest(run, k, h) > 0.0:
-            falls.bernstein(run, k, h)
-            if not falls.least(run) > 0.0:
-                return True
+        bound = falls.rest(run, k, h)
+        if not bound > 0.0 and not falls.least(run, k, h, bound) > 0.0:
+            return True
     return False
 
 
@@ -312,8 +311,8 @@ def _stand(run: Run, part: float) -> None:
 def _find_fall(run: Run) -> int:
     """Find the first instant from the polynomials of all margins: FALLS, STAYS or UNSURE.
 
-    UNSURE: a margin begins below zero, or its polynomial differs from it by more than its
-    tolerance.
+    UNSURE: a margin begins below zero, has no series there, as of a root at zero, or differs from
+    its polynomial by more than its tolerance.
     """
     n, h = run.plant.margins, run.t_new - run.t
     is_crowded = _is_crowded(run)
@@ -321,9 +320,10 @@ def _find_fall(run: Run) -> int:
     _look(run, 0.0)
     for k in range(n):
         run.samples[k] = _DONE
-        if not run.margin[k] + run.tolerance[k] >= 0.0:
+        bound = falls.rest(run, k, h)
+        if not (run.margin[k] + run.tolerance[k] >= 0.0 and bound > -falls.LARGEST):
             return _UNSURE
-        if not falls.rest(run, k, h) > 0.0 and falls.first_fall(run, k, h):
+        if not bound > 0.0 and falls.first_fall(run, k, h):
             low, high = run.halves[0], run.halves[1]
             if not _value(run, k, high, 1.0) < 0.0:
                 return _UNSURE

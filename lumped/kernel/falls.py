@@ -11,8 +11,10 @@ from __future__ import annotations
 from lumped.code.words import Numbers, kernel
 from lumped.kernel.run import MOST_HALVINGS, Run
 
-__all__ = ["bernstein", "first_fall", "least", "rest"]
+__all__ = ["LARGEST", "first_fall", "least", "rest"]
 
+LARGEST = 1e300
+"""Size of what is finite."""
 _ROUNDING = 2.0**-48
 """Of the sum of all terms."""
 
@@ -29,7 +31,7 @@ def rest(run: Run, k: int, h: float) -> float:
 
 
 @kernel
-def bernstein(run: Run, k: int, h: float) -> None:
+def _bernstein(run: Run, k: int, h: float) -> None:
     """Coefficients of a margin with its tolerance over the step in the Bernstein basis.
 
     What its terms may be off by rounding is added, lest a margin that rests at zero have roots.
@@ -51,13 +53,14 @@ def bernstein(run: Run, k: int, h: float) -> None:
 
 
 @kernel
-def least(run: Run) -> float:
-    """The least of these coefficients, which the margin does not fall below."""
+def least(run: Run, k: int, h: float, bound: float) -> float:
+    """The least of these coefficients, a better lower bound; `bound` if that is not finite."""
+    _bernstein(run, k, h)
     b = run.bernstein
     found = b[0]
     for j in range(1, run.order + 1):
         found = min(found, b[j])
-    return found
+    return found if bound > -LARGEST else bound
 
 
 @kernel
@@ -87,7 +90,7 @@ def first_fall(run: Run, k: int, h: float) -> bool:
     The interval is the first of `halves`. Each entry has its coefficients, begin and width.
     """
     size = run.order + 1
-    bernstein(run, k, h)
+    _bernstein(run, k, h)
     run.bernstein[size], run.bernstein[size + 1] = 0.0, 1.0
     depth = 0
     while depth >= 0:

@@ -165,10 +165,10 @@ def _falling(lanes: Lanes, accepted: Wide) -> Wide:
     mark, h = accepted * 0.0, lanes.t_new - lanes.t
     evaluate_wide(lanes.plant.margin, lanes, lanes.x, lanes.t, lanes.m, lanes.margin)
     for i in range(lanes.plant.margins):
-        is_clear = falls.rest(lanes, i, h) > 0.0 or accepted < 0.5
+        bound = falls.rest(lanes, i, h)
+        is_clear = bound > 0.0 or accepted < 0.5
         if any_lane(not is_clear):
-            falls.bernstein(lanes, i, h)
-            is_clear = is_clear or falls.least(lanes) > 0.0
+            is_clear = is_clear or falls.least(lanes, i, h, bound) > 0.0
         mark = mark if is_clear else 1.0
     return mark
 
