@@ -119,8 +119,8 @@ def simulate(
         for systems that are linear between jumps, with functions of time that are polynomials
         there. "auto" takes the closed form where there is one, rounding leaves it better than
         `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps". After 50 000
-        attempts it goes on as "taylor", if there are series and fewer than half of the attempts
-        met an event: the rest of such a run is worth compiling them.
+        attempts it goes on as "taylor" if there are series: the rest of such a run is worth
+        compiling them.
     max_steps : int
         Give up after so many attempted steps.
     certify : bool

@@ -53,9 +53,6 @@ _LONG = 50_000
 """Attempts by DOP853 that take about as long as compiling series; the rest of such a run is worth
 that."""
 
-_CROWDED = 2
-"""Attempts for each change of position below which series, begun anew at each, cost more."""
-
 _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
@@ -202,14 +199,13 @@ class RunBySteps(Simulation):
         self._run.is_implicit = self._is_implicit
 
     def _take_series(self) -> None:
-        """Go on by series if that does well; only numbers of the run and the model decide."""
+        """Go on by series if there are any; the model and the number of attempts decide."""
         self._may_take_series = False
-        run, plant = self._run, self._executable.plant
-        is_worth_it = not self._is_implicit and run.changed_count * _CROWDED <= _LONG
-        if is_worth_it and plant.states and self._executable.taylor.exist:
+        code = self._executable
+        if not self._is_implicit and code.plant.states and code.taylor.exist:
             self._has_series = True
             self._take_method()
-            self._note_method(run.t)
+            self._note_method(self._run.t)
 
     # -- out of the loop ---------------------------------------------------------------------
 
