@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from lumped.code.functions import compiled_functions, known_functions
-from lumped.code.operations import Operations, first_results, operations_of
+from lumped.code.operations import Operations, operations_of
 from lumped.code.prepared import prepared
 from lumped.code.records import Record
 from lumped.compiler.switching import Switching
@@ -116,8 +116,9 @@ class Executable:
         self.beside = {name: found.pop(name) for name in beside or ()}
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
-        margins = first_results(found["margin"], sizes["margins"]) if "margin" in found else None
-        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"], margins)
+        self.taylor = TaylorSeries(
+            found["rates"], sizes["states"], sizes["implicit"], found.get("margin")
+        )
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:

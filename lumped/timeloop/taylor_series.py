@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.code.functions import compiled_series
 from lumped.code.machine_code import Code
-from lumped.code.operations import Operations, UnsupportedError, joined
+from lumped.code.operations import Operations, UnsupportedError, first_results, joined
 from lumped.code.taylor import series_of
 from lumped.errors import OptionError
 from lumped.kernel.plant import Function
@@ -38,15 +38,16 @@ class TaylorSeries:
         Number of states.
     implicit : int
         Number of quantities that are found by iteration.
-    margins : Operations, optional
-        Margins; their coefficients are those of integrals, one order more.
+    margin : Operations, optional
+        Margins, then their tolerances. The coefficients of margins are those of integrals, one
+        order more.
     """
 
     def __init__(
-        self, rates: Operations, states: int, implicit: int, margins: Operations | None = None
+        self, rates: Operations, states: int, implicit: int, margin: Operations | None = None
     ) -> None:
         self._rates, self._states, self._implicit = rates, states, implicit
-        self._margins = margins if margins is not None and _has_series(margins) else None
+        self._margin = margin
         self._functions: dict[int, Function] = {}
         self._kept: list[Code] = []
 
@@ -59,7 +60,7 @@ class TaylorSeries:
         if not _has_series(integrands):
             return self
         whole = joined(self._rates, integrands)
-        more = TaylorSeries(whole, self._states, self._implicit, self._margins)
+        more = TaylorSeries(whole, self._states, self._implicit, self._margin)
         return self if self.is_linear and not more.is_linear else more
 
     @cached_property
@@ -97,6 +98,14 @@ class TaylorSeries:
         """Order for a tolerance."""
         begin, rise = _LINEAR if self.is_linear else _SUMMED
         return math.ceil(begin - rise * math.log10(rtol))
+
+    @cached_property
+    def _margins(self) -> Operations | None:
+        """Margins alone, if all have series."""
+        if self._margin is None:
+            return None
+        found = first_results(self._margin, self._margin.results // 2)
+        return found if _has_series(found) else None
 
     @cached_property
     def _whole(self) -> Operations:
