@@ -149,7 +149,7 @@ class RunRecords:
         run.rtol, run.max_steps, run.pause = options.rtol, options.max_steps, _EVER
         relative = max(options.rtol * 1e-3, 1e-12) if options.atol is None else options.atol
         run.atol[:] = relative * nominals(self.system)
-        run.chooses_method = options.method == "steps"
+        run.chooses_method = options.method in ("steps", "taylor")
         if not n:
             run.longest = (options.until - options.begin) / _LOOKS
         run.output = _no_output()
@@ -194,7 +194,7 @@ class RunRecords:
         sizes = {"lanes": len(slots), "states": plant.states, "settings": plant.settings}
         sizes |= {"margins": plant.margins, "levers": plant.levers, "integrands": watch.integrands}
         sizes |= {"parameters": plant.parameters, "prepared": plant.prepared}
-        sizes |= {"extremes": watch.extremes, "terms": run.order + 1, "row": run.row}
+        sizes |= {"extremes": watch.extremes, "terms": run.terms, "row": run.row}
         own = LaneWatch(sizes, integrands=watch.integrands, extremes=watch.extremes)
         own.integrand, own.extreme = watch.integrand, watch.extreme
         own.end_value = watch.end_value
@@ -214,7 +214,9 @@ class RunRecords:
             rtol=run.rtol,
             longest=run.longest,
             order=run.order,
+            terms=run.terms,
             row=run.row,
+            columns=run.columns,
             by_series=run.order > 0,
             caution=run.caution,
         )

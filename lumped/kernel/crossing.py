@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from lumped.code.words import Numbers, kernel
-from lumped.kernel import dop853, rodas5p, taylor
+from lumped.kernel import dop853, falls, rodas5p, taylor
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.plant import SLIDE
 from lumped.kernel.run import STORM_SIZE, Run
@@ -26,6 +26,7 @@ _CROWDED = 1e-14
 """Relative distance of instants that differ by rounding."""
 _NOT_YET, _DONE = -1.0, 2.0
 
+_STAYS, _FALLS, _UNSURE = range(3)
 _SUSPECT, _LATER = 1, 2
 """A margin that fell below zero; one that has not fired yet at an earlier root."""
 
@@ -126,9 +127,24 @@ def _first_below_zero(run: Run) -> int:
 
 
 @kernel
+def _may_fall(run: Run) -> bool:
+    """Whether the polynomial of a margin falls below zero in the step, or begins there."""
+    h = run.t_new - run.t
+    run.sampled_to = math.inf
+    _look(run, 0.0)
+    for k in range(run.plant.margins):
+        bound = falls.rest(run, k, h)
+        if not bound > 0.0 and not falls.least(run, k, h, bound) > 0.0:
+            return True
+    return False
+
+
+@kernel
 def is_suspected(run: Run) -> bool:
     """Whether a margin fires in an accepted step, or may fire between samples."""
     n, samples, slopes, plant = run.plant.margins, run.samples, run.slopes, run.plant
+    if run.by_series and run.row > run.columns:
+        return _may_fall(run)
     if run.sampled_to == run.t:
         for k in range(n):
             samples[k] = samples[4 * n + k]
@@ -266,35 +282,85 @@ def _note_fired(run: Run, last: int) -> None:
 
 
 @kernel
+def _fired_at(run: Run, k: int, low: float, high: float, is_crowded: bool) -> float:
+    """Part of the step at which a margin fires that is below zero at the end of an interval."""
+    begin = low if low > 0.0 else _risen(run, k, high)
+    # speeds and gaps may stay where they stop, so they fire at half of their tolerance
+    extra = 0.0 if not is_crowded else 0.5 if run.plant.margin_kind[k] == SLIDE else 1.0
+    found = _root(run, k, begin, high, extra)
+    if not (begin - _FINEST <= found and found <= high):
+        # the margin was within its tolerance all the time before, as rounding may move a rest
+        found = _root(run, k, begin, high, 1.0)
+    return max(found, 0.0)
+
+
+@kernel
+def _stand(run: Run, part: float) -> None:
+    """States, time and margins at a crossing."""
+    plant = run.plant
+    run.t_cross = run.t + part * (run.t_new - run.t)
+    if part < 1.0:
+        inside(run, part, run.inner)
+    else:
+        for i in range(plant.states):
+            run.inner[i] = run.new[i]
+    evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
+
+
+@kernel
+def _find_fall(run: Run) -> int:
+    """Find the first instant from the polynomials of all margins: FALLS, STAYS or UNSURE.
+
+    UNSURE: a margin begins below zero, has no series there, as of a root at zero, or differs from
+    its polynomial by more than its tolerance.
+    """
+    n, h = run.plant.margins, run.t_new - run.t
+    is_crowded = _is_crowded(run)
+    first, last = _DONE, -1
+    _look(run, 0.0)
+    for k in range(n):
+        run.samples[k] = _DONE
+        bound = falls.rest(run, k, h)
+        if not (run.margin[k] + run.tolerance[k] >= 0.0 and bound > -falls.LARGEST):
+            return _UNSURE
+        if not bound > 0.0 and falls.first_fall(run, k, h):
+            low, high = run.halves[0], run.halves[1]
+            if not _value(run, k, high, 1.0) < 0.0:
+                return _UNSURE
+            run.samples[k] = _fired_at(run, k, low, high, is_crowded)
+            if run.samples[k] < first:
+                first, last = run.samples[k], k
+            _look(run, 0.0)
+    if last < 0:
+        return _STAYS
+    for k in range(n):
+        run.suspect[k] = _SUSPECT if run.samples[k] <= first + _FINEST else 0
+    _stand(run, first)
+    _note_fired(run, last)
+    return _FALLS
+
+
+@kernel
 def find_crossing(run: Run) -> bool:
     """Find the first instant in the step at which a margin fires; whether there is one.
 
     Leaves the states there in `inner`, the time in `t_cross`, and the margins that fired.
     """
     run.sampled_to = math.inf
+    if run.by_series and run.row > run.columns:
+        status = _find_fall(run)
+        if status != _UNSURE:
+            return status == _FALLS
     if not _bracketed(run):
         return False
-    plant, low, high, last = run.plant, run.halves[0], run.halves[1], -1
+    low, high, last = run.halves[0], run.halves[1], -1
     is_crowded = _is_crowded(run)
     margin = 0
     while run.suspect[margin] != _SUSPECT:
         margin += 1
     while margin >= 0:
-        begin = low if low > 0.0 else _risen(run, margin, high)
-        # speeds and gaps may stay where they stop, so they fire at half of their tolerance
-        extra = 0.0 if not is_crowded else 0.5 if plant.margin_kind[margin] == SLIDE else 1.0
-        found = _root(run, margin, begin, high, extra)
-        if not (begin - _FINEST <= found and found <= high):
-            # the margin was within its tolerance all the time before, as rounding may move a rest
-            found = _root(run, margin, begin, high, 1.0)
-        high = max(found, 0.0)
-        run.t_cross = run.t + high * (run.t_new - run.t)
-        if high < 1.0:
-            inside(run, high, run.inner)
-        else:
-            for i in range(plant.states):
-                run.inner[i] = run.new[i]
-        evaluate(plant.margin, run, run.inner, run.t_cross, run.m, run.margin)
+        high = _fired_at(run, margin, low, high, is_crowded)
+        _stand(run, high)
         last = margin
         margin = _next_suspect(run, last)
     _note_fired(run, last)

@@ -16,7 +16,9 @@ from lumped.numerics import rodas5p as tableau
 
 __all__ = [
     "INCREMENTS",
+    "LONGER",
     "NODES",
+    "ORDER",
     "PARTS",
     "UNSOLVED",
     "WEIGHTS",
@@ -26,6 +28,9 @@ __all__ = [
     "step",
 ]
 
+ORDER = 5
+LONGER = 3.0
+"""How many times longer than an explicit step the trial of an implicit one is."""
 UNSOLVED = 1e3
 """Error of a step whose linear equations could not be solved accurately: try a shorter one."""
 

@@ -27,6 +27,9 @@ MOST_LEVERAGE = 1e3
 """Ratio of a dependent motion to the state that leads it, relative to the usual ratio, above which
 the state is unfit."""
 
+MOST_HALVINGS = 26
+"""How often a step is halved to isolate the roots of a margin: what is left is below rounding."""
+
 MOST_JUMP = 1e-9
 """Jump of a prescribed motion, relative and absolute, that is rounding."""
 
@@ -363,12 +366,16 @@ class Run(Record):
     work: Annotated[Numbers, "work"]
 
     # steps by Taylor's series: the function of its coefficients; its order (0: other steps are
-    # made); the length of a row of coefficients, one for each order: those of states, then of
-    # integrals; whether the present step is made by them; the part of the step that the last
-    # terms allow
+    # made); rows of coefficients and their length: those of states, then of integrals, then of
+    # integrals of margins, if these have series; how many columns come before margins; whether the
+    # present step is made by them; the part of the step that the last terms allow; coefficients of
+    # a margin in the Bernstein basis
     series: Function
     order: int
+    terms: int
     row: int
+    columns: int
     by_series: int
     caution: float
     coefficients: Numbers
+    bernstein: Numbers

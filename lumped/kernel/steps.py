@@ -30,7 +30,6 @@ from lumped.kernel.run import (
 __all__ = [
     "HOPELESS",
     "LEAST",
-    "LONGER",
     "NEAR_LIMIT",
     "SAFETY",
     "SHORTEST",
@@ -49,8 +48,8 @@ __all__ = [
 NEAR_LIMIT, _DENSE_LIMIT = 2.5, 5.5
 """Step times eigenvalue: above the first, stability may limit the step; DOP853 is unstable from 6.1
 on (Hairer's code), its interpolation a little earlier."""
-STIFF_AFTER, LONGER = 4, 3.0
-"""Steps near the limit before the trial of an implicit step, which is so many times longer."""
+STIFF_AFTER = 4
+"""Steps near the limit before the trial of an implicit step."""
 _FIRST_PATIENCE, _MOST_PATIENCE, UNTRIED = 8, 256, 500
 """Steps from a failed trial to the next, at first and at most; most steps without any trial."""
 
@@ -203,7 +202,7 @@ def _is_trial_due(run: Run, h: float) -> bool:
 
     At rest, rounding hides the limit of stability, so a trial is due after many steps in any case.
     """
-    if run.is_implicit or not run.chooses_method or run.end - run.t <= LONGER * h:
+    if run.is_implicit or not run.chooses_method or run.end - run.t <= rodas5p.LONGER * h:
         return False
     if run.untried_steps >= UNTRIED:
         return True
@@ -217,8 +216,8 @@ def _is_implicit_longer(run: Run, h: float) -> bool:
     If not, the next trial waits twice as long.
     """
     run.is_implicit = 1
-    run.t_new = run.t + LONGER * h
-    error = _tried(run, LONGER * h)
+    run.t_new = run.t + rodas5p.LONGER * h
+    error = _tried(run, rodas5p.LONGER * h)
     pays = error <= SAFETY ** (1.0 / _IMPLICIT_POWER) and is_finite(run)
     run.is_implicit = pays
     run.stiff_steps = run.untried_steps = 0
@@ -265,15 +264,15 @@ def _growth(run: Run, error: float, is_dense: bool) -> float:
 def _attempt(run: Run) -> int:
     """One attempt of a step; gives GOES_ON, or why the loop must return."""
     plant, t, end = run.plant, run.t, run.end
-    if run.order > 0:
+    if run.order > 0 and not run.is_implicit:
         taylor.expand(run)
     h = min(max(min(run.h, run.longest), LEAST * abs(t)), end - t)
     if _is_trial_due(run, h):
         if not run.has_matrix:
             return NEEDS_MATRIX
         if _is_implicit_longer(run, h):
-            run.implicit_from = t
-            h *= LONGER
+            run.implicit_from, run.by_series = t, 0
+            h *= rodas5p.LONGER
     run.t_new = end if h >= end - t else t + h
     h = run.t_new - t  # as it can be made again
     error = _tried(run, h)

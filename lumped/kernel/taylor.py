@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from lumped.code.words import Numbers, exp, kernel, log, sqrt, written
+from lumped.kernel import rodas5p
 from lumped.kernel.interpret import evaluate
 from lumped.kernel.run import Run
 
@@ -17,6 +18,9 @@ __all__ = ["expand", "has_integrals", "integrals", "interpolate", "length", "ste
 
 _TOGETHER = 3
 """States whose series are summed at a time."""
+_HELD = 1e5
+"""Term of the order of an implicit step, relative to the tolerance, up to which one is worth a
+trial."""
 
 
 @kernel
@@ -83,6 +87,10 @@ def step(run: Run, h: float) -> float:
 
     The series lacks the term of the next order, and so do its derivatives: by as many times more
     as the order of the term they miss the rates at the end of the step.
+
+    The motion itself would allow a longer implicit step if the term of the order of that method is
+    small at its end; then what holds the step is stability: the step times the fastest eigenvalue
+    is about the order.
     """
     n, order, row, c = run.plant.states, run.order, run.row, run.coefficients
     new, slope = run.new, run.argument
@@ -90,11 +98,15 @@ def step(run: Run, h: float) -> float:
     _ends(c, order, row, n, h, new, slope)
     evaluate(run.plant.rates, run, new, run.t_new, run.m, f)
     run.evaluations += 1
-    total = 0.0
+    total = bend = 0.0
     for i in range(n):
         scale = run.atol[i] + run.rtol * max(abs(run.x[i]), abs(new[i]))
         part = h * (slope[i] - f[i]) / scale
         total += part * part
+        bend = max(bend, abs(c[rodas5p.ORDER * row + i]) / scale)
+    far = rodas5p.LONGER * h
+    is_held = bend * far * far * far * far * far <= _HELD
+    run.stiffness = float(order) if is_held else 0.0
     return sqrt(total / n) / (order + 1)
 
 
@@ -108,7 +120,7 @@ def interpolate(run: Run, part: float, out: Numbers) -> None:
 @kernel
 def has_integrals(run: Run) -> bool:
     """Whether there are coefficients of what is integrated."""
-    return run.row > run.plant.states
+    return run.columns > run.plant.states
 
 
 @kernel

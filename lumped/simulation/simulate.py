@@ -112,14 +112,16 @@ def simulate(
         ``atol / rtol`` throughout; `Trajectory` names such states when printed.
     method : {"auto", "explicit", "implicit", "exact", "steps", "taylor"}
         "explicit" is DOP853, "implicit" Rodas5P, "steps" the first until stability
-        holds its steps and implicit ones are longer, then the second. "taylor" makes explicit
-        steps by Taylor's series of the states, compiled for the system and the order that `rtol`
-        asks for: long ones for smooth motions, above all of linear drives and at tight
+        holds its steps and implicit ones are longer, then the second. "taylor" is the same with
+        explicit steps by Taylor's series of the states, compiled for the system and the order that
+        `rtol` asks for: long ones for smooth motions, above all of linear drives and at tight
         tolerances; it is refused where what varies goes through an operation without derivatives,
         or a linkage is closed by iteration. "exact" is the closed form,
         for systems that are linear between jumps, with functions of time that are polynomials
         there. "auto" takes the closed form where there is one, rounding leaves it better than
-        `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps".
+        `rtol`, and it costs less than steps; else, and for ``grid=None``, "steps". After 50 000
+        attempts it goes on as "taylor" if there are series: the rest of such a run is worth
+        compiling them.
     max_steps : int
         Give up after so many attempted steps.
     certify : bool
@@ -159,8 +161,8 @@ def simulate(
     else:
         point = found_start(system, parameters, start, free, begin)
     relative_atol = max(rtol * 1e-3, 1e-12) if atol is None else atol
-    used = "steps" if method == "auto" else method
-    if method == "auto" and times is not None and closed_form_pays(point, until, rtol):
+    used = "steps" if method == "auto" and times is None else method
+    if used == "auto" and closed_form_pays(point, until, rtol):
         used = "exact"
     with Progress(system.name, until - begin) as progress:
         output = Recorder(begin, until, times, grid is None or isinstance(grid, int), progress)

@@ -114,7 +114,9 @@ class Executable:
         self.sizes = {**sizes, "prepared": parts.results}
         plant.parameters, plant.prepared = sizes["parameters"], parts.results
         self._prepares = parts.results > 0
-        self.taylor = TaylorSeries(found["rates"], sizes["states"], sizes["implicit"])
+        self.taylor = TaylorSeries(
+            found["rates"], sizes["states"], sizes["implicit"], found.get("margin")
+        )
         self._add({**found, "prepare": parts} if parts.results else found)
 
     def _add(self, found: dict[str, Operations]) -> None:

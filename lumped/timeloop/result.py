@@ -42,6 +42,10 @@ _WORDS = {
     "implicit": "Rodas5P",
     "taylor": "Taylor's series",
     "explicit then implicit": "DOP853 until its steps were limited by stability, then Rodas5P",
+    "taylor then implicit": "series until their steps were limited by stability, then Rodas5P",
+    "explicit then taylor": "DOP853, then Taylor's series, which are worth compiling in a long run",
+    "explicit then taylor then implicit": "DOP853, then Taylor's series, as the run was long, "
+    "until their steps were limited by stability, then Rodas5P",
 }
 
 

@@ -27,6 +27,7 @@ from lumped.kernel.run import (
     STORM_WITHIN,
     TOO_MANY,
     UNFIT,
+    Run,
 )
 from lumped.timeloop.event import Event
 from lumped.timeloop.executable import executable, span
@@ -51,6 +52,10 @@ _ROOM = 4_000_000
 _FOLLOWED = 16
 """Steps from one output time to the next where only implicit quantities move."""
 
+_LONG = 50_000
+"""Attempts by DOP853 that take about as long as compiling series; the rest of such a run is worth
+that."""
+
 _LOOKS = 4000
 """Steps in a run in which nothing but the time moves margins."""
 
@@ -64,8 +69,8 @@ class RunBySteps(Simulation):
         As for `Simulation`.
     atol : float
         Absolute tolerance relative to nominal values.
-    method : {"steps", "explicit", "implicit", "taylor"}
-        As for `simulate`.
+    method : {"auto", "steps", "explicit", "implicit", "taylor"}
+        As for `simulate`; "auto" is "steps" but for long runs.
     max_steps : int
         Give up after so many attempts.
     """
@@ -83,12 +88,13 @@ class RunBySteps(Simulation):
         super().__init__(point, until, rtol, output)
         self._relative_atol, self._method, self.max_steps = atol, method, max_steps
         self._changed_at = math.nan
-        self._is_implicit = method == "implicit"
+        self._is_implicit, self._has_series = method == "implicit", method == "taylor"
+        self._may_take_series = method == "auto"
         self._note_method(point.time)
 
     def _note_method(self, t: float) -> None:
         """A method is used from now on."""
-        explicit = "taylor" if self._method == "taylor" else "explicit"
+        explicit = "taylor" if self._has_series else "explicit"
         self.methods.append("implicit" if self._is_implicit else explicit)
         if self._is_implicit:
             self.implicit_from = float(t) if len(self.methods) > 1 else 0.0
@@ -112,6 +118,8 @@ class RunBySteps(Simulation):
             if run.is_implicit and not self._is_implicit:
                 self._is_implicit = True
                 self._note_method(run.implicit_from)
+            if self._may_take_series and run.steps + run.rejected >= _LONG:
+                self._take_series()
             if why == DONE:
                 break
             if why == NEEDS_MATRIX:
@@ -120,7 +128,7 @@ class RunBySteps(Simulation):
                 self._change_states()
             elif why != FULL:
                 self._fail(why)
-            self._run.pause = self.steps + self.rejected + self._executable.attempts
+            self._run.pause = self._pause()
         self.output.finish(run.x, run.m)
         self._executable.take_back(self._kept)
 
@@ -158,9 +166,9 @@ class RunBySteps(Simulation):
         run.rtol, run.max_steps = self.rtol, self.max_steps
         run.atol[:] = self._relative_atol * nominals(self.system)
         run.phase, run.segment, run.end = phase, segment, self._edges[segment + 1]
-        run.chooses_method = self._method == "steps"
+        run.chooses_method = self._method in ("auto", "steps", "taylor")
         run.steps, run.rejected, run.evaluations = self.steps, self.rejected, self.evaluations
-        run.pause = run.steps + run.rejected + code.attempts
+        run.pause = self._pause()
         run.sampled_to = math.inf
         timed, values = self.instants.places, self.instants.modes
         run.segments, run.edges = len(self._edges) - 1, self._edges
@@ -169,11 +177,7 @@ class RunBySteps(Simulation):
         run.timed_values = np.ascontiguousarray(values).ravel()
         if not code.plant.states:
             run.longest = self._longest()
-        if self._is_implicit and code.plant.states:
-            code.add_matrix(run)
-        if self._method == "taylor" and code.plant.states:
-            code.taylor.add_to(run, self.rtol)
-        run.is_implicit = self._is_implicit
+        self._take_method(run)
         room = self._new_room()
         run.output = room.output
         return KeptRun(options, run, room)
@@ -205,6 +209,29 @@ class RunBySteps(Simulation):
         on_grid, both_sides = self.output.on_grid, self.output.both_sides
         room.begin(grid, self.output.taken, on_grid=on_grid, both_sides=both_sides)
         return room
+
+    def _pause(self) -> int:
+        """Attempts after which the loop comes back to Python."""
+        found = self.steps + self.rejected + self._executable.attempts
+        return min(found, _LONG) if self._may_take_series else found
+
+    def _take_method(self, run: Run) -> None:
+        code = self._executable
+        if self._is_implicit and code.plant.states:
+            code.add_matrix(run)
+        if self._has_series and not self._is_implicit and code.plant.states:
+            if self._method == "taylor" or code.taylor.exist:
+                code.taylor.add_to(run, self.rtol)
+        run.is_implicit = self._is_implicit
+
+    def _take_series(self) -> None:
+        """Go on by series if there are any; the model and the number of attempts decide."""
+        self._may_take_series = False
+        code = self._executable
+        if not self._is_implicit and code.plant.states and code.taylor.exist:
+            self._has_series = True
+            self._take_method(self._run)
+            self._note_method(self._run.t)
 
     # -- out of the loop ---------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from lumped.code.functions import compiled_series
 from lumped.code.operations import joined, operations_of
 from lumped.code.taylor import series_of
 from lumped.code.words import call
-from lumped.components import Backlash, Clutch, Inertia, SpringDamper, Torque
+from lumped.components import Backlash, Clutch, Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.errors import OptionError
 from lumped.kernel import engine, taylor
 from lumped.timeloop.executable import executable, smooth_executable
@@ -417,6 +417,69 @@ def test_refusals_name_what_has_no_series_and_what_to_do():
         lp.simulate(system, **options)
     with pytest.raises(OptionError, match=r"closed linkage.* take method='steps'"):
         lp.ensemble(system, over={"linkage.r": [0.9, 1.0]}, of=[fun.final("crank.w")], **options)
+
+
+def stiff_shaft():
+    """A spring of a millisecond, damped, between bodies that move in seconds."""
+    return lp.compose(
+        motor=Torque(tau=10 * lp.ops.sin(2 * lp.time)),
+        rotor=Inertia(J=1.0),
+        shaft=SpringDamper(c=1e6, d=2e3),
+        load=Inertia(J=1.0),
+        slip=Damper(d=1.0),
+        ground=Fixed(),
+        connections=lambda m: lp.chain(m.motor, m.rotor, m.shaft, m.load, m.slip, m.ground),
+    )
+
+
+def test_series_give_way_where_stability_holds_their_steps():
+    """The two bodies turn as one: ``2 w' + w == 10 sin(2 t)``, but for a twist of 1e-5 rad."""
+    system = lp.assemble(stiff_shaft())
+    run = lp.simulate(system, until=20.0, method="taylor", rtol=1e-6)
+    t = run.t
+    rigid = 10 / 17 * (np.sin(2 * t) - 4 * np.cos(2 * t) + 4 * np.exp(-t / 2))
+    error = np.abs(run["load.w"] - rigid).max() / np.abs(rigid).max()
+    print(f"{run.statistics.method}, {run.statistics.steps} steps, error {error:.1e}")
+    assert run.statistics.method == "taylor then implicit"
+    assert "series until" in run.statistics.why
+    assert run.statistics.steps < 1000  # by series alone 11 000
+    assert error < 1e-4
+
+
+W, SWING, PUSH = 10.0, 3.0, 5.0
+
+
+def driven_spring():
+    """An undamped mass on a spring under a swinging torque."""
+    return lp.compose(
+        ground=Fixed(),
+        spring=SpringDamper(c=W**2, d=0.0),
+        body=Inertia(J=1.0, w=1.0),
+        motor=Torque(tau=PUSH * lp.ops.sin(SWING * lp.time)),
+        connections=lambda m: lp.chain(m.ground, m.spring, m.body, m.motor),
+    )
+
+
+def test_series_stay_where_longer_steps_would_not_be_accurate():
+    run = lp.simulate(lp.assemble(driven_spring()), until=400.0, method="taylor", rtol=1e-6)
+    assert run.statistics.steps > 600  # after 500 a trial is due in any case
+    assert run.statistics.method == "taylor"
+
+
+def test_a_long_run_goes_on_by_series():
+    runs = [
+        lp.simulate(lp.assemble(driven_spring()), until=3000.0, grid=300, rtol=1e-10, method=method)
+        for method in ("auto", "auto", "steps")
+    ]
+    twice, t = runs[:2], runs[0].t
+    size = PUSH / (W**2 - SWING**2)
+    exact = size * np.sin(SWING * t) + (1 - size * SWING) / W * np.sin(W * t)
+    errors = [np.abs(run["spring.phi_rel"] - exact).max() for run in runs]
+    print([(r.statistics.method, r.statistics.steps) for r in runs], errors)
+    assert [run.statistics.method for run in runs] == [*["explicit then taylor"] * 2, "explicit"]
+    assert 50_000 < runs[0].statistics.steps < 0.7 * runs[2].statistics.steps
+    np.testing.assert_array_equal(*(run["spring.phi_rel"] for run in twice))
+    assert max(errors) < 1e-7 * np.abs(exact).max()
 
 
 # -- many runs -------------------------------------------------------------------------------------

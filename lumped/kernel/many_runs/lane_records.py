@@ -127,7 +127,10 @@ class Lanes(Record):
 
     series: Function
     order: int
+    terms: int
     row: int
+    columns: int
     by_series: int
     caution: float
     coefficients: Annotated[Wides, "lanes * terms * row"]
+    bernstein: Annotated[Wides, "lanes * terms"]

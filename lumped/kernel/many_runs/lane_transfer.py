@@ -101,7 +101,7 @@ def unload_step(lanes: Lanes, k: int) -> Variants:
     _copy_out(flat(lanes.new), n, count, k, run.new)
     run.by_series = lanes.by_series
     if lanes.by_series:
-        size = (lanes.order + 1) * lanes.row
+        size = lanes.terms * lanes.row
         _copy_out(flat(lanes.coefficients), size, count, k, run.coefficients)
     else:
         _copy_out(flat(lanes.dense), 7 * n, count, k, run.dense)

@@ -20,7 +20,7 @@ from lumped.code.words import (
     kernel,
     record_at,
 )
-from lumped.kernel import dop853, taylor
+from lumped.kernel import dop853, falls, rodas5p, taylor
 from lumped.kernel.crossing import inside, inside_explicit, may_dip
 from lumped.kernel.extremes import (
     bound,
@@ -51,7 +51,6 @@ from lumped.kernel.run import (
 from lumped.kernel.steps import (
     HOPELESS,
     LEAST,
-    LONGER,
     NEAR_LIMIT,
     SAFETY,
     SHORTEST,
@@ -111,7 +110,7 @@ def _try_implicit(lanes: Lanes, h: Wide) -> bool:
     is_due = lanes.untried_steps >= UNTRIED or (
         lanes.stiff_steps >= STIFF_AFTER and lanes.patience == 0.0
     )
-    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > LONGER * h
+    is_due = is_due and lanes.is_on > 0.5 and lanes.end - lanes.t > rodas5p.LONGER * h
     if not any_lane(is_due):
         return False
     lanes.mark = 1.0 if is_due else 0.0
@@ -149,8 +148,8 @@ def _sample_margins(lanes: Lanes) -> None:
 
 
 @kernel
-def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
-    """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
+def _dipping(lanes: Lanes, accepted: Wide) -> Wide:
+    """Mark lanes in which a margin fires or may fire between samples."""
     n, samples = lanes.plant.margins, lanes.samples
     _sample_margins(lanes)
     mark = accepted * 0.0
@@ -158,6 +157,27 @@ def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
         for j in range(1, 5):
             mark = 1.0 if samples[j * n + i] < 0.0 else mark
         mark = 1.0 if may_dip(lanes, i, lanes.t_new - lanes.t) else mark
+    return mark
+
+
+@kernel
+def _falling(lanes: Lanes, accepted: Wide) -> Wide:
+    """Mark lanes in which the polynomial of a margin may fall below zero."""
+    mark, h = accepted * 0.0, lanes.t_new - lanes.t
+    evaluate_wide(lanes.plant.margin, lanes, lanes.x, lanes.t, lanes.m, lanes.margin)
+    for i in range(lanes.plant.margins):
+        bound = falls.rest(lanes, i, h)
+        is_clear = bound > 0.0 or accepted < 0.5
+        if any_lane(not is_clear):
+            is_clear = is_clear or falls.least(lanes, i, h, bound) > 0.0
+        mark = mark if is_clear else 1.0
+    return mark
+
+
+@kernel
+def _without_suspects(lanes: Lanes, accepted: Wide) -> Wide:
+    """Accepted lanes but for those in which a margin fires or may fire, whose runs go on alone."""
+    mark = _falling(lanes, accepted) if lanes.row > lanes.columns else _dipping(lanes, accepted)
     mark = mark if accepted > 0.5 else 0.0
     lanes.mark = mark
     for k in range(lanes.count if any_lane(mark > 0.5) else 0):
@@ -316,7 +336,7 @@ def _note_rough(lanes: Lanes, is_good: Wide) -> None:
     watch, t, t_new = lanes.watch, lanes.t, lanes.t_new
     rough = 1.0 + 0.0 * t
     if lanes.by_series:
-        if lanes.row > lanes.plant.states:
+        if lanes.columns > lanes.plant.states:
             rough = 1.0 if taylor.integrals(lanes, t_new - t) > 1.0 else 0.0
     else:
         rough = 1.0 if dop853.integrals_by_stages(lanes, t_new - t) > 1.0 else 0.0
