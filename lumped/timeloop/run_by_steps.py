@@ -219,9 +219,9 @@ class RunBySteps(Simulation):
         code = self._executable
         if self._is_implicit and code.plant.states:
             code.add_matrix(run)
-        if self._has_series and not self._is_implicit and code.plant.states:
-            if self._method == "taylor" or code.taylor.exist:
-                code.taylor.add_to(run, self.rtol)
+        has_series = self._has_series and (self._method == "taylor" or code.taylor.exist)
+        if has_series and not self._is_implicit and code.plant.states:
+            code.taylor.add_to(run, self.rtol)
         run.is_implicit = self._is_implicit
 
     def _take_series(self) -> None:
