@@ -1,7 +1,7 @@
 """Each run of an ensemble beside the single run of its parameters; lanes beside none.
 
 ``python tests/ensemble_runs.py hybrid 0 500`` compares drives of `hybrid_drives`, with ``smooth``
-those of `random_drives`.
+those of `random_drives`; a method may follow.
 """
 
 import sys
@@ -191,18 +191,18 @@ def deviation_from_samples(of, values, system, varied, point, until):
     return worst
 
 
-def compare(kind, seed):
+def compare(kind, seed, method="steps"):
     """One drive: lanes or none, an ensemble and single runs, and samples of a single run.
 
     Gives how many runs have events and fail, the number of steps, and the deviation from samples.
     """
     system, until, varied, points = drive(kind, seed)
     of = all_functionals(system, until)
-    side_by_side = ran(system, varied, points, of, until)
-    assert_same_bits(ran(system, varied, points, of, until, Alone), side_by_side)
+    side_by_side = ran(system, varied, points, of, until, method=method)
+    assert_same_bits(ran(system, varied, points, of, until, Alone, method=method), side_by_side)
     times, also = (0.31 * until, 0.77 * until), event_functionals(system)
     found, runs = assert_equal_to_single_runs(
-        system, varied, points, states(system), until, times, also
+        system, varied, points, states(system), until, times, also, method=method
     )
     assert_events_are_those(found, runs)
     away = 0.0
@@ -213,12 +213,12 @@ def compare(kind, seed):
     return events, failed, int(side_by_side.steps.sum()), away
 
 
-def main(kind, first, last):
+def main(kind, first, last, method="steps"):
     """Compare many drives and count."""
     count = Counter()
-    for seed in range(first, last):
+    for seed in range(int(first), int(last)):
         try:
-            events, failed, _, away = compare(kind, seed)
+            events, failed, _, away = compare(kind, seed, method)
         except AssertionError as error:
             count["DIFFERS"] += 1
             print(f"{seed}: {str(error)[:300]}")
@@ -235,4 +235,4 @@ def main(kind, first, last):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    main(*sys.argv[1:])

@@ -29,6 +29,20 @@ class FourBar(lp.Component):
         yield self.f_y * cos(q) - self.f_x * sin(q) == 0
 
 
+class Rod(lp.Component):
+    """Rigid rod between a slide along x and one along y: x^2 + y^2 = length^2."""
+
+    x = lp.LinearFlange()
+    y = lp.LinearFlange()
+    length: lp.Param = lp.param("m", "length", 2.0, above=0)
+    pull: lp.Var = lp.var("N/m", "force in the rod over its length")
+
+    def equations(self):
+        yield self.x.s**2 + self.y.s**2 == self.length**2
+        yield self.x.f == self.pull * self.x.s
+        yield self.y.f == self.pull * self.y.s
+
+
 def four_bar(**starts):
     return lp.compose(
         crank=Inertia(J=2.0, **starts),

@@ -11,6 +11,7 @@ import numpy as np
 
 from lumped.code.records import address
 from lumped.compiler.system import System
+from lumped.ensembles.other_leads import AloneRecords, OtherLeads
 from lumped.ensembles.run_records import RunOptions, RunRecords
 from lumped.ensembles.watched import Collected
 from lumped.errors import LumpedError
@@ -64,6 +65,8 @@ class NativeRuns(RunRecords):
         super().__init__(system, names, theta, of, options)
         self._own = threading.local()
         self._workers: list[_Worker] = []
+        self._led: dict[System, RunRecords] = {}
+        self._building = threading.Lock()
         self.is_stopped = False
 
     def run(self, values: np.ndarray) -> Batch:
@@ -79,6 +82,14 @@ class NativeRuns(RunRecords):
             worker = self._own.worker = _Worker(self)
             self._workers.append(worker)
         return worker.run(np.ascontiguousarray(values, dtype=float))
+
+    def led(self, system: System) -> RunRecords:
+        """Records for runs in which other states lead."""
+        with self._building:
+            if system not in self._led:
+                of = self.watched.of
+                self._led[system] = AloneRecords(system, self.names, self.theta, of, self.options)
+            return self._led[system]
 
     def __reduce__(self) -> tuple[Callable[..., NativeRuns], tuple[bytes]]:
         cloudpickle = extra("cloudpickle", "cluster", "An ensemble on a cluster")
@@ -111,11 +122,6 @@ class NativeRuns(RunRecords):
             )
         except LumpedError as error:
             return str(error)
-        if status == UNFIT:
-            return (
-                f"{system.name}: other states must lead at a dead centre of this run, which many "
-                "runs at once cannot change; sweep with a function of a Trajectory instead."
-            )
         return f"{system.name}: this run failed (status {status})."
 
 
@@ -132,11 +138,12 @@ class _Worker:
             slot.queue = self._queue
         if runs.has_lanes:
             self._lanes = runs.new_lanes(self._slots)
+        self._others = OtherLeads(runs.led)
 
     def stop(self) -> None:
         """Let the loop return at its next step."""
         place = Run.fields["pause"].place
-        for slot in self._slots:
+        for slot in (*self._slots, *self._others.slots):
             slot.run.memory_at_first[place] = slot.run.memory[place] = 0
         if self._lanes is not None:
             self._lanes.is_stopped = 1
@@ -178,6 +185,9 @@ class _Worker:
                 return
             if why == NEEDS_MATRIX:
                 self._runs.add_matrix(slot.run)
+            elif why == UNFIT:
+                self._others.finish(self._runs.system, slot)
+                slot.is_begun = 0
 
     def _go_alone(self, k: int, values: np.ndarray) -> None:
         """Run one variant whose instants or start are its own."""

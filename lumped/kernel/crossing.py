@@ -83,10 +83,11 @@ def _slope(run: Run, row: int, part: float) -> None:
 def may_dip(run: Run, k: int, length: float) -> bool:
     """Whether a margin may have been below zero between samples.
 
-    Between samples a smooth margin dips by an eighth of its second difference at most. If its
-    fourth difference is not small, or the samples contradict its slopes, the samples do not resolve
-    it and it may dip by more. The one-sided differences of fourth order are those of Fornberg,
-    Mathematics of Computation 51 (1988) 699.
+    Between samples a parabola dips by an eighth of its second difference, a sine that turns by up
+    to a radian from one to the next by less than a sixth. If its fourth difference is not small, or
+    the samples contradict its slopes, the samples do not resolve it and it may dip by more. The
+    one-sided differences of fourth order are those of Fornberg, Mathematics of Computation 51
+    (1988) 699.
     """
     n = run.plant.margins
     s, slopes = run.samples[k:], run.slopes[k:]
@@ -99,7 +100,7 @@ def may_dip(run: Run, k: int, length: float) -> bool:
     bend = max(max(abs(b0), abs(b1)), abs(b2))
     falls = min(min(min(min(min(r0, r1), r2), r3), g0), g1)
     climbs = max(max(max(max(max(r0, r1), r2), r3), g0), g1)
-    turns = falls * climbs < 0.0 and least < bend / 8.0
+    turns = falls * climbs < 0.0 and least < bend / 6.0
     early = -25 / 12 * s0 + 4.0 * s1 - 3.0 * s2 + 4 / 3 * s3 - 1 / 4 * s4
     late = 25 / 12 * s4 - 4.0 * s3 + 3.0 * s2 - 4 / 3 * s1 + 1 / 4 * s0
     rough = max(abs(b0 - 2.0 * b1 + b2), abs(0.25 * g0 - early))

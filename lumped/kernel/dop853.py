@@ -108,10 +108,11 @@ integrals_by_stages = written(
     for i in range(n):
         watch.parts[i] = h * ({_over_looks(tableau.B)})
         a, b = {_over_looks(tableau.E5)}, {_over_looks(tableau.E3)}
+        c = {_over_looks(tableau.E6)}
         size = abs(v[i])
         for r in range(1, {len(_LOOKED)}):
             size = max(size, abs(v[r * n + i]))
-        error = a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300))
+        error = max(a * a / sqrt(max(a * a + 0.01 * b * b, 1e-300)), _DOUBT * abs(c))
         size = max(h * size, abs(watch.sums[i]))
         worst = max(worst, h * error / max(run.rtol * size, 1e-300))
     return worst

@@ -98,7 +98,7 @@ class Watch(Record):
     ends_at: float
     may_rise: int
     sign: Annotated[Integers, "extremes"]
-    samples: Annotated[Numbers, "5 * extremes"]
+    samples: Annotated[Numbers, "8 * extremes"]
     best: Annotated[Numbers, "extremes"]
 
     points: int

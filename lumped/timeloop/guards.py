@@ -2,44 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import casadi as ca
 import numpy as np
 
 from lumped.compiler.system import System
-from lumped.kernel.run import MOST_JUMP, MOST_LEVERAGE
+from lumped.kernel.run import MOST_JUMP
 from lumped.support.made_once import made_once
 
 __all__ = [
-    "Unfit",
     "finite_fault",
     "followers",
     "jump_fault",
     "levers",
     "may_be_unfit",
     "shrinking_fault",
-    "unfit_states",
 ]
 
 _ELSEWHERE = 25
 """Points at which it is looked at for that."""
-
-
-class Unfit(NamedTuple):
-    """A state that should not lead any more.
-
-    Attributes
-    ----------
-    point : int
-        Number of the point at which this was found.
-    follower, leader : int
-        Node that should lead, node of the state that leads now.
-    """
-
-    point: int
-    follower: int
-    leader: int
 
 
 def finite_fault(system: System, t: float, x: np.ndarray, rates: np.ndarray) -> str | None:
@@ -115,36 +95,6 @@ def shrinking_fault(
 def may_be_unfit(system: System) -> bool:
     """Whether what a state leads varies at all."""
     return bool(levers(system)[0])
-
-
-def unfit_states(
-    system: System,
-    theta: np.ndarray,
-    t: np.ndarray,
-    x: np.ndarray,
-    modes: np.ndarray,
-    guesses: np.ndarray,
-) -> Unfit | None:
-    """The first of several points at which a state hardly leads what depends on it.
-
-    Near a dead centre of a linkage the leading angle stands still while others move.
-
-    Parameters
-    ----------
-    t, x, modes, guesses : ndarray, shapes (k,), (k, n), (m,), (k, i)
-        The points.
-    """
-    pairs, function = levers(system)
-    if not pairs or not len(t):
-        return None
-    settings = np.vstack([np.repeat(modes[:, None], len(t), axis=1), guesses.T])
-    ratios = np.abs(np.asarray(function(x.T, theta, t[None, :], settings)))
-    worst = np.where(np.isfinite(ratios), ratios, np.inf).max(axis=0)
-    beyond = np.flatnonzero(worst > MOST_LEVERAGE)
-    if not len(beyond):
-        return None
-    point = int(beyond[0])
-    return Unfit(point, *pairs[int(np.argmax(ratios[:, point]))])
 
 
 def _dependent(system: System) -> list[int]:

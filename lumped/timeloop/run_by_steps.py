@@ -6,7 +6,6 @@ import itertools
 import math
 import time as clock
 
-import casadi as ca
 import numpy as np
 
 from lumped.errors import SolverError
@@ -31,9 +30,10 @@ from lumped.kernel.run import (
 )
 from lumped.timeloop.event import Event
 from lumped.timeloop.executable import executable, span
-from lumped.timeloop.guards import Unfit, finite_fault, shrinking_fault, unfit_states
+from lumped.timeloop.guards import finite_fault, shrinking_fault
 from lumped.timeloop.holds import hold_words
 from lumped.timeloop.kept_run import KeptRun
+from lumped.timeloop.leading_states import exchanged
 from lumped.timeloop.output_room import OutputRoom
 from lumped.timeloop.positions import no_fit
 from lumped.timeloop.recorder import Recorder
@@ -272,42 +272,23 @@ class RunBySteps(Simulation):
 
     def _change_states(self) -> None:
         """Let another motion lead."""
-        run, old = self._run, self.system
-        t, x, settings = float(run.t), run.x.copy(), run.m.copy()
-        count = len(settings) - self._executable.plant.implicit
-        point = (np.array([t]), x[None, :], settings[:count], settings[None, count:])
-        unfit = unfit_states(old, self.point.theta, *point)
-        assert unfit is not None
-        after, before = self._leading(unfit)
+        run, t = self._run, float(self._run.t)
+        lead = exchanged(self.system, self.point.theta, t, run.x.copy(), run.m.copy())
         if t == self._changed_at:
             self.refuse(
                 f"at t = {t:.9g} s no choice of states determines the position: "
-                f"{after} leads instead of {before}. The linkage is singular there; check its "
-                "lengths."
+                f"{lead.after} leads instead of {lead.before}. The linkage is singular there; "
+                "check its lengths."
             )
         self._changed_at = t
-        self.events.append(Event(t, after.rpartition(".")[0], before, after))
-        new = old.led_by(unfit.follower, unfit.leader)
-        wanted = [*new.structure.states, *new.structure.implicit]
-        function = ca.Function("change", old.inputs, [old.structure.values.of(wanted)])
-        found = np.asarray(function(x, self.point.theta, t, settings)).ravel()
-        states, implicit = np.split(found, [len(new.structure.states)])
-        self.system = new
-        self.output.open(new)
+        self.events.append(Event(t, lead.after.rpartition(".")[0], lead.before, lead.after))
+        self.system = lead.system
+        self.output.open(lead.system)
         ring, changes = run.changed.copy(), run.changed_count
-        self._executable = executable(new)
+        self._executable = executable(lead.system)
         kept = self._with_options(None, run.segment, RESTART, t)
-        self._stand(kept, states, np.concatenate([settings[:count], implicit]))
+        self._stand(kept, lead.x, lead.settings)
         self._run.changed[:], self._run.changed_count = ring, changes
-
-    def _leading(self, unfit: Unfit) -> tuple[str, str]:
-        """Names of the states that lead after and before a change."""
-        reduced = self.system.structure.reduced
-        names = []
-        for node in (unfit.follower, unfit.leader):
-            number, _ = reduced.class_and_order(node)
-            names.append(self.system.structure.node_name(int(reduced.first[number])))
-        return names[0], names[1]
 
     def _fail(self, why: int) -> None:
         """Stop with what was computed so far."""

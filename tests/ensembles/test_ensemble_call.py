@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from linkages import double_rocker
 
 import lumped as lp
 from lumped import functionals as fun
@@ -112,13 +111,6 @@ def test_where_all_runs_fail_there_is_one_error_that_says_why_once(fussy):
     text = str(caught.value)
     assert text.startswith("ensemble: all 3 runs fail. Run 0: Fussy: the ")
     assert text.count("t = 0.3333") == 1
-
-
-def test_states_that_must_change_are_told():
-    system = lp.assemble(double_rocker(w=3.0))
-    assert lp.simulate(system, until=3.0, method="steps").t[-1] == 3.0
-    with pytest.raises(SolverError, match=r"all 2 runs fail.*other states must lead at a dead"):
-        lp.ensemble(system, over={"crank.J": [2.0, 2.1]}, until=3.0, of=[fun.final("crank.w")])
 
 
 class Saturated(lp.Component):

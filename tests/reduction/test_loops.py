@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linkages import FourBar, double_rocker, four_bar, rocker_angle
+from linkages import FourBar, Rod, double_rocker, four_bar, rocker_angle
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -88,20 +88,6 @@ def test_a_linkage_passes_the_dead_centres_of_its_crank(method):
     assert (np.diff(np.sign(run["crank.w"])) != 0).sum() > 10  # dead centres passed
     assert np.abs(np.diff(a)).max() < 0.1  # nothing jumps where the states change
     assert np.abs(np.diff(run["rocker.w"])).max() < 1.0
-
-
-class Rod(lp.Component):
-    """Rigid rod between a slide along x and one along y: x^2 + y^2 = length^2."""
-
-    x = lp.LinearFlange()
-    y = lp.LinearFlange()
-    length: lp.Param = lp.param("m", "length", 2.0, above=0)
-    pull: lp.Var = lp.var("N/m", "force in the rod over its length")
-
-    def equations(self):
-        yield self.x.s**2 + self.y.s**2 == self.length**2
-        yield self.x.f == self.pull * self.x.s
-        yield self.y.f == self.pull * self.y.s
 
 
 def test_a_pendulum_in_cartesian_coordinates_turns_over_and_keeps_its_period():

@@ -35,7 +35,7 @@ class LaneWatch(Record):
     end_value: Function
     ends: Annotated[Wides, "lanes * 4 * extremes"]
     sign: Annotated[Integers, "extremes"]
-    samples: Annotated[Wides, "lanes * 5 * extremes"]
+    samples: Annotated[Wides, "lanes * 8 * extremes"]
     best: Annotated[Wides, "lanes * extremes"]
 
 

@@ -21,6 +21,7 @@ from lumped.kernel.run import (
     GOES_ON,
     NEEDS_MATRIX,
     NO_START,
+    UNFIT,
     Run,
 )
 from lumped.kernel.sharing import watch_redundancy
@@ -277,7 +278,7 @@ def until_steps_of(variants: Variants) -> int:
                 status = advance(run)
                 if status == GOES_ON:
                     continue
-        if status == FULL or status == NEEDS_MATRIX:
+        if status == FULL or status == NEEDS_MATRIX or status == UNFIT:
             return status
         _end_variant(variants, status)
 
@@ -285,7 +286,7 @@ def until_steps_of(variants: Variants) -> int:
 @kernel
 def after_attempt(variants: Variants, status: int) -> int:
     """Go on after an attempt that gave a status; as `until_steps_of`."""
-    if status == FULL or status == NEEDS_MATRIX:
+    if status == FULL or status == NEEDS_MATRIX or status == UNFIT:
         return status
     if status != GOES_ON:
         _end_variant(variants, status)
