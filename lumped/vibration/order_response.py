@@ -18,7 +18,7 @@ from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.order_solution import Excitations, order_solution
 from lumped.vibration.response import refuse_rates
 from lumped.vibration.rotation import Rotation, rotation
-from lumped.vibration.small_vibrations import SmallVibrations, small_vibrations
+from lumped.vibration.small_vibrations import small_vibrations
 from lumped.vibration.synthesis import Synthesis
 
 if TYPE_CHECKING:
@@ -59,6 +59,8 @@ class OrderResponse:
         Largest backward error of the equations solved.
     damping_ratio : float
         What was added to the damping of every elastic mode.
+    excitations : dict of str to dict of float to ndarray of complex, shape (k,)
+        Amplitudes that were given, by inputs and orders.
     """
 
     system: System
@@ -70,8 +72,7 @@ class OrderResponse:
     rotation: Rotation
     residual: float
     damping_ratio: float
-    _small: SmallVibrations
-    _excitations: Excitations
+    excitations: Excitations
 
     @checked
     def __getitem__(self, output: Name) -> Complex:
@@ -319,7 +320,6 @@ def order_response(
         found,
         solved.residual,
         damping_ratio,
-        small,
         wanted,
     )
 

@@ -17,7 +17,7 @@ from lumped.support.text_table import number, table
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_solution import order_solution, samples_of
-from lumped.vibration.small_vibrations import Parts, SmallVibrations
+from lumped.vibration.small_vibrations import Parts, SmallVibrations, small_vibrations
 
 __all__ = ["OrderSensitivity", "order_sensitivity"]
 
@@ -190,11 +190,12 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
 
 def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
     """Derivatives by all parameters, shape (p,)."""
-    small, orders = response._small, response.orders
+    inputs, orders = tuple(response.excitations), response.orders
+    small = small_vibrations(response.system, inputs, response.outputs)
     over = response.rotation.at(k)
     wanted = {
         name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-        for name, harmonics in response._excitations.items()
+        for name, harmonics in response.excitations.items()
     }
     solved = order_solution(small, over, orders, wanted)
     n, count = over.x.shape[1], len(orders)

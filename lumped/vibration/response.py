@@ -83,7 +83,11 @@ class FrequencyResponse:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     point: OperatingPoint
-    _matrices: Held
+
+    @cached_property
+    def matrices(self) -> Held:
+        """A, B, C and D at any frequency."""
+        return Held(self.point, Matrices(self.system, self.point, self.inputs, self.outputs))
 
     @checked
     def __getitem__(self, names: tuple[Name, Name]) -> Complex:
@@ -96,7 +100,7 @@ class FrequencyResponse:
         """Largest backward error of the equations solved, ``|b - M x| / (|M| |x| + |b|)``."""
         worst = 0.0
         for f in self.hertz if len(self.system.state_names) else ():
-            A, B, _, _ = self._matrices.at(f)
+            A, B, _, _ = self.matrices.at(f)
             M, right = _shifted(A, f), B.toarray()
             x = scipy.sparse.linalg.splu(M).solve(right.astype(complex))
             size = abs(M) @ np.abs(x) + np.abs(right)
@@ -137,9 +141,7 @@ class FrequencyResponse:
         low = _STATIC * self.hertz[self.hertz > 0].min(initial=np.inf)
         if not np.isfinite(low):
             raise OptionError("amplification: analyse at least one frequency above 0 Hz.")
-        lower, static = np.abs(
-            _solved(self._matrices, [low / 10, low], self.system)[:, row, column]
-        )
+        lower, static = np.abs(_solved(self.matrices, [low / 10, low], self.system)[:, row, column])
         if not static or abs(lower / static - 1) > 1e-3:
             raise OptionError(
                 f"{self.system.name}: {self.outputs[row]} has no static response to "
@@ -160,7 +162,7 @@ class FrequencyResponse:
         size = np.abs(self.values[:, row, column])
 
         def height(hertz: float) -> float:
-            return -float(np.abs(_solved(self._matrices, [hertz], self.system)[0, row, column]))
+            return -float(np.abs(_solved(self.matrices, [hertz], self.system)[0, row, column]))
 
         found = []
         for k in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1:
@@ -294,9 +296,8 @@ def frequency_response(
             f"exp({faster:.4g} t), most in {state}, so no steady response is ever reached. Take a "
             "stable operating point, or add damping or control."
         )
-    held = Held(point, matrices)
-    values = _solved(held, at_hertz, system)
-    return FrequencyResponse(system, at_hertz, values, given, observed, point, held)
+    values = _solved(Held(point, matrices), at_hertz, system)
+    return FrequencyResponse(system, at_hertz, values, given, observed, point)
 
 
 class Held:

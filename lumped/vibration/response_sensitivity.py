@@ -134,7 +134,7 @@ def response_sensitivity(
     slope = ca.densify(ca.gradient(ca.dot(y, along), ca.vertcat(x, theta)))
     function = ca.Function("contraction", [*system.inputs, y, ca.vertcat(v, e)], [slope])
     count = left.shape[1]
-    thetas = [response._matrices.theta(f) for f in response.hertz]
+    thetas = [response.matrices.theta(f) for f in response.hertz]
     at = [np.repeat(np.c_[point.x], count, axis=1), np.repeat(np.c_[*thetas], q * m, axis=1)]
     call = function.map(count)
 
@@ -170,7 +170,7 @@ def _vectors(response: FrequencyResponse, n: int, m: int, q: int) -> tuple[Compl
     right = np.zeros((len(hertz), q, m, n + m), dtype=complex)
     left[..., n:], right[..., n:] = np.eye(q)[:, None, :], np.eye(m)[None, :, :]
     for k, f in enumerate(hertz if n else ()):
-        A, B, C, _ = response._matrices.at(f)
+        A, B, C, _ = response.matrices.at(f)
         factors = scipy.sparse.linalg.splu(
             scipy.sparse.csc_array(2j * np.pi * f * scipy.sparse.eye_array(n, format="csc") - A)
         )

@@ -24,6 +24,10 @@ def viscous(at: Motion) -> float:
     return at.p["d"] * at.rel(at.v) ** 2
 
 
+def lossy(at: Motion) -> float:
+    return at.p["c"] * at.p["eta"] / at.p["w_loss"] * at.rel(at.v) ** 2
+
+
 def by_rows(free_length: str) -> Energy:
     """Energy of a spring by rows: the trapezoids under the lines from no stretch to this one."""
 
@@ -123,6 +127,7 @@ STORED: dict[type[lp.Component], Energy] = {
     rotation.NonlinearSpring: by_rows("phi_rel0"),
     translation.NonlinearSpring: by_rows("s_rel0"),
     rotation.Spring: elastic("phi_rel0"),
+    rotation.LossSpring: elastic("phi_rel0"),
     rotation.SpringDamper: elastic("phi_rel0"),
     translation.ElastoGap: gap_energy,
     translation.Mass: kinetic("m"),
@@ -138,6 +143,7 @@ STORED: dict[type[lp.Component], Energy] = {
 DISSIPATED: dict[type[lp.Component], Power] = {
     contact.ElastoBacklash: play_heat,
     rotation.Damper: viscous,
+    rotation.LossSpring: lossy,
     rotation.SpringDamper: viscous,
     translation.Damper: viscous,
     translation.ElastoGap: gap_heat,

@@ -93,6 +93,11 @@ def made():
     response = lp.frequency_response(
         system, inputs=["motor.tau"], outputs=["b.w"], hertz=np.linspace(1.0, 5.0, 7)
     )
+    orders = lp.vibration.order_response(
+        system, speeds=[5.0, 8.0], of=["shaft.tau"], excitations={"motor.tau": {1: 2.0, 2: 1j}}
+    )
+    limit = lp.vibration.Limit("shaft.tau", 10.0)
+    lines = lp.vibration.sine_triangle_lines(450.0)
     orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, warm_up=5.0)
     shaken = lp.simulate(lp.assemble(composed()), until=2 * np.pi / 5, grid=40)
     pull, vary = fun.rms("drive.flange.tau"), {"spring.c": (1.0, 1000.0)}
@@ -129,6 +134,15 @@ def made():
         lp.vibration.shape_sensitivity(modes, of=["b.phi"], to=["shaft.c"]),
         response,
         response.peaks("b.w", "motor.tau")[0],
+        orders,
+        orders.synthesis("shaft.tau"),
+        lp.vibration.order_sensitivity(orders, "shaft.tau", to=["shaft.c"]),
+        limit,
+        lp.vibration.verdict(orders, [limit]),
+        lp.vibration.BarredRange(3.0, 4.0),
+        lines[0],
+        lp.vibration.line_crossings(lines, [15.6], speeds=[30.0, 190.0])[0],
+        lp.vibration.MarineShaft(d=0.3, tensile=6e8, rated=10.0),
         lp.vibration.response_sensitivity(response, to=["shaft.c"]),
         lp.points.equilibrium_sensitivity(point, of=["shaft.tau"], to=["motor.tau"]),
         lp.vibration.root_locus(system, "shaft.c", values=[100.0, 200.0]),
