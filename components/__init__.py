@@ -140,7 +140,7 @@ from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
 from lumped.components.shafts.element import ShaftElement
-from lumped.components.shafts.materials import MATERIALS, Material
+from lumped.components.shafts.materials import Material
 from lumped.components.shafts.notches import Fillet, Keyway, RadialHole
 from lumped.components.shafts.sections import Disc, Hollow, Keyed, Solid, Splined, Taper
 from lumped.components.shafts.shaft import Notch, Section, Shaft
@@ -160,7 +160,6 @@ from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
 
 __all__ = [
-    "MATERIALS",
     "Acceleration",
     "AccelerationSensor",
     "AngleSensor",

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import lumped as lp
-from lumped.components import MATERIALS, Shaft, Solid
+from lumped.components import Shaft, Solid
+from lumped.components.shafts.materials import MATERIALS
 
 HERE = Path(__file__).parent
 

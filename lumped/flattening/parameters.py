@@ -191,16 +191,7 @@ class Parameters:
         """
         found = self._ruled_function(theta)[0]
         faults = self._faults(found[None], np.arange(len(found)))
-        _refuse(model, [text for rule, text, _ in faults if not self._follows(rule, faults)])
-
-    def _follows(self, rule: int, faults: list[tuple[int, str, np.ndarray]]) -> bool:
-        """Whether a bound parameter is out of range only because one that it follows from is."""
-        if rule >= len(self.declared) or rule in self._places:
-            return False
-        limits = len(self.declared)
-        numbers = {r if r < limits else self.ordered[r - limits][0] for r, *_ in faults}
-        causes = [self._places[number] for number in numbers if number in self._places]
-        return bool(causes) and ca.depends_on(self.values[rule], self.theta[causes])
+        _refuse(model, [text for _, text, _ in faults])
 
     def outside(
         self, theta: np.ndarray, places: list[int], values: np.ndarray
@@ -250,24 +241,49 @@ class Parameters:
         fits = (values >= least) & (values <= most) & ~(nonzero & (values == 0))
         if not within(values):
             fits &= np.reshape([beyond(v) is None for v in values.flat], values.shape)
-        found = []
-        for j in sorted(set((~fits).nonzero()[1].tolist())):
-            runs, number = np.flatnonzero(~fits[:, j]), int(numbers[j])
-            found.append((number, self.fault(number, float(values[runs[0], j])) or "", runs))
-        if not len(ordered):
-            return found
         highs, strict = (part[ordered] for part in self._ordered)
-        values = values[:, numbers.searchsorted(highs)]
-        low = (values < limits) | (strict & (values == limits))
-        for j in sorted(set(low.nonzero()[1].tolist())):
-            runs, quantity = np.flatnonzero(low[:, j]), self.declared[highs[j]]
-            _, _, name, (unit, text) = self.ordered[ordered[j]]
-            value = amount(values[runs[0], j], quantity.unit)
-            relation = "greater than" if quantity.strict else "at least"
-            limit = f"{name} = {amount(limits[runs[0], j], unit)}{text}"
-            text = f"{self.names[highs[j]]} = {value} ({quantity.text}) must be {relation} {limit}"
-            found.append((int(rules[count + j]), text, runs))
+        higher = values[:, numbers.searchsorted(highs)] if len(ordered) else limits
+        low = (higher < limits) | (strict & (higher == limits))
+        wrong = np.hstack([~fits, low])
+        self._leave_out_followers(wrong, numbers, highs)
+        found = []
+        for j in np.flatnonzero(wrong.any(axis=0)).tolist():
+            runs = np.flatnonzero(wrong[:, j])
+            if j < count:
+                number = int(numbers[j])
+                text = self.fault(number, float(values[runs[0], j])) or ""
+            else:
+                text = self._order(
+                    int(ordered[j - count]),
+                    *(float(part[runs[0], j - count]) for part in (higher, limits)),
+                )
+            found.append((int(rules[j]), text, runs))
         return found
+
+    def _leave_out_followers(
+        self, wrong: np.ndarray, numbers: np.ndarray, highs: np.ndarray
+    ) -> None:
+        """Take out bound parameters that are out of range only as others are in the same run."""
+        every = np.append(numbers, highs).tolist()
+        for j in np.flatnonzero(wrong[:, : len(numbers)].any(axis=0)).tolist():
+            number = every[j]
+            if number in self._places:
+                continue
+            for k in np.flatnonzero((wrong & wrong[:, [j]]).any(axis=0)).tolist():
+                cause = self._places.get(every[k])
+                if cause is not None and ca.depends_on(self.values[number], self.theta[cause]):
+                    wrong[:, j] &= ~wrong[:, k]
+
+    def _order(self, rule: int, high: float, limit: float) -> str:
+        """Text that says that a value is below its limit."""
+        number, _, name, (unit, text) = self.ordered[rule]
+        quantity = self.declared[number]
+        relation = "greater than" if quantity.strict else "at least"
+        value = amount(high, quantity.unit)
+        return (
+            f"{self.names[number]} = {value} ({quantity.text}) must be {relation} "
+            f"{name} = {amount(limit, unit)}{text}"
+        )
 
     def fault(self, number: int, value: float) -> str | None:
         """Text that says why a value is out of range, or None if it is not."""

@@ -7,7 +7,6 @@ from shaft_rigs import RHO, G, free, held, metres, rows, section
 
 import lumped as lp
 from lumped.components import (
-    MATERIALS,
     Disc,
     Fillet,
     Fixed,
@@ -22,6 +21,7 @@ from lumped.components import (
     Torque,
 )
 from lumped.components.shafts.fineness import elements_needed
+from lumped.components.shafts.materials import MATERIALS
 from lumped.errors import DeclarationError, OptionError, ParameterError, UnknownNameError
 from lumped.numerics.uniform_bar import dynamic_stiffness
 

@@ -156,6 +156,10 @@ def test_a_text_in_place_of_a_list_of_names_gets_its_brackets(name, option, mode
         known["response"] = lp.frequency_response(
             system, inputs=["t.tau"], outputs=["shaft.tau"], hertz=[1.0]
         )
+    if function is lp.vibration.order_sensitivity:
+        known["response"] = lp.vibration.order_response(
+            system, speeds=[3.0], of=["shaft.tau"], excitations={"t.tau": {1: 1.0}}
+        )
     for given in ("t.tau", model.t.tau):
         text = message(
             lambda given=given: function(
@@ -175,6 +179,8 @@ def rest_for(function, first):
         "hertz": [1.0],
         "inputs": [],
         "outputs": [],
+        "output": "shaft.tau",
+        "speeds": [3.0],
         "to": ["motor.J"],
         "along": [1.0],
         "over": {"motor.J": [1.0]} if function is lp.gradients.gradient_ensemble else ["motor.J"],
