@@ -146,6 +146,15 @@ def summary() -> list[tuple[str, str, str]]:
             f"{lowest['modes, s']} s, error {lowest['error']}",
         )
     )
+    vibrating = pick("order_response", inertias="9")
+    found.append(
+        (
+            "1 000 speeds and 24 orders of a drive of nine inertias",
+            "order_response",
+            f"{vibrating['order response, ms']} ms, {vibrating['over batched solver']} of a "
+            "batched solver in numpy by hand",
+        )
+    )
     masses, side = pick("ensembles_whole", task="a"), pick("ensembles", task="a", rtol="1e-06")
     found.append(
         (
