@@ -3,8 +3,9 @@
 Chains of inertias and springs with a loss factor, excited at six of them by 24 orders at 1 000
 speeds: all amplitudes of two shaft torques by `order_response`, against numpy written by hand for
 this drive, whose batched solver takes the complex matrices of all points at once, and against one
-tridiagonal elimination for all points, which no branched drive has. Least of several calls, alternating, processor time; the
-difference is relative to the largest amplitude. A six-cylinder crankshaft has nine masses.
+tridiagonal elimination for all points, which no branched drive has. Least of several calls,
+alternating, processor time; the difference is relative to the largest amplitude. A six-cylinder
+crankshaft has nine masses.
 
     python -m benchmarks.order_response
 """
