@@ -7,7 +7,6 @@ run stopped are crossed by the transposed matrices of `Saltation`.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +16,7 @@ import numpy as np
 
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.jumps import Crossing, EventDerivatives, Side
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.state_changes import exchange_fault
@@ -72,11 +72,10 @@ class Leg:
         x, m = self.x[i : i + 1].repeat(2, axis=0), self.settings[i : i + 1].repeat(2, axis=0)
         return Span(run.theta, np.array([self.t[i], t]), x, m, run.statistics.implicit_from)
 
-    def margins(self, run: Trajectory) -> np.ndarray:
-        """Greatest size of each margin at the ends of the steps."""
-        found, _ = run.system.margins(self.x.T, run.theta, self.t[None, :], self.settings.T)
-        largest: np.ndarray = np.abs(np.asarray(found)).reshape(-1, len(self.t)).max(axis=1)
-        return largest
+    @property
+    def course(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times, states and settings."""
+        return self.t, self.x, self.settings
 
     def cut(self, run: Trajectory, steps: Steps, t: float) -> None:
         """Make an instant inside the leg the end of a step."""
@@ -231,14 +230,13 @@ def crossings_of(run: Trajectory, legs: list[Leg], rtol: float) -> list[Crossing
     SolverError
         Where the run has no derivatives.
     """
-    saltation, found = saltation_of(run.system), []
-    for last, leg in itertools.pairwise(legs):
-        old, new = (last.x[-1], last.settings[-1]), (leg.x[0], leg.settings[0])
-        found.append(saltation.at(run, float(leg.t[0]), old, new, rtol, last.margins(run)))
+    saltation = saltation_of(run.system)
+    found = saltation.between(run, [leg.course for leg in legs], rtol)
     soon = _AT_ONCE * float(legs[-1].t[-1])
     for k in range(len(found) - 1):
         if found[k + 1].t - found[k].t <= soon and found[k].orders:
-            accuracy = max(rtol, _AT_ONCE) * legs[k].margins(run)
+            (sizes,) = margin_sizes(run.system, run.theta, [legs[k].course])
+            accuracy = max(rtol, _AT_ONCE) * sizes
             both = saltation.joined(run, found[k], found[k + 1], accuracy)
             if both is not None:
                 found[k], found[k + 1] = Crossing(found[k].t, ()), both

@@ -350,7 +350,7 @@ class SmoothParts:
                 holds = [
                     h for h in (blow.members if blow else ()) if names[h] == functional.component
                 ]
-                struck = [h for h in holds if self._is_struck(jump, h, functional)]
+                struck = [h for h in holds if self._impact("impulse", number, jump, h).value != 0]
                 if struck:
                     found.append((number, jump, struck))
         chosen = found
@@ -370,24 +370,20 @@ class SmoothParts:
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                y, by_x, by_p, along = self._impact(functional.kind, jump, h)
+                value, *slopes, rate = self._impact(functional.kind, number, jump, h)
                 t = float(self.legs[number - 1].t[-1])
-                yield Way(
-                    float(y[0]),
-                    (AdjointPoint(number - 1, t, 0, by_x, by_p, number, float(along[0])),),
-                )
+                yield Way(value, (AdjointPoint(number - 1, t, 0, *slopes, number, rate),))
 
-    def _is_struck(self, jump: EventDerivatives, hold: int, functional: Impact) -> bool:
-        return bool(self._impact("impulse", jump, hold)[0][0] != 0)
-
-    def _impact(self, kind: str, jump: EventDerivatives, hold: int) -> list[np.ndarray]:
+    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
         jumps, blow = jump.act
         assert blow is not None
         changes = saltation_of(self.run.system).changes
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
-        t = next(c.t for c in self.crossings if any(jump is j for o in c.orders for j in o))
         x, m = jump.before
-        return [np.asarray(v).ravel() for v in function(x, self.run.theta, t, m)]
+        y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
+        one = np.ones((1, 1))
+        slopes = (v.transposed_times(one).ravel() for v in (by_x, by_p))
+        return _Look(float(y[0]), *slopes, float(along[0]))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(

@@ -12,7 +12,8 @@ from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.saltation import TURNING
+from lumped.gradients.causes import TURNING
+from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.step_code import FRACTIONS
 from lumped.support.made_once import made_once
 from lumped.timeloop.counted_function import CountedFunction
@@ -50,7 +51,8 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
         return
     leg, t = legs[-1], float(legs[-1].t[-1])
     left, rates = touches.margins(leg, t)
-    near = left <= TURNING * rtol * leg.margins(run)
+    (sizes,) = margin_sizes(run.system, run.theta, [leg.course])
+    near = left <= TURNING * rtol * sizes
     for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 

@@ -35,10 +35,10 @@ def value(run: Run, function: Function, out: Numbers) -> int:
 
 @kernel
 def values(run: Run, function: Function, course: Samples) -> int:
-    """Evaluate a function of one result at points one after the other."""
+    """Evaluate a function at points one after the other."""
     for k in range(course.points):
         x, m = course.x[course.states * k :], course.m[course.settings * k :]
-        evaluate(function, run, x, course.t[k], m, course.found[k:])
+        evaluate(function, run, x, course.t[k], m, course.found[course.width * k :])
     return 0
 
 

@@ -247,11 +247,12 @@ class RunOutput(Record):
 
 
 class Samples(Record):
-    """Points one after the other, with the result of a function at each of them."""
+    """Points one after the other, with the results of a function at each of them."""
 
     points: int
     states: int
     settings: int
+    width: int
     t: Numbers
     x: Numbers
     m: Numbers

@@ -6,16 +6,14 @@ import numpy as np
 
 from lumped.code.operations import operations_of
 from lumped.compiler.system import System
-from lumped.kernel import engine
 from lumped.kernel.plant import Function
-from lumped.kernel.run import Run, Samples
 from lumped.support.made_once import Recent, made_once
+from lumped.timeloop.point_function import at_points
 
 __all__ = ["quantity_along"]
 
 _KEPT = 64
 """Quantities whose functions a system keeps."""
-_NOTHING = dict.fromkeys(Run.lengths(), 0)
 
 
 def quantity_along(
@@ -38,20 +36,7 @@ def quantity_along(
         Times, states, and modes with implicit quantities.
     """
     work, function = _known(system).of(key, lambda: _made(system, key))
-    found = np.empty(len(t))
-    run = Run({**_NOTHING, "work": work, "parameters": len(theta)})
-    run.p[:] = theta
-    course = Samples(
-        points=len(t),
-        states=x.shape[1],
-        settings=settings.shape[1],
-        t=np.ascontiguousarray(t),
-        x=np.ascontiguousarray(x).ravel(),
-        m=np.ascontiguousarray(settings).ravel(),
-        found=found,
-    )
-    engine.call("values", run, function, course)
-    return found
+    return at_points(function, 1, work, theta, t, x, settings).ravel()
 
 
 def _made(system: System, key: str) -> tuple[int, Function]:
