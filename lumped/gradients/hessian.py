@@ -11,11 +11,12 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Seeds, crossings_of, legs_of, steps_of
+from lumped.gradients.adjoint import crossings_of, legs_of, steps_of
 from lumped.gradients.functional_terms import SmoothParts
 from lumped.gradients.functional_values import check
 from lumped.gradients.resolved_steps import divided, resolved
 from lumped.gradients.second_order import Second
+from lumped.gradients.sweep import Seeds
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.simulation.functional_kinds import At, Final, Functional, Integral, factors
 from lumped.simulation.simulate import simulate

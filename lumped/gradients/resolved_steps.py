@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint, Leg, OnTheWay, Seeds, Steps, Swept, sweep
+from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
 from lumped.gradients.jumps import Crossing
+from lumped.gradients.sweep import OnTheWay, Seeds, Swept, sweep
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
 
