@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-import scipy
 
-from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import Leg, Steps
-from lumped.gradients.step_code import FRACTIONS, Span
+from lumped.gradients.samples import sampled, values_at
+from lumped.gradients.step_code import FRACTIONS
+from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
-from lumped.timeloop.counted_function import CountedFunction
+from lumped.timeloop.point_function import PointFunction
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["SampledExtreme", "extremes"]
@@ -52,7 +53,6 @@ class _Intervals(NamedTuple):
     """Parts of steps with values and slopes at their ends, arrays of one shape."""
 
     leg: np.ndarray
-    step: np.ndarray
     begin: np.ndarray
     end: np.ndarray
     y: np.ndarray
@@ -128,22 +128,18 @@ def _highest(
     inner = _Intervals(*(np.concatenate(columns) for columns in zip(*resolved, strict=True)))
     found = looks.ends(sampled, sign, between)
     order = np.argsort(-inner.bounds.max(axis=0), kind="stable")[:_LOCATED]
-    found += [looks.located(inner, int(k), sign) for k in order]
+    found += looks.located(inner.of(order), sign)
     return [e for e in found if e.value >= best - slack]
 
 
 @made_once
-def _look(system: System, name: str) -> ca.Function:
-    """A quantity and its slope: (x, p, t, m)."""
+def _look(system: System, name: str) -> PointFunction:
+    """A quantity and its slope."""
     x, _, t, _ = system.inputs
     y = system.expressions([name])
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))])
-
-
-@made_once
-def _counted(system: System, name: str) -> CountedFunction:
-    return CountedFunction(operations_of(_look(system, name)))
+    both = ca.densify(ca.vertcat(y, along))
+    return PointFunction(ca.Function("look", system.inputs, [both]))
 
 
 class _Looks:
@@ -156,71 +152,44 @@ class _Looks:
     def samples(self, between: tuple[float, float] | None) -> _Intervals:
         """Parts of all steps, with an estimate of how far a cubic deviates in each."""
         rows: list[np.ndarray] = []
-        for number, leg in enumerate(self.legs):
-            inside = np.ones(len(leg.t) - 1, dtype=bool)
-            if between is not None:
-                inside = (leg.t[:-1] >= between[0]) & (leg.t[1:] <= between[1])
-            if not inside.any():
-                continue
-            count = len(leg.t) - 1
-            nodes = np.empty((2, count, len(FRACTIONS) + 1))
-            nodes[:, :, 1:] = self._inside(leg.span(self.run))
-            nodes[:, 0, 0], nodes[:, 1:, 0] = self._begin(leg, 0), nodes[:, :-1, -1]
-            h = np.diff(leg.t)
-            times = leg.t[:-1, None] + h[:, None] * np.array([0.0, *FRACTIONS])
-            times[:, -1] = leg.t[1:]
-            y, slope = nodes
-            double = h[:, None] * 2 / len(FRACTIONS)
+        for leg, t, values in sampled(self.run, self.legs, self.steps, self.look):
+            y, slope = values[:, :, 0], values[:, :, 1]
+            double = (t[:, -1:] - t[:, :1]) * 2 / len(FRACTIONS)
             error = np.maximum(*_misses(y, slope, double))
             columns = (
-                np.full((count, len(FRACTIONS)), number),
-                np.repeat(np.arange(count)[:, None], len(FRACTIONS), axis=1),
-                times[:, :-1],
-                times[:, 1:],
+                np.repeat(leg[:, None], len(FRACTIONS), axis=1),
+                t[:, :-1],
+                t[:, 1:],
                 y[:, :-1],
                 y[:, 1:],
                 slope[:, :-1],
                 slope[:, 1:],
                 np.repeat(error, 2, axis=1),
             )
+            inside = np.ones(len(leg), dtype=bool)
+            if between is not None:
+                inside = (t[:, 0] >= between[0]) & (t[:, -1] <= between[1])
             rows.append(np.array([c[inside].ravel() for c in columns]))
-        if not rows:
-            leg, y = self.legs[-1], self._begin(self.legs[-1], -1)
-            t = float(leg.t[-1])
-            rows = [np.array([[len(self.legs) - 1, 0, t, t, y[0], y[0], y[1], y[1], 0.0]]).T]
+        if not any(own.size for own in rows):
+            last = len(self.legs) - 1
+            t = self.legs[-1].t[-1:]
+            y, slope = self.at([last], t)[:, :, None]
+            rows = [np.array([[last], t, t, y, y, slope, slope, [0.0]])]
         table = np.concatenate(rows, axis=1)
         if not np.isfinite(table).all():
             raise SolverError(
                 f"{self.run.system.name}: {self.name} is not finite somewhere in the run.", self.run
             )
-        return _Intervals(table[0].astype(int), table[1].astype(int), *table[2:])
+        return _Intervals(table[0].astype(int), *table[1:])
 
-    def _begin(self, leg: Leg, step: int) -> np.ndarray:
-        """Quantity and slope at the begin of a step."""
-        inputs = leg.x[step], self.run.theta, leg.t[step], leg.settings[step]
-        return np.asarray(self.look(*inputs)).ravel()
-
-    def _inside(self, span: Span) -> np.ndarray:
-        """The same inside steps, shape (2, steps, FRACTIONS)."""
-        look = _counted(self.run.system, self.name)
-        found: np.ndarray = self.steps.looked(span, look, 2).transpose(2, 0, 1)
-        return found
-
-    def at(self, leg: int, t: float) -> tuple[float, float]:
-        """Quantity and slope at a time inside a leg: those at the end of a shorter step."""
-        own = self.legs[leg]
-        step = int(np.searchsorted(own.t, t, "right")) - 1
-        if own.t[step] == t:
-            y, slope = self._begin(own, step).tolist()
-        else:
-            y, slope = self._inside(own.shorter(self.run, step, t))[:, 0, -1].tolist()
-        return y, slope
+    def at(self, legs: Sequence[int], t: np.ndarray) -> np.ndarray:
+        """Quantity and slope at times in smooth parts, shape (2, times)."""
+        return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
 
     def halved(self, parts: _Intervals, sign: float) -> _Intervals:
         """Each part in two, by shorter steps to its middle."""
         middle = 0.5 * (parts.begin + parts.end)
-        both = [self.at(int(leg), t) for leg, t in zip(parts.leg, middle.tolist(), strict=True)]
-        y, slope = sign * np.array(both).T
+        y, slope = sign * self.at(parts.leg.tolist(), middle)
         ends = np.array([parts.y, y, parts.y_end]).T
         slopes = np.array([parts.slope, slope, parts.slope_end]).T
         error = np.maximum(*_misses(ends, slopes, (parts.end - parts.begin)[:, None])).ravel()
@@ -248,18 +217,23 @@ class _Looks:
                 found.append(SampledExtreme(number, end, value, sign, 0 if fixed else number + 1))
         return found
 
-    def located(self, parts: _Intervals, k: int, sign: float) -> SampledExtreme:
-        """The extreme inside a part whose slopes differ in sign."""
-        leg, low, high = int(parts.leg[k]), float(parts.begin[k]), float(parts.end[k])
-        t = high
-        if self.at(leg, low)[1] * self.at(leg, high)[1] < 0:
-            tolerance = 1e-15 * max(1.0, high)
-            t = float(
-                scipy.optimize.brentq(
-                    lambda t: self.at(leg, t)[1], low, high, xtol=tolerance, rtol=1e-15
-                )
-            )
-        return SampledExtreme(leg, t, sign * self.at(leg, t)[0], sign, 0)
+    def located(self, parts: _Intervals, sign: float) -> list[SampledExtreme]:
+        """The extremes inside parts whose slopes differ in sign."""
+        if not len(parts.leg):
+            return []
+        legs = parts.leg.tolist()
+        ends = [self.at(legs, t)[1] for t in (parts.begin, parts.end)]
+        t = parts.end.copy()
+        own = np.flatnonzero(ends[0] * ends[1] < 0)
+        some = [v[own] for v in (parts.begin, parts.end, *ends)]
+        t[own] = bracketed_roots(
+            lambda which, times: self.at(parts.leg[own[which]].tolist(), times)[1],
+            *some,
+            1e-15 * np.maximum(1.0, some[1]),
+        )
+        values = sign * self.at(legs, t)[0]
+        found = zip(legs, t.tolist(), values.tolist(), strict=True)
+        return [SampledExtreme(leg, time, value, sign, 0) for leg, time, value in found]
 
 
 def _misses(y: np.ndarray, slope: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,6 @@ run stopped are crossed by the transposed matrices of `Saltation`, in the same s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +14,8 @@ import numpy as np
 from lumped.errors import SolverError
 from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
 from lumped.gradients.jumps import Crossing, EventDerivatives
-from lumped.gradients.step_code import Back, Jump, Pulse, Span
+from lumped.gradients.step_code import Back, Jump, Pulse
+from lumped.gradients.stretches import Stretch, stretches
 from lumped.support.made_once import made_once
 from lumped.timeloop.point_function import PointFunction
 from lumped.timeloop.result import Trajectory
@@ -26,50 +25,7 @@ __all__ = ["OnTheWay", "Seeds", "Swept", "placed", "sweep"]
 _MOST = 16
 """Orders of coinciding changes that are followed in one run."""
 _AT_ONCE = 10_000
-"""Ends of steps from which on a part of a run that is swept at once does not grow."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """Steps that are swept at once, with what changes between them in one order only.
-
-    Attributes
-    ----------
-    legs : list of (int, int, int)
-        Number of each smooth part, and from which to which end of its steps.
-    places : list of int
-        Where each begins among all ends of steps of this part.
-    """
-
-    legs: list[tuple[int, int, int]]
-    places: list[int]
-
-    @classmethod
-    def of(cls, legs: Sequence[Leg], crossings: Sequence[Crossing]) -> list[Part]:
-        """Parts of a run, in the order of time."""
-        found: list[Part] = []
-        count = 0
-        for number, leg in enumerate(legs):
-            if not found or count >= _AT_ONCE or len(crossings[number - 1].orders) > 1:
-                found.append(cls([], []))
-                count = 0
-            found[-1].legs.append((number, 0, len(leg.t) - 1))
-            found[-1].places.append(count)
-            count += len(leg.t)
-        return found
-
-    def span(self, run: Trajectory, legs: Sequence[Leg]) -> Span:
-        """Its steps."""
-        return Span.joined([legs[k].span(run, begin, end) for k, begin, end in self.legs])
-
-    def place(self, legs: Sequence[Leg], point: AdjointPoint) -> int | None:
-        """End of a step at which a result owes something; None if it is in another part."""
-        for (number, begin, end), first in zip(self.legs, self.places, strict=True):
-            if number == point.leg:
-                place = int(np.searchsorted(legs[number].t, point.time))
-                if begin <= place <= end:
-                    return first + place - begin
-        return None
+"""Steps that are swept in one call."""
 
 
 class Swept(NamedTuple):
@@ -113,7 +69,7 @@ class OnTheWay(NamedTuple):
         ]
         return cls(*made)
 
-    def take(self, part: Part, back: Back) -> None:
+    def take(self, part: Stretch, back: Back) -> None:
         """Note what a sweep over a part found."""
         for (number, begin, end), place in zip(part.legs, part.places, strict=True):
             there, here = slice(place, place + end - begin), slice(begin, end)
@@ -213,7 +169,7 @@ class _Sweep:
             found.append(orders)
         return found
 
-    def over(self, part: Part, after: Swept) -> Swept:
+    def over(self, part: Stretch, after: Swept) -> Swept:
         """Back over one part."""
         n = len(after.by_states)
         span = part.span(self.run, self.legs)
@@ -221,7 +177,7 @@ class _Sweep:
         by_parameters = after.by_parameters.copy()
         none = np.zeros(self.steps.integrals)
         for point in self.points:
-            place = part.place(self.legs, point)
+            place = part.place(self.legs, point.leg, point.time)
             if place is not None:
                 owed = np.concatenate([point.by_states, none])
                 pulses.append(Pulse(place, point.column, owed))
@@ -278,10 +234,11 @@ def sweep(
     n = len(run.system.structure.states)
     own = _Sweep(run, legs, crossings, steps, seeds, points)
     found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
-    for part in reversed(Part.of(legs, crossings)):
+    several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
+    for part in reversed(stretches(legs, _AT_ONCE, several)):
         found = [own.over(part, swept) for swept in found]
-        number = part.legs[0][0]
-        if not number or not crossings[number - 1].orders:
+        number, begin, _ = part.legs[0]
+        if begin or not number or not crossings[number - 1].orders:
             continue
         orders = list(zip(crossings[number - 1].orders, own.late[number - 1], strict=True))
         found = [own.across(*order, swept) for swept in found for order in orders]

@@ -60,15 +60,22 @@ class PointFunction:
     ----------
     function : Function
         (x, p, t, m); of sparse results only the nonzeros are given.
+
+    Attributes
+    ----------
+    width : int
+        Number of its results.
+    counted : CountedFunction
+        The function for kernels.
     """
 
     def __init__(self, function: ca.Function) -> None:
         operations = operations_of(function, full=False)
-        self._width, self._counted = operations.results, CountedFunction(operations)
+        self.width, self.counted = operations.results, CountedFunction(operations)
 
     def __call__(
         self, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
     ) -> np.ndarray:
         """Results at points, shape (points, width); see `at_points`."""
-        function = self._counted.for_more(len(t))
-        return at_points(function, self._width, self._counted.work, theta, t, x, settings)
+        function = self.counted.for_more(len(t))
+        return at_points(function, self.width, self.counted.work, theta, t, x, settings)
