@@ -71,9 +71,8 @@ class InstantLooks:
         borders = np.searchsorted(rows[order], np.arange(slopes.shape[0] + 1)).tolist()
         self._own = [order[a:b] for a, b in zip(borders[:-1], borders[1:], strict=True)]
         self._columns, self._width, self._count = columns, slopes.shape[1], margins.numel()
-        nonzeros = slopes.nz[:] if slopes.nnz() else ca.SX(0, 1)
         self._function = PointFunction(
-            ca.Function("looks", system.inputs, [ca.vertcat(*parts, nonzeros)])
+            ca.Function("looks", system.inputs, [ca.vertcat(*parts), slopes])
         )
 
     def along(self, theta: np.ndarray, course: Course) -> list[InstantValues]:
