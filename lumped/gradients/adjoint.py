@@ -15,7 +15,9 @@ from lumped.gradients.jumps import Crossing, Side
 from lumped.gradients.saltation import saltation_of
 from lumped.gradients.state_changes import exchange_fault
 from lumped.gradients.step_code import Span, StepCode
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
+from lumped.timeloop.point_function import PointFunction
 from lumped.timeloop.result import Trajectory
 from lumped.timeloop.run import nominals
 
@@ -138,9 +140,20 @@ class Steps(StepCode):
 
     @property
     @made_once
-    def integrated(self) -> ca.Function:
-        """What is integrated: (x, p, t, m)."""
+    def _integrated(self) -> ca.Function:
         return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
+
+    @property
+    @made_once
+    def integrated(self) -> ArrayFunction:
+        """What is integrated, at one point: (x, p, t, m)."""
+        return ArrayFunction(self._integrated)
+
+    @property
+    @made_once
+    def integrated_along(self) -> PointFunction:
+        """What is integrated, at points of a run."""
+        return PointFunction(self._integrated)
 
 
 @made_once

@@ -221,16 +221,12 @@ class _Looks:
         """The extremes inside parts whose slopes differ in sign."""
         if not len(parts.leg):
             return []
-        legs = parts.leg.tolist()
-        ends = [self.at(legs, t)[1] for t in (parts.begin, parts.end)]
-        t = parts.end.copy()
-        own = np.flatnonzero(ends[0] * ends[1] < 0)
-        some = [v[own] for v in (parts.begin, parts.end, *ends)]
-        t[own] = bracketed_roots(
-            lambda which, times: self.at(parts.leg[own[which]].tolist(), times)[1],
-            *some,
-            1e-15 * np.maximum(1.0, some[1]),
+        t = bracketed_roots(
+            lambda which, times: sign * self.at(parts.leg[which].tolist(), times)[1],
+            *(parts.begin, parts.end, parts.slope, parts.slope_end),
+            1e-15 * np.maximum(1.0, parts.end),
         )
+        legs = parts.leg.tolist()
         values = sign * self.at(legs, t)[0]
         found = zip(legs, t.tolist(), values.tolist(), strict=True)
         return [SampledExtreme(leg, time, value, sign, 0) for leg, time, value in found]

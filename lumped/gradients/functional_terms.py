@@ -26,6 +26,7 @@ from lumped.simulation.functionals import (
     Integral,
     Peak,
 )
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
@@ -213,8 +214,7 @@ class SmoothParts:
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(self.run, self.steps, t)
         keys = tuple(self.run.system.key(name) for name in names)
-        found = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
-        y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
+        y, by_x, by_p, rate = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
@@ -370,9 +370,11 @@ class SmoothParts:
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                value, *slopes, rate = self._impact(functional.kind, number, jump, h)
+                look = self._impact(functional.kind, number, jump, h)
                 t = float(self.legs[number - 1].t[-1])
-                yield Way(value, (AdjointPoint(number - 1, t, 0, *slopes, number, rate),))
+                slopes = look.by_states, look.by_parameters
+                point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
+                yield Way(look.value, (point,))
 
     def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
         jumps, blow = jump.act
@@ -382,8 +384,8 @@ class SmoothParts:
         x, m = jump.before
         y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
         one = np.ones((1, 1))
-        slopes = (v.transposed_times(one).ravel() for v in (by_x, by_p))
-        return _Look(float(y[0]), *slopes, float(along[0]))
+        by_states, by_parameters = (v.transposed_times(one).ravel() for v in (by_x, by_p))
+        return _Look(float(y[0]), by_states, by_parameters, float(along[0]))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(
@@ -405,10 +407,10 @@ def _sum(ways: list[Way]) -> Way:
 
 
 @made_once
-def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
+def _differentiated(system: System, names: tuple[str, ...]) -> ArrayFunction:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
     x, p, t, _ = system.inputs
     y = product(system, names)
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
-    return ca.Function("differentiated", system.inputs, results)
+    return ArrayFunction(ca.Function("differentiated", system.inputs, results))

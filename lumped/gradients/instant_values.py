@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -65,11 +66,11 @@ class InstantLooks:
         parts = [margins, tolerances, margin_rates, bends, system.rates, places]
         parts = [*map(ca.densify, (*parts, ca.jacobian(places, t)))]
         ends = np.cumsum([0, *(part.numel() for part in parts), slopes.nnz()]).tolist()
-        self._parts = [slice(*pair) for pair in zip(ends[:-1], ends[1:], strict=True)]
+        self._parts = [slice(*pair) for pair in itertools.pairwise(ends)]
         rows, columns = (np.array(v, dtype=int) for v in slopes.sparsity().get_triplet())
         order = np.argsort(rows, kind="stable")
         borders = np.searchsorted(rows[order], np.arange(slopes.shape[0] + 1)).tolist()
-        self._own = [order[a:b] for a, b in zip(borders[:-1], borders[1:], strict=True)]
+        self._own = [order[a:b] for a, b in itertools.pairwise(borders)]
         self._columns, self._width, self._count = columns, slopes.shape[1], margins.numel()
         self._function = PointFunction(
             ca.Function("looks", system.inputs, [ca.vertcat(*parts), slopes])
@@ -80,9 +81,7 @@ class InstantLooks:
         found = self._function(theta, *course)
         return [InstantValues(*(row[part] for part in self._parts)) for row in found]
 
-    def at(
-        self, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
-    ) -> InstantValues:
+    def at(self, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray) -> InstantValues:
         """Numbers at one point."""
         return self.along(theta, (np.array([t]), x[None, :], settings[None, :]))[0]
 

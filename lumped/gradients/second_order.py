@@ -89,7 +89,7 @@ class Second:
         spans = self._tangents(k)
         twice = _twice(self.steps)
         value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
-        sizes = [np.zeros((2 * (n + self.steps.integrals), 1))] * 2
+        largest = lost = np.zeros((2 * (n + self.steps.integrals), 1))
         each = [np.zeros((len(span.t) - 1, 1)) for span in spans]
         for number in reversed(range(len(spans))):
             span, leg = spans[number], self.course.legs[number]
@@ -101,18 +101,19 @@ class Second:
                 adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
                 own = slice(begin, end + 1)
                 part = replace(span, t=span.t[own], x=span.x[own], m=span.m[own])
-                back = twice.back(part, adjoint, *sizes)
+                back = twice.back(part, adjoint, largest, lost)
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
                 second[n:] += back.by_parameters[:p, 0]
                 first[n:] += back.by_parameters[p:, 0]
-                sizes, each[number][begin:end] = [back.largest, back.lost], back.errors
+                largest, lost = back.largest, back.lost
+                each[number][begin:end] = back.errors
                 value += inside * float(back.parts[:, : self.steps.integrals].sum())
                 value += self._look(number, begin, span.x[begin, n:], seed, first, second)
                 end = begin
             if number:
                 crossing = self.course.crossings[number - 1]
                 second += self._across(crossing, span.x[0, n:], seed, first[:n])
-        return Found(value, first, second, each, twice.relative(*sizes))
+        return Found(value, first, second, each, twice.relative(largest, lost))
 
     def _tangents(self, k: int) -> list[Span]:
         """The legs, with the derivatives of the states along a direction behind these."""

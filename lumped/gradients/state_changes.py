@@ -68,8 +68,8 @@ class Entries(NamedTuple):
         """The same with the product of a column and a row added."""
         i, k = np.flatnonzero(column), np.flatnonzero(row)
         more = np.repeat(i, len(k)), np.tile(k, len(i)), np.outer(column[i], row[k]).ravel()
-        both = (np.concatenate(v) for v in zip(self[:3], more, strict=True))
-        return Entries(*both, self.shape)
+        rows, columns, values = map(np.concatenate, zip(self[:3], more, strict=True))
+        return Entries(rows, columns, values, self.shape)
 
     def toarray(self) -> np.ndarray:
         """The matrix."""
@@ -93,7 +93,8 @@ class Change:
         x, p, t, _ = system.inputs
         along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
         slopes = [ca.jacobian(found, x), ca.jacobian(found, p)]
-        self._patterns = [(*map(np.array, s.sparsity().get_triplet()), s.shape) for s in slopes]
+        self._shapes: list[tuple[int, int]] = [s.shape for s in slopes]
+        self._places = [np.array(s.sparsity().get_triplet(), dtype=int) for s in slopes]
         outputs = [ca.densify(found), *slopes, ca.densify(along)]
         self._call = ArrayFunction(ca.Function(name, system.inputs, outputs))
 
@@ -103,8 +104,8 @@ class Change:
         """Its value, derivatives by states and parameters, and by time along the run."""
         value, *slopes, along = self._call(x, theta, t, settings)
         by_states, by_parameters = (
-            Entries(rows.astype(int), columns.astype(int), own, shape)
-            for (rows, columns, shape), own in zip(self._patterns, slopes, strict=True)
+            Entries(rows, columns, own, shape)
+            for (rows, columns), own, shape in zip(self._places, slopes, self._shapes, strict=True)
         )
         return value, by_states, by_parameters, along
 

@@ -297,7 +297,8 @@ class StepCode(Shared):
             own = slice(k, k + most)
             some = [p._replace(column=p.column - k) for p in pulses if k <= p.column < k + most]
             stops = self._stops(some, [j._replace(late=j.late[own]) for j in jumps])
-            found.append(self._back(span, *(v[:, own] for v in (adjoint, largest, lost)), stops))
+            later = adjoint[:, own], largest[:, own], lost[:, own]
+            found.append(self._back(span, *later, stops))
         if len(found) == 1:
             return found[0]
         both = (np.concatenate(v, axis=1) for v in zip(*(some[:5] for some in found), strict=True))
@@ -312,8 +313,8 @@ class StepCode(Shared):
         stops.pulse_column = np.array([p.column for p in pulses], dtype=np.int64)
         stops.pulse = _one_after_the_other(p.owed for p in pulses)
         stops.jump_step = np.array([j.step for j in jumps], dtype=np.int64)
-        for name, matrix in (("", 1), ("parameter_", 2)):
-            own = [jump[matrix] for jump in jumps]
+        matrices = ("", [j.states for j in jumps]), ("parameter_", [j.parameters for j in jumps])
+        for name, own in matrices:
             firsts = np.cumsum([0, *(len(entries[0]) for entries in own)])
             setattr(stops, f"first_{name}entry", firsts.astype(np.int64))
             for i, (what, kind) in enumerate((("row", int), ("column", int), ("entry", float))):

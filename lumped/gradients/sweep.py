@@ -16,8 +16,6 @@ from lumped.gradients.adjoint import AdjointPoint, Leg, Steps
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.step_code import Back, Jump, Pulse
 from lumped.gradients.stretches import Stretch, stretches
-from lumped.support.made_once import made_once
-from lumped.timeloop.point_function import PointFunction
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["OnTheWay", "Seeds", "Swept", "placed", "sweep"]
@@ -114,12 +112,6 @@ class Seeds(NamedTuple):
         return found
 
 
-@made_once
-def _integrated(steps: Steps) -> PointFunction:
-    """What is integrated, at points of a run."""
-    return PointFunction(steps.integrated)
-
-
 Lates = list[list[list[np.ndarray]]]
 """What results owe to the instant of each jump, of each order of them, of each crossing."""
 
@@ -144,7 +136,7 @@ class _Sweep:
 
     def _lates(self) -> Lates:
         """What results owe to the instants at which the run changes."""
-        q, count = self.seeds.chosen.shape
+        q = len(self.seeds.chosen)
         jumps = [(c.t, jump) for c in self.crossings for order in c.orders for jump in order]
         gains = np.zeros((len(jumps), q))
         if q and jumps:
@@ -153,7 +145,7 @@ class _Sweep:
                 np.array([side[v] for _, j in jumps for side in (j.before, j.after)])
                 for v in (0, 1)
             )
-            rates = _integrated(self.steps)(self.run.theta, t, x, m)
+            rates = self.steps.integrated_along(self.run.theta, t, x, m)
             gains = rates[::2] - rates[1::2]
         edges: dict[int, list[AdjointPoint]] = {}
         for point in self.points:

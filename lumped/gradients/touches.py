@@ -21,6 +21,7 @@ from lumped.timeloop.result import Trajectory
 
 __all__ = ["refuse_touches"]
 
+
 def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, ends: bool) -> None:
     """Refuse a run in which a margin falls to zero and turns back, or is zero at the very end.
 
@@ -80,22 +81,24 @@ class _Touches:
             least = np.minimum(np.minimum(a + h * s_a / 3, b - h * s_b / 3), np.minimum(a, b))
             near = (s_a < 0) & (s_b > 0) & (least <= 0.1 * np.maximum(a, b))
             step, k, row = np.nonzero(near)
-            ends = t[step, k], t[step, k + 1], s_a[step, k, row], s_b[step, k, row]
-            found.append(np.array([leg[step], row, *ends]))
+            brackets = t[step, k], t[step, k + 1], s_a[step, k, row], s_b[step, k, row]
+            found.append(np.array([leg[step], row, *brackets]))
             np.maximum.at(highest, leg, np.abs(values).max(axis=1))
         if not found:
             return
-        numbers, rows, *ends = np.concatenate(found, axis=1)
-        if not len(numbers):
+        candidates = np.concatenate(found, axis=1)
+        if not candidates.size:
             return
-        legs, rows = numbers.astype(int), rows.astype(int)
+        legs, rows = candidates[:2].astype(int)
+        begin, end, at_begin, at_end = candidates[2:]
 
         def slopes_at(which: np.ndarray, t: np.ndarray) -> np.ndarray:
             both = self.at(legs[which].tolist(), t)
             own: np.ndarray = both[np.arange(len(t)), self.count + rows[which]]
             return own
 
-        lowest = bracketed_roots(slopes_at, *ends, 1e-14 * (1 + ends[1]))
+        accuracy = 1e-14 * (1 + end)
+        lowest = bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
         values = self.at(legs.tolist(), lowest)[np.arange(len(legs)), rows]
         for i in np.flatnonzero(values <= TURNING * self.rtol * highest[legs, rows]).tolist():
             yield int(legs[i]), int(rows[i]), float(lowest[i])

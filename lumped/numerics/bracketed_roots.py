@@ -9,6 +9,8 @@ import numpy as np
 __all__ = ["bracketed_roots"]
 
 _MOST = 100
+_CLOSE = 1e-9
+"""Part of a bracket that the secant rule moves in its last step: the error is its square then."""
 
 
 def bracketed_roots(
@@ -34,11 +36,12 @@ def bracketed_roots(
         Width of a bracket that is narrow enough.
     """
     a, b, f_a, f_b = (np.array(v, dtype=float) for v in (begin, end, at_begin, at_end))
-    best = np.where(np.abs(f_a) < np.abs(f_b), a, b)
-    least = np.minimum(np.abs(f_a), np.abs(f_b))
-    width, was_low = b - a, np.full(len(a), -1)
+    is_nearer = np.abs(f_a) < np.abs(f_b)
+    best: np.ndarray
+    best, at_best = np.where(is_nearer, (a, f_a), (b, f_b))
+    first, width, was_low = b - a, b - a, np.full(len(a), -1)
     for step in range(_MOST):
-        open_ones = np.flatnonzero((b - a > 2 * accuracy) & (least > 0))
+        open_ones = np.flatnonzero((b - a > 2 * accuracy) & (at_best != 0))
         if not len(open_ones):
             break
         low, high, f_low, f_high = (v[open_ones] for v in (a, b, f_a, f_b))
@@ -50,8 +53,12 @@ def bracketed_roots(
         # near an end, the other side of the zero is sought
         inner = np.clip(inner, low + accuracy[open_ones], high - accuracy[open_ones])
         f = function(open_ones, inner)
-        closer = np.abs(f) < least[open_ones]
-        best[open_ones[closer]], least[open_ones[closer]] = inner[closer], np.abs(f)[closer]
+        move = -f * (inner - best[open_ones]) / (f - at_best[open_ones])
+        last = np.abs(move) <= _CLOSE * first[open_ones]
+        closer = last | (np.abs(f) < np.abs(at_best[open_ones]))
+        own = open_ones[closer]
+        best[own], at_best[own] = (inner + np.where(last, move, 0.0))[closer], f[closer]
+        at_best[open_ones[last]] = 0.0
         is_low = np.sign(f) == np.sign(f_low)
         weight = 1 - f / np.where(is_low, f_low, f_high)
         weight = np.where(weight > 0, weight, 0.5)

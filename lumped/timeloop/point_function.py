@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import casadi as ca
 import numpy as np
 
@@ -11,7 +13,7 @@ from lumped.kernel.plant import Function
 from lumped.kernel.run import Run, Samples
 from lumped.timeloop.counted_function import CountedFunction
 
-__all__ = ["PointFunction", "at_points"]
+__all__ = ["PointFunction", "at_points", "room_for"]
 
 _NOTHING = dict.fromkeys(Run.lengths(), 0)
 
@@ -19,7 +21,7 @@ _NOTHING = dict.fromkeys(Run.lengths(), 0)
 def at_points(
     function: Function,
     width: int,
-    work: int,
+    run: Run,
     theta: np.ndarray,
     t: np.ndarray,
     x: np.ndarray,
@@ -29,15 +31,16 @@ def at_points(
 
     Parameters
     ----------
-    width, work : int
-        How many results it has, and how much room it needs.
+    width : int
+        How many results it has.
+    run : Run
+        From `room_for`, of this thread.
     theta : ndarray
         Parameters.
     t, x, settings : ndarray, shapes (points,), (points, n) and (points, m)
         Times, states, and modes with implicit quantities.
     """
     found = np.empty((len(t), width))
-    run = Run({**_NOTHING, "work": work, "parameters": len(theta)})
     run.p[:] = theta
     course = Samples(
         points=len(t),
@@ -51,6 +54,11 @@ def at_points(
     )
     engine.call("values", run, function, course)
     return found
+
+
+def room_for(work: int, parameters: int) -> Run:
+    """Room to evaluate functions that need so many numbers."""
+    return Run({**_NOTHING, "work": work, "parameters": parameters})
 
 
 class PointFunction:
@@ -72,10 +80,14 @@ class PointFunction:
     def __init__(self, function: ca.Function) -> None:
         operations = operations_of(function, full=False)
         self.width, self.counted = operations.results, CountedFunction(operations)
+        self._own = threading.local()
 
     def __call__(
         self, theta: np.ndarray, t: np.ndarray, x: np.ndarray, settings: np.ndarray
     ) -> np.ndarray:
         """Results at points, shape (points, width); see `at_points`."""
+        run: Run | None = getattr(self._own, "run", None)
+        if run is None:
+            run = self._own.run = room_for(self.counted.work, len(theta))
         function = self.counted.for_more(len(t))
-        return at_points(function, self.width, self.counted.work, theta, t, x, settings)
+        return at_points(function, self.width, run, theta, t, x, settings)

@@ -8,7 +8,7 @@ from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.kernel.plant import Function
 from lumped.support.made_once import Recent, made_once
-from lumped.timeloop.point_function import at_points
+from lumped.timeloop.point_function import at_points, room_for
 
 __all__ = ["quantity_along"]
 
@@ -36,7 +36,8 @@ def quantity_along(
         Times, states, and modes with implicit quantities.
     """
     work, function = _known(system).of(key, lambda: _made(system, key))
-    return at_points(function, 1, work, theta, t, x, settings).ravel()
+    run = room_for(work, len(theta))
+    return at_points(function, 1, run, theta, t, x, settings).ravel()
 
 
 def _made(system: System, key: str) -> tuple[int, Function]:
