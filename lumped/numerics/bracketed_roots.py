@@ -8,9 +8,11 @@ import numpy as np
 
 __all__ = ["bracketed_roots"]
 
-_MOST = 100
+_MOST = 200
 _CLOSE = 1e-9
-"""Part of a bracket that the secant rule moves in its last step: the error is its square then."""
+"""Part of a bracket that the secant rule moves in its last step: the error is its square then,"""
+_FAST = 0.01
+"""if the value has become so many times smaller."""
 
 
 def bracketed_roots(
@@ -46,16 +48,18 @@ def bracketed_roots(
             break
         low, high, f_low, f_high = (v[open_ones] for v in (a, b, f_a, f_b))
         inner = low - f_low * (high - low) / (f_high - f_low)
+        slow = (step % 3 == 2) & (high - low > 0.5 * width[open_ones])
+        inner[slow] = 0.5 * (low + high)[slow]
         if step % 3 == 2:
-            slow = high - low > 0.5 * width[open_ones]
-            inner[slow] = 0.5 * (low + high)[slow]
             width[open_ones] = high - low
         # near an end, the other side of the zero is sought
         inner = np.clip(inner, low + accuracy[open_ones], high - accuracy[open_ones])
         f = function(open_ones, inner)
-        move = -f * (inner - best[open_ones]) / (f - at_best[open_ones])
-        last = np.abs(move) <= _CLOSE * first[open_ones]
-        closer = last | (np.abs(f) < np.abs(at_best[open_ones]))
+        before = at_best[open_ones]
+        move = -f * (inner - best[open_ones]) / (f - before)
+        last = (np.abs(move) <= _CLOSE * first[open_ones]) & (np.abs(f) <= _FAST * np.abs(before))
+        last &= ~slow
+        closer = last | (np.abs(f) < np.abs(before))
         own = open_ones[closer]
         best[own], at_best[own] = (inner + np.where(last, move, 0.0))[closer], f[closer]
         at_best[open_ones[last]] = 0.0
