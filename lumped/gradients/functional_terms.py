@@ -383,9 +383,7 @@ class SmoothParts:
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
         x, m = jump.before
         y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
-        one = np.ones((1, 1))
-        by_states, by_parameters = (v.transposed_times(one).ravel() for v in (by_x, by_p))
-        return _Look(float(y[0]), by_states, by_parameters, float(along[0]))
+        return _Look(float(y[0]), by_x.only_row, by_p.only_row, float(along[0]))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(

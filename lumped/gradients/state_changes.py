@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from lumped.compiler.system import System
 from lumped.flattening import hold_modes
@@ -54,14 +55,23 @@ class Entries(NamedTuple):
 
     def times(self, other: np.ndarray) -> np.ndarray:
         """The product with a dense matrix."""
-        found = np.zeros((self.shape[0], other.shape[1]))
-        np.add.at(found, self.rows, self.values[:, None] * other[self.columns])
+        found: np.ndarray = self._matrix @ other
         return found
 
     def transposed_times(self, other: np.ndarray) -> np.ndarray:
         """The product of the transposed matrix with a dense one."""
-        found = np.zeros((self.shape[1], other.shape[1]))
-        np.add.at(found, self.columns, self.values[:, None] * other[self.rows])
+        found: np.ndarray = self._matrix.T @ other
+        return found
+
+    @property
+    def _matrix(self) -> scipy.sparse.coo_array:
+        return scipy.sparse.coo_array((self.values, (self.rows, self.columns)), self.shape)
+
+    @property
+    def only_row(self) -> np.ndarray:
+        """A matrix of one row."""
+        found = np.zeros(self.shape[1])
+        np.add.at(found, self.columns, self.values)
         return found
 
     def with_outer(self, column: np.ndarray, row: np.ndarray) -> Entries:
@@ -73,7 +83,8 @@ class Entries(NamedTuple):
 
     def toarray(self) -> np.ndarray:
         """The matrix."""
-        return self.times(np.eye(self.shape[1]))
+        found: np.ndarray = self._matrix.toarray()
+        return found
 
 
 class Change:
