@@ -51,11 +51,13 @@ class Leg:
 
     def side(self, place: int) -> Side:
         """States and settings at an end of a step."""
-        x, m = self.sides(np.array([place % len(self.t)]))
-        return x[0], m[0]
+        place %= len(self.t)
+        return self.states(place, place)[0].copy(), self.settings(place, place)[0]
 
     def sides(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and settings at ends of steps, shapes (places, n) and (places, settings)."""
+        if self._has_all:
+            return self._x[places], self._settings_at(places)
         of_run = np.searchsorted(self._of_run, places)
         row = np.searchsorted(self._kept, of_run)
         is_kept = (self._of_run[of_run] == places) & (self._kept[row] == of_run)
@@ -67,6 +69,8 @@ class Leg:
     def states(self, begin: int = 0, end: int | None = None) -> np.ndarray:
         """States from one end of a step to another, all by default, shape (end - begin + 1, n)."""
         end = len(self.t) - 1 if end is None else end
+        if self._has_all:
+            return self._x[begin : end + 1]
         first = int(np.searchsorted(self._of_run, begin, "right")) - 1
         last = int(np.searchsorted(self._of_run, end))
         before = int(np.searchsorted(self._kept, first, "right")) - 1
@@ -95,9 +99,14 @@ class Leg:
 
     def _settings_at(self, places: np.ndarray) -> np.ndarray:
         if len(self._m) == 1:
-            return np.broadcast_to(self._m, (len(places), self._m.shape[1]))
+            return self._m.repeat(len(places), axis=0)
         found: np.ndarray = self._m[np.searchsorted(self._of_run, places, "right") - 1]
         return found
+
+    @property
+    def _has_all(self) -> bool:
+        """Whether states are known at all ends of steps."""
+        return len(self._x) == len(self.t)
 
     @property
     def _implicit_from(self) -> float:
