@@ -164,7 +164,8 @@ class _Looks:
             found = _parts(samples, between)
             if not len(found.leg):
                 continue
-            self._check(found)
+            columns = np.array(found)
+            self._check(columns)
             values = np.array(signs)[:, None] * np.append(found.y, found.y_end)
             best = max(best, float(values.max()))
             size = max(size, float(np.abs(values).max()))
@@ -174,19 +175,18 @@ class _Looks:
             near[[0, -1]] = True  # smooth parts may begin or end there
             near[1:] |= is_new
             near[:-1] |= is_new
-            rows.append(np.array(found.of(near)))
+            rows.append(columns[:, near])
         if not rows:
             last = len(self.legs) - 1
             t = self.legs[-1].t[-1:]
             y, slope = self.at(np.array([last]), t)[:, :, None]
             rows = [np.array([[last], t, t, y[0], y[0], slope[0], slope[0], [0.0]])]
             size = abs(float(y[0, 0]))
+            self._check(rows[0])
         table = np.concatenate(rows, axis=1)
-        intervals = _Intervals(table[0].astype(int), *table[1:])
-        self._check(intervals)
-        return intervals, size
+        return _Intervals(table[0].astype(int), *table[1:]), size
 
-    def _check(self, found: _Intervals) -> None:
+    def _check(self, found: np.ndarray) -> None:
         """Refuse what is not finite."""
         if not np.isfinite(found).all():
             raise SolverError(

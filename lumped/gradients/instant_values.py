@@ -65,14 +65,14 @@ class InstantLooks:
         slopes = ca.jacobian(ca.vertcat(margins, places), ca.vertcat(x, p))
         parts = [margins, tolerances, margin_rates, bends, system.rates, places]
         parts = [*map(ca.densify, (*parts, ca.jacobian(places, t)))]
-        ends = np.cumsum([0, *(part.numel() for part in parts), slopes.nnz()]).tolist()
+        parts.append(ca.sparsity_cast(slopes, ca.Sparsity.dense(slopes.nnz(), 1)))
+        ends = np.cumsum([0, *(part.numel() for part in parts)]).tolist()
         self._parts = [slice(*pair) for pair in itertools.pairwise(ends)]
         rows, columns = (np.array(v, dtype=int) for v in slopes.sparsity().get_triplet())
         order = np.argsort(rows, kind="stable")
         borders = np.searchsorted(rows[order], np.arange(slopes.shape[0] + 1)).tolist()
         self._own = [order[a:b] for a, b in itertools.pairwise(borders)]
         self._columns, self._width, self._count = columns, slopes.shape[1], margins.numel()
-        parts.append(ca.sparsity_cast(slopes, ca.Sparsity.dense(slopes.nnz(), 1)))
         self._function = ManyPoints(ca.Function("looks", system.inputs, [ca.vertcat(*parts)]))
 
     def along(
