@@ -8,6 +8,9 @@ beside it. The error is that of the final speed's derivatives, against a complex
 matrix exponential. Ratios are to a run of the accuracy asked for, and ("own runs") to one with the
 steps that derivatives need.
 
+Then gradients across events: a rolling mill whose roll gap skids, three clutches, and a play that
+is driven to and fro, with one gradient and with those of many variants in threads.
+
     python -m benchmarks.sensitivity
 """
 
@@ -19,9 +22,12 @@ import numpy as np
 from scipy.linalg import expm
 
 import lumped as lp
+from benchmarks.hybrid import Coupled
 from lumped import functionals
-from lumped.components import Inertia, SpringDamper, Torque
+from lumped.components import Backlash, Damper, Fixed, Inertia, SpringDamper, Torque
 from lumped.gradients.varied import TIGHTER
+from lumped.models.reversing_mill import scenes as mill
+from lumped.ops import sin
 from lumped.support.text_table import table
 
 COUNT, END, ROUNDS, RTOL = 100, 0.5, 40, 1e-8
@@ -31,6 +37,8 @@ C = RNG.uniform(1e4, 5e4, COUNT - 1)
 D = RNG.uniform(1.0, 5.0, COUNT - 1)
 TORQUE = 100.0
 CHECKED = ("body[7].J", "shaft[40].c", "load.tau")
+VARIANTS = 200
+RESULTS = Path(__file__).parent / "results"
 
 
 def chain() -> lp.System:
@@ -93,8 +101,87 @@ def timed(actions) -> list[tuple[float, float, object]]:
     return list(zip(first, best, results, strict=True))
 
 
+def skidding_mill():
+    """System, functionals, parameters, end and start values."""
+    of = [functionals.peak("upper.spindle.tau"), functionals.rms("upper.shaft.tau")]
+    of += [functionals.final("lower.motor.w"), functionals.instant("gap", "forward")]
+    system = lp.assemble(mill.pulled_apart())
+    return system, of, list(system.parameters)[:20], 0.2, dict.fromkeys(mill.SHAFTS, mill.RATED)
+
+
+def clutches():
+    """The same of four inertias and three clutches."""
+    of = [functionals.final("body[0].w"), functionals.rms("body[2].w")]
+    of += [functionals.instant("clutch[1]", "stuck"), functionals.peak("body[1].w")]
+    names = [*(f"body[{i}].J" for i in range(4)), *(f"clutch[{i}].f_max" for i in range(3))]
+    return lp.assemble(Coupled()), of, names, 1.5, {}
+
+
+def impacts():
+    """The same of two inertias with a rigid play between them."""
+    model = lp.compose(
+        push=Torque(tau=2.0 * sin(9.0 * lp.time)),
+        a=Inertia(J=0.2, phi=0.0),
+        play=Backlash(b=0.06, restitution=0.4),
+        b=Inertia(J=0.5, phi=0.0),
+        oil=Damper(d=0.4),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.push, m.a, m.play, m.b, m.oil, m.wall),
+    )
+    of = [functionals.final("b.phi"), functionals.loss("play"), functionals.instant("play", "")]
+    names = ["a.J", "b.J", "play.b", "play.restitution", "oil.d"]
+    return lp.assemble(model, keep=["b.phi"]), of, names, 0.7, {}
+
+
+def gain(system, of, names, until, start) -> float:
+    """How many times as fast two threads make many gradients as one; wall times."""
+    value = system.parameters[names[0]]
+    over = {names[0]: value * np.linspace(0.99, 1.01, VARIANTS)}
+    best = [np.inf, np.inf]
+    for _ in range(4):
+        for i, workers in enumerate((1, 2)):
+            begin = time.perf_counter()
+            lp.gradients.gradient_ensemble(
+                system, over=over, of=of, to=names, until=until, start=start, workers=workers
+            )
+            best[i] = min(best[i], time.perf_counter() - begin)
+    return best[0] / best[1]
+
+
+def across_events() -> None:
+    """Gradients of runs with events, as a table and as CSV."""
+    head = (
+        *("drive", "events", "functionals", "parameters", "run, ms", "gradient, ms", "own runs"),
+        "two threads over one",
+    )
+    rows = []
+    for name, case in (
+        ("rolling mill that skids", skidding_mill),
+        ("three clutches", clutches),
+        ("play with impacts", impacts),
+    ):
+        system, of, names, until, start = case()
+        options = {"until": until, "start": start}
+        (_, own, run), (_, spent, _) = timed(
+            [
+                lambda s=system, o=options: lp.simulate(s, **o, rtol=TIGHTER * 1e-6, grid=None),
+                lambda s=system, o=options, of=of, to=names: lp.gradient(s, of=of, to=to, **o),
+            ]
+        )
+        counts = (str(len(v)) for v in (run.events, of, names))
+        numbers = (f"{own * 1e3:.2f}", f"{spent * 1e3:.2f}", f"{spent / own:.1f}")
+        rows.append((name, *counts, *numbers, f"{gain(system, of, names, until, start):.2f}"))
+    print(table(head, rows))
+    _write("sensitivity_across_events", head, rows)
+
+
+def _write(name, head, rows) -> None:
+    with (RESULTS / f"{name}.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([head, *rows])
+
+
 def main() -> None:
-    """Print the table and write it as CSV."""
+    """Print the tables and write them as CSV."""
     system = chain()
     names = [f"body[{i}].J" for i in range(COUNT)] + [f"shaft[{i}].c" for i in range(COUNT - 1)]
     names.append("load.tau")
@@ -136,9 +223,8 @@ def main() -> None:
         numbers = (f"{spent * 1e3:.1f}", f"{first * 1e3:.0f}", *ratios)
         text.append((label, str(count), *numbers, error, told))
     print(table(head, text))
-    path = Path(__file__).parent / "results" / "sensitivity.csv"
-    with path.open("w", newline="") as file:
-        csv.writer(file).writerows([head, *text])
+    _write("sensitivity", head, text)
+    across_events()
 
 
 if __name__ == "__main__":

@@ -127,6 +127,14 @@ def summary() -> list[tuple[str, str, str]]:
             f"{cost['own runs']} runs with its steps",
         )
     )
+    events = [row["own runs"] for row in rows("sensitivity_across_events")]
+    found.append(
+        (
+            "gradients across events: rolling mill that skids, three clutches, impacts",
+            "sensitivity",
+            f"{', '.join(events)} runs with their steps",
+        )
+    )
     series = [
         pick("series", what=f"series, {what}")["over heyoka"]
         for what in ("call", "loop", "in lanes")

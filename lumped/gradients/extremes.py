@@ -6,25 +6,23 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-import scipy
 
-from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.gradients.legs import Leg
-from lumped.gradients.step_code import FRACTIONS, Span
+from lumped.gradients.samples import Samples, sampled, values_at
+from lumped.gradients.step_code import FRACTIONS
 from lumped.gradients.steps import Steps
+from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.simulation.functionals import Peak
 from lumped.support.made_once import made_once
-from lumped.timeloop.counted_function import CountedFunction
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["SampledExtreme", "extremes"]
 
 _HALVINGS = 40
 """Of an interval of samples until a quantity is resolved in it."""
-_CHUNK = 1024
-"""Steps that are sampled in one call."""
 _GENEROUS = 1e5
 """Tolerances below the highest sample so far, from which on a part of a step is looked at."""
 _LOCATED, _TIES = 64, 6
@@ -87,12 +85,12 @@ def extremes(
     name = run.system.key(peak.name)
     signs = {"peak": (1.0, -1.0), "highest": (1.0,), "lowest": (-1.0,)}[peak.kind]
     looks = _Looks(run, legs, steps, name)
-    sampled, size = looks.samples(signs, rtol, peak.between)
+    samples, size = looks.samples(signs, rtol, peak.between)
     slack = 10 * rtol * size
     found: list[SampledExtreme] = []
     for sign in signs:
         best = max((e.value for e in found), default=-np.inf)
-        found += _highest(looks, sampled, sign, best, size, slack, peak.between)
+        found += _highest(looks, samples, sign, best, size, slack, peak.between)
     best = max(e.value for e in found)
     found = [e for e in found if e.value >= best - slack]
     found.sort(key=lambda e: (-e.value, e.time))
@@ -101,7 +99,7 @@ def extremes(
 
 def _highest(
     looks: _Looks,
-    sampled: _Intervals,
+    samples: _Intervals,
     sign: float,
     best: float,
     size: float,
@@ -109,8 +107,8 @@ def _highest(
     between: tuple[float, float] | None,
 ) -> list[SampledExtreme]:
     """Ends and inner extremes that are highest, of a quantity times a sign."""
-    turned = {k: sign * getattr(sampled, k) for k in ("y", "y_end", "slope", "slope_end")}
-    parts = sampled._replace(**turned)
+    turned = {k: sign * getattr(samples, k) for k in ("y", "y_end", "slope", "slope_end")}
+    parts = samples._replace(**turned)
     best = max(best, float(np.max(parts.y)), float(np.max(parts.y_end)))
     resolved: list[_Intervals] = []
     noise = 1e-13 * (abs(best) + size)
@@ -130,24 +128,20 @@ def _highest(
         parts = looks.halved(parts, sign)
         best = max(best, float(parts.y.max()), float(parts.y_end.max()))
     inner = _Intervals(*(np.concatenate(columns) for columns in zip(*resolved, strict=True)))
-    found = looks.ends(sampled, sign, between)
+    found = looks.ends(samples, sign, between)
     order = np.argsort(-inner.bounds.max(axis=0), kind="stable")[:_LOCATED]
-    found += [looks.located(inner, int(k), sign) for k in order]
+    found += looks.located(inner.of(order), sign)
     return [e for e in found if e.value >= best - slack]
 
 
 @made_once
-def _look(system: System, name: str) -> ca.Function:
-    """A quantity and its slope: (x, p, t, m)."""
+def _look(system: System, name: str) -> ManyPoints:
+    """A quantity and its slope."""
     x, _, t, _ = system.inputs
     y = system.expressions([name])
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
-    return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(y, along))])
-
-
-@made_once
-def _counted(system: System, name: str) -> CountedFunction:
-    return CountedFunction(operations_of(_look(system, name)))
+    both = ca.densify(ca.vertcat(y, along))
+    return ManyPoints(ca.Function("look", system.inputs, [both]))
 
 
 class _Looks:
@@ -166,89 +160,47 @@ class _Looks:
         """
         rows: list[np.ndarray] = []
         best, size = -np.inf, 0.0
-        for number, leg in enumerate(self.legs):
-            last = self._begin(leg, 0)
-            for span in leg.spans(_CHUNK):
-                nodes = np.empty((2, len(span.t) - 1, len(FRACTIONS) + 1))
-                nodes[:, :, 1:] = self._inside(span)
-                nodes[:, 0, 0], nodes[:, 1:, 0] = last, nodes[:, :-1, -1]
-                last = nodes[:, -1, -1]
-                found = self._parts(span, number, nodes, between)
-                if not len(found.leg):
-                    continue
-                if not np.isfinite(found).all():
-                    raise self._not_finite()
-                values = np.array(signs)[:, None] * np.append(found.y, found.y_end[-1])
-                best = max(best, float(values.max()))
-                size = max(size, float(np.abs(values).max()))
-                highest = np.max([(sign * found.bounds).max(axis=0) for sign in signs], axis=0)
-                near = highest + found.error >= best - _GENEROUS * rtol * size
-                near[[0, -1]] = True  # the leg may begin or end there
-                rows.append(np.array(found.of(near)))
+        for samples in sampled(self.legs, self.steps, self.look):
+            found = _parts(samples, between)
+            if not len(found.leg):
+                continue
+            columns = np.array(found)
+            self._check(columns)
+            values = np.array(signs)[:, None] * np.append(found.y, found.y_end)
+            best = max(best, float(values.max()))
+            size = max(size, float(np.abs(values).max()))
+            highest = np.max([(sign * found.bounds).max(axis=0) for sign in signs], axis=0)
+            near = highest + found.error >= best - _GENEROUS * rtol * size
+            is_new = np.diff(found.leg) > 0
+            near[[0, -1]] = True  # smooth parts may begin or end there
+            near[1:] |= is_new
+            near[:-1] |= is_new
+            rows.append(columns[:, near])
         if not rows:
-            leg, y = self.legs[-1], self._begin(self.legs[-1], -1)
-            t = float(leg.t[-1])
-            rows = [np.array([[len(self.legs) - 1, t, t, y[0], y[0], y[1], y[1], 0.0]]).T]
-            size = abs(float(y[0]))
-            if not np.isfinite(rows[0]).all():
-                raise self._not_finite()
+            last = len(self.legs) - 1
+            t = self.legs[-1].t[-1:]
+            y, slope = self.at(np.array([last]), t)[:, :, None]
+            rows = [np.array([[last], t, t, y[0], y[0], slope[0], slope[0], [0.0]])]
+            size = abs(float(y[0, 0]))
+            self._check(rows[0])
         table = np.concatenate(rows, axis=1)
         return _Intervals(table[0].astype(int), *table[1:]), size
 
-    def _not_finite(self) -> SolverError:
-        text = f"{self.run.system.name}: {self.name} is not finite somewhere in the run."
-        return SolverError(text, self.run)
+    def _check(self, found: np.ndarray) -> None:
+        """Refuse what is not finite."""
+        if not np.isfinite(found).all():
+            raise SolverError(
+                f"{self.run.system.name}: {self.name} is not finite somewhere in the run.", self.run
+            )
 
-    @staticmethod
-    def _parts(
-        span: Span, number: int, nodes: np.ndarray, between: tuple[float, float] | None
-    ) -> _Intervals:
-        """Parts of some steps, all or those within an interval."""
-        inside = np.ones(len(span.t) - 1, dtype=bool)
-        if between is not None:
-            inside = (span.t[:-1] >= between[0]) & (span.t[1:] <= between[1])
-        h, (y, slope) = np.diff(span.t), nodes
-        times = span.t[:-1, None] + h[:, None] * np.array([0.0, *FRACTIONS])
-        times[:, -1] = span.t[1:]
-        error = np.maximum(*_misses(y, slope, h[:, None] * 2 / len(FRACTIONS)))
-        columns = (
-            np.full((len(h), len(FRACTIONS)), number),
-            times[:, :-1],
-            times[:, 1:],
-            y[:, :-1],
-            y[:, 1:],
-            slope[:, :-1],
-            slope[:, 1:],
-            np.repeat(error, 2, axis=1),
-        )
-        return _Intervals(*(c[inside].ravel() for c in columns))
-
-    def _begin(self, leg: Leg, step: int) -> np.ndarray:
-        """Quantity and slope at the begin of a step."""
-        x, m = leg.side(step)
-        return np.asarray(self.look(x, self.run.theta, leg.t[step], m)).ravel()
-
-    def _inside(self, span: Span) -> np.ndarray:
-        """The same inside steps, shape (2, steps, FRACTIONS)."""
-        look = _counted(self.run.system, self.name)
-        found: np.ndarray = self.steps.looked(span, look, 2).transpose(2, 0, 1)
-        return found
-
-    def at(self, leg: int, t: float) -> tuple[float, float]:
-        """Quantity and slope at a time inside a leg: those at the end of a shorter step."""
-        own = self.legs[leg]
-        step = int(np.searchsorted(own.t, t, "right")) - 1
-        if own.t[step] == t:
-            y, slope = self._begin(own, step).tolist()
-        else:
-            y, slope = self._inside(own.shorter(step, t))[:, 0, -1].tolist()
-        return y, slope
+    def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Quantity and slope at times in smooth parts, shape (2, times)."""
+        return values_at(self.run, self.legs, self.steps, self.look, legs, t).T
 
     def halved(self, parts: _Intervals, sign: float) -> _Intervals:
         """Each part in two, by shorter steps to its middle."""
         middle = 0.5 * (parts.begin + parts.end)
-        both = [self.at(int(leg), t) for leg, t in zip(parts.leg, middle.tolist(), strict=True)]
-        y, slope = sign * np.array(both).T
+        y, slope = sign * self.at(parts.leg, middle)
         ends = np.array([parts.y, y, parts.y_end]).T
         slopes = np.array([parts.slope, slope, parts.slope_end]).T
         error = np.maximum(*_misses(ends, slopes, (parts.end - parts.begin)[:, None])).ravel()
@@ -257,37 +209,58 @@ class _Looks:
         return _Intervals(*(np.concatenate(c) for c in zip(left, right, strict=True)))
 
     def ends(
-        self, sampled: _Intervals, sign: float, between: tuple[float, float] | None
+        self, samples: _Intervals, sign: float, between: tuple[float, float] | None
     ) -> list[SampledExtreme]:
         """Ends of the legs at which the quantity does not rise inwards."""
         found, last = [], len(self.legs) - 1
-        for number in dict.fromkeys(sampled.leg.tolist()):
-            own = np.flatnonzero(sampled.leg == number)
+        for number in dict.fromkeys(samples.leg.tolist()):
+            own = np.flatnonzero(samples.leg == number)
             a, b = own[0], own[-1]
-            begin, end = float(sampled.begin[a]), float(sampled.end[b])
-            if sign * sampled.slope[a] <= 0:
+            begin, end = float(samples.begin[a]), float(samples.end[b])
+            if sign * samples.slope[a] <= 0:
                 fixed = between is not None and begin <= between[0]
                 found.append(
-                    SampledExtreme(number, begin, sign * sampled.y[a], sign, 0 if fixed else number)
+                    SampledExtreme(number, begin, sign * samples.y[a], sign, 0 if fixed else number)
                 )
-            if sign * sampled.slope_end[b] >= 0:
+            if sign * samples.slope_end[b] >= 0:
                 fixed = number == last or (between is not None and end >= between[1])
-                value = sign * sampled.y_end[b]
+                value = sign * samples.y_end[b]
                 found.append(SampledExtreme(number, end, value, sign, 0 if fixed else number + 1))
         return found
 
-    def located(self, parts: _Intervals, k: int, sign: float) -> SampledExtreme:
-        """The extreme inside a part whose slopes differ in sign."""
-        leg, low, high = int(parts.leg[k]), float(parts.begin[k]), float(parts.end[k])
-        t = high
-        if self.at(leg, low)[1] * self.at(leg, high)[1] < 0:
-            tolerance = 1e-15 * max(1.0, high)
-            t = float(
-                scipy.optimize.brentq(
-                    lambda t: self.at(leg, t)[1], low, high, xtol=tolerance, rtol=1e-15
-                )
-            )
-        return SampledExtreme(leg, t, sign * self.at(leg, t)[0], sign, 0)
+    def located(self, parts: _Intervals, sign: float) -> list[SampledExtreme]:
+        """The extremes inside parts whose slopes differ in sign."""
+        if not len(parts.leg):
+            return []
+        t = bracketed_roots(
+            lambda which, times: sign * self.at(parts.leg[which], times)[1],
+            *(parts.begin, parts.end, parts.slope, parts.slope_end),
+            1e-15 * np.maximum(1.0, parts.end),
+        )
+        values = sign * self.at(parts.leg, t)[0]
+        found = zip(parts.leg.tolist(), t.tolist(), values.tolist(), strict=True)
+        return [SampledExtreme(leg, time, value, sign, 0) for leg, time, value in found]
+
+
+def _parts(samples: Samples, between: tuple[float, float] | None) -> _Intervals:
+    """Parts of sampled steps, all or those within an interval."""
+    leg, t, values = samples
+    y, slope = values[:, :, 0], values[:, :, 1]
+    error = np.maximum(*_misses(y, slope, (t[:, -1:] - t[:, :1]) * 2 / len(FRACTIONS)))
+    columns = (
+        np.repeat(leg[:, None], len(FRACTIONS), axis=1),
+        t[:, :-1],
+        t[:, 1:],
+        y[:, :-1],
+        y[:, 1:],
+        slope[:, :-1],
+        slope[:, 1:],
+        np.repeat(error, 2, axis=1),
+    )
+    inside = np.ones(len(leg), dtype=bool)
+    if between is not None:
+        inside = (t[:, 0] >= between[0]) & (t[:, -1] <= between[1])
+    return _Intervals(*(c[inside].ravel() for c in columns))
 
 
 def _misses(y: np.ndarray, slope: np.ndarray, h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -28,6 +28,7 @@ from lumped.simulation.functionals import (
     Integral,
     Peak,
 )
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
 
@@ -215,8 +216,7 @@ class SmoothParts:
     def _look(self, number: int, t: float, names: tuple[str, ...]) -> _Look:
         x, m = self.legs[number].state(t)
         keys = tuple(self.run.system.key(name) for name in names)
-        found = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
-        y, by_x, by_p, rate = (np.asarray(v).ravel() for v in found)
+        y, by_x, by_p, rate = _differentiated(self.run.system, keys)(x, self.run.theta, t, m)
         return _Look(float(y[0]), by_x, by_p, float(rate[0]))
 
     def _moving(self, number: int, name: str = "") -> AdjointPoint:
@@ -352,7 +352,7 @@ class SmoothParts:
                 holds = [
                     h for h in (blow.members if blow else ()) if names[h] == functional.component
                 ]
-                struck = [h for h in holds if self._is_struck(jump, h, functional)]
+                struck = [h for h in holds if self._impact("impulse", number, jump, h).value != 0]
                 if struck:
                     found.append((number, jump, struck))
         chosen = found
@@ -372,24 +372,20 @@ class SmoothParts:
             if len(self.crossings[number - 1].orders) > 1:
                 raise self._coincident(label, self.crossings[number - 1])
             for h in holds:
-                y, by_x, by_p, along = self._impact(functional.kind, jump, h)
+                look = self._impact(functional.kind, number, jump, h)
                 t = float(self.legs[number - 1].t[-1])
-                yield Way(
-                    float(y[0]),
-                    (AdjointPoint(number - 1, t, 0, by_x, by_p, number, float(along[0])),),
-                )
+                slopes = look.by_states, look.by_parameters
+                point = AdjointPoint(number - 1, t, 0, *slopes, number, look.rate)
+                yield Way(look.value, (point,))
 
-    def _is_struck(self, jump: EventDerivatives, hold: int, functional: Impact) -> bool:
-        return bool(self._impact("impulse", jump, hold)[0][0] != 0)
-
-    def _impact(self, kind: str, jump: EventDerivatives, hold: int) -> list[np.ndarray]:
+    def _impact(self, kind: str, number: int, jump: EventDerivatives, hold: int) -> _Look:
         jumps, blow = jump.act
         assert blow is not None
         changes = saltation_of(self.run.system).changes
         function = changes.impact(kind, hold, jumps, blow, jump.after[1])
-        t = next(c.t for c in self.crossings if any(jump is j for o in c.orders for j in o))
         x, m = jump.before
-        return [np.asarray(v).ravel() for v in function(x, self.run.theta, t, m)]
+        y, by_x, by_p, along = function.at(x, self.run.theta, self.crossings[number - 1].t, m)
+        return _Look(float(y[0]), by_x.only_row, by_p.only_row, float(along[0]))
 
     def _coincident(self, label: str, crossing: Crossing) -> SolverError:
         return SolverError(
@@ -411,10 +407,10 @@ def _sum(ways: list[Way]) -> Way:
 
 
 @made_once
-def _differentiated(system: System, names: tuple[str, ...]) -> ca.Function:
+def _differentiated(system: System, names: tuple[str, ...]) -> ArrayFunction:
     """A product, its derivatives by states and parameters, by time along the run: (x, p, t, m)."""
     x, p, t, _ = system.inputs
     y = product(system, names)
     along = ca.jtimes(y, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
     results = [ca.densify(v) for v in (y, ca.jacobian(y, x), ca.jacobian(y, p), along)]
-    return ca.Function("differentiated", system.inputs, results)
+    return ArrayFunction(ca.Function("differentiated", system.inputs, results))

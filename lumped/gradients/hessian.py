@@ -11,7 +11,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
-from lumped.gradients.adjoint import Seeds, crossings_of
+from lumped.gradients.adjoint import crossings_of
 from lumped.gradients.functional_terms import AT_ONCE, SmoothParts
 from lumped.gradients.functional_values import check
 from lumped.gradients.legs import legs_of, recorded
@@ -19,6 +19,7 @@ from lumped.gradients.resolved_steps import divided, resolved
 from lumped.gradients.second_jumps import SecondJumps
 from lumped.gradients.second_order import Second
 from lumped.gradients.steps import steps_of
+from lumped.gradients.sweep import Seeds
 from lumped.gradients.touches import refuse_touches
 from lumped.gradients.varied import slopes_at_zero, sources, tightened, varied_values
 from lumped.simulation.functional_kinds import (

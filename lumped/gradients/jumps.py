@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
-from lumped.gradients.state_changes import Blow
+from lumped.gradients.state_changes import Act, Entries
 
 __all__ = ["Crossing", "EventDerivatives", "Part", "Passed", "Side"]
 
@@ -23,7 +22,7 @@ class EventDerivatives(NamedTuple):
 
     Attributes
     ----------
-    states, parameters : scipy.sparse.csc_array, shapes (n, n) and (n, p)
+    states, parameters : Entries, shapes (n, n) and (n, p)
         Of the states after it by those before it and by the parameters.
     drift : ndarray, shape (n,)
         What a later instant adds to the states: ``g_x f_before + g_t - f_after``.
@@ -35,7 +34,7 @@ class EventDerivatives(NamedTuple):
         Statically indeterminate constraints let go; the derivatives hold their shares fixed.
     before, after : tuple of ndarray
         States and settings on both sides.
-    act : tuple or None
+    act : Act
         The `when` statements, and what closes at a speed.
     settles : bool
         A gap closes to rest after ever smaller bounces.
@@ -43,15 +42,15 @@ class EventDerivatives(NamedTuple):
         Margins that are used up, and what changes with them.
     """
 
-    states: scipy.sparse.csc_array
-    parameters: scipy.sparse.csc_array
+    states: Entries
+    parameters: Entries
     drift: np.ndarray
     instant: np.ndarray
     names: tuple[str, ...]
     shared: bool
     before: Side
     after: Side
-    act: tuple[tuple[int, ...], Blow | None]
+    act: Act
     settles: bool = False
     used: tuple[int, ...] = ()
     modes: tuple[int, ...] = ()
@@ -65,7 +64,8 @@ class EventDerivatives(NamedTuple):
             Derivatives of states and parameters by what is varied.
         """
         t_p = self.instant @ np.vstack([S, seed])
-        return self.states @ S + self.parameters @ seed + np.outer(self.drift, t_p), t_p
+        own = self.states.times(S) + self.parameters.times(seed)
+        return own + np.outer(self.drift, t_p), t_p
 
     def backward(self, adjoint: np.ndarray, late: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The transposed: adjoints before it and what it adds by parameters.
@@ -79,8 +79,9 @@ class EventDerivatives(NamedTuple):
         """
         n = len(self.drift)
         weight = self.drift @ adjoint + late
-        before = self.states.T @ adjoint + np.outer(self.instant[:n], weight)
-        return before, self.parameters.T @ adjoint + np.outer(self.instant[n:], weight)
+        before, by_parameters = (v.transposed_times(adjoint) for v in self[:2])
+        by_states, by_others = self.instant[:n, None], self.instant[n:, None]
+        return before + by_states * weight, by_parameters + by_others * weight
 
 
 Part = tuple[EventDerivatives, np.ndarray, np.ndarray]

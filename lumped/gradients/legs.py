@@ -6,7 +6,6 @@ Steps made again have the lengths of those of the run, and so their bits.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -53,11 +52,25 @@ class Leg:
     def side(self, place: int) -> Side:
         """States and settings at an end of a step."""
         place %= len(self.t)
-        return self.states(place, place)[0].copy(), self._settings_at(np.array([place]))[0]
+        return self.states(place, place)[0].copy(), self.settings(place, place)[0]
+
+    def sides(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and settings at ends of steps, shapes (places, n) and (places, settings)."""
+        if self._has_all:
+            return self._x[places], self._settings_at(places)
+        of_run = np.searchsorted(self._of_run, places)
+        row = np.searchsorted(self._kept, of_run)
+        is_kept = (self._of_run[of_run] == places) & (self._kept[row] == of_run)
+        x = self._x[row]
+        for k in np.flatnonzero(~is_kept).tolist():
+            x[k] = self.states(places[k], places[k])[0]
+        return x, self._settings_at(places)
 
     def states(self, begin: int = 0, end: int | None = None) -> np.ndarray:
         """States from one end of a step to another, all by default, shape (end - begin + 1, n)."""
         end = len(self.t) - 1 if end is None else end
+        if self._has_all:
+            return self._x[begin : end + 1]
         first = int(np.searchsorted(self._of_run, begin, "right")) - 1
         last = int(np.searchsorted(self._of_run, end))
         before = int(np.searchsorted(self._kept, first, "right")) - 1
@@ -86,9 +99,14 @@ class Leg:
 
     def _settings_at(self, places: np.ndarray) -> np.ndarray:
         if len(self._m) == 1:
-            return np.broadcast_to(self._m, (len(places), self._m.shape[1]))
+            return self._m.repeat(len(places), axis=0)
         found: np.ndarray = self._m[np.searchsorted(self._of_run, places, "right") - 1]
         return found
+
+    @property
+    def _has_all(self) -> bool:
+        """Whether states are known at all ends of steps."""
+        return len(self._x) == len(self.t)
 
     @property
     def _implicit_from(self) -> float:
@@ -100,10 +118,16 @@ class Leg:
         x, m = self.states(begin, end), self.settings(begin, end)
         return Span(self._run.theta, self.t[begin : end + 1], x, m, self._implicit_from)
 
+    @property
+    def rows(self) -> int:
+        """Steps whose states are made again at once."""
+        numbers: int = self._x.shape[1] + self._m.shape[1] + 1
+        return max(_MADE_BYTES // (8 * numbers), 1)
+
     def chunks(self, begin: int = 0, end: int | None = None) -> list[tuple[int, int]]:
         """From one end of a step to another in parts whose states are kept at once, in order."""
         end = len(self.t) - 1 if end is None else end
-        rows = max(_MADE_BYTES // (8 * (self._x.shape[1] + self._m.shape[1] + 1)), 1)
+        rows = self.rows
         if end - begin <= rows:
             return [(begin, end)] if end > begin else []
         is_divided = len(self._of_run) < len(self.t)
@@ -112,36 +136,15 @@ class Leg:
         numbers, firsts = np.unique((inner - begin) // rows, return_index=True)
         return list(itertools.pairwise([begin, *inner[firsts[numbers > 0]].tolist(), end]))
 
-    def spans(self, most: int) -> Iterator[Span]:
-        """All steps, at most so many at once."""
-        for begin, end in self.chunks():
-            span = self.span(begin, end)
-            for k in range(0, end - begin, most):
-                yield span.part(k, min(k + most, end - begin))
-
     def state(self, t: float) -> Side:
         """States and settings at a time: those of a shorter step."""
         i = int(np.searchsorted(self.t, t, "right")) - 1
         if self.t[i] == t:
             return self.side(i)
-        shorter = self.shorter(i, t)
-        found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
-        return found[1], shorter.m[0]
-
-    def shorter(self, i: int, t: float) -> Span:
-        """A step that ends earlier; the states there are not known."""
         x, m = (v[None, :].repeat(2, axis=0) for v in self.side(i))
-        return Span(self._run.theta, np.array([self.t[i], t]), x, m, self._implicit_from)
-
-    def margins(self) -> np.ndarray:
-        """Greatest size of each margin at the ends of the steps."""
-        largest = np.zeros(self._run.system.margins.size1_out(0))
-        for begin, end in self.chunks() or [(0, 0)]:
-            span = self.span(begin, end)
-            found, _ = self._run.system.margins(span.x.T, span.theta, span.t[None, :], span.m.T)
-            sizes = np.abs(np.asarray(found)).reshape(len(largest), len(span.t))
-            largest = np.maximum(largest, sizes.max(axis=1))
-        return largest
+        shorter = Span(self._run.theta, np.array([self.t[i], t]), x, m, self._implicit_from)
+        found = steps_of(self._run.system, ()).replayed(shorter, np.array([1, 0]))
+        return found[1], m[0]
 
     def cut(self, t: float) -> None:
         """Make an instant inside the leg the end of a step."""

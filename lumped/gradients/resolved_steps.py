@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from lumped.errors import SolverError
-from lumped.gradients.adjoint import AdjointPoint, OnTheWay, Seeds, Swept, sweep
+from lumped.gradients.adjoint import AdjointPoint
 from lumped.gradients.jumps import Crossing
 from lumped.gradients.legs import Leg
 from lumped.gradients.steps import Steps
+from lumped.gradients.sweep import OnTheWay, Seeds, Swept, sweep
 from lumped.gradients.varied import TIGHTER
 from lumped.timeloop.result import Trajectory
 

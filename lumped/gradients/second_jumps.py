@@ -13,8 +13,10 @@ import casadi as ca
 import numpy as np
 
 from lumped.errors import SolverError
+from lumped.gradients.instant_values import looks_of
 from lumped.gradients.jumps import Crossing, EventDerivatives
 from lumped.gradients.saltation import saltation_of
+from lumped.gradients.state_changes import Change
 from lumped.gradients.steps import Steps
 from lumped.support.made_once import made_once
 from lumped.timeloop.result import Trajectory
@@ -40,7 +42,7 @@ class SecondJumps:
     """
 
     def __init__(self, run: Trajectory, steps: Steps) -> None:
-        self.run, self.steps, self._saltation = run, steps, saltation_of(run.system)
+        self.run, self.steps = run, steps
 
     def check(self, crossing: Crossing) -> None:
         """Refuse an instant that second derivatives do not pass.
@@ -74,16 +76,13 @@ class SecondJumps:
         if not jump.instant.any():
             return "fixed", 0
         x, m = jump.before
-        point = x, self.run.theta, crossing.t, m
-        if jump.used:
-            rates = np.asarray(self.run.system.margin_rates(*point)).ravel()
-            rows = self._saltation.margins(*point).sparse().tocsr()
-            for i in jump.used:
-                if _same(-rows[[i]].toarray().ravel() / rates[i], jump.instant):
-                    return "margin", i
-        _, slopes, by_parameters = (np.asarray(v) for v in self._saltation.clocked(*point))
-        for k, slope in enumerate(slopes.ravel().tolist()):
-            if slope and _same(np.append(0 * x, -by_parameters[k] / slope), jump.instant):
+        looks = looks_of(self.run.system)
+        values = looks.at(x, self.run.theta, crossing.t, m)
+        for i in jump.used:
+            if _same(-looks.margin_slopes(values, i) / values.margin_rates[i], jump.instant):
+                return "margin", i
+        for k, fast in enumerate(values.fast.tolist()):
+            if fast and _same(-looks.clock_slopes(values, k) / fast, jump.instant):
                 return "clock", k
         self._refuse(crossing, "it is not one margin that decides when something changes")
         raise AssertionError
@@ -110,7 +109,7 @@ class SecondJumps:
             What the result owes to integrals over this instant.
         """
         n, (x, m) = len(S), jump.before
-        change = self._saltation.changes.states(*jump.act, jump.after[1])
+        change = saltation_of(self.run.system).changes.states(*jump.act, jump.after[1])
         function = _made(self.steps, self._cause(crossing, jump), change)
         point = x, S, self.run.theta, along, crossing.t, m, jump.after[1]
         found = function(*point, second[:n], first[:n], np.full(self.steps.integrals, weight))
@@ -140,7 +139,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 @made_once
-def _made(steps: Steps, cause: _Cause, change: ca.Function) -> ca.Function:
+def _made(steps: Steps, cause: _Cause, change: Change) -> ca.Function:
     """Derivatives of what is owed, by all before the jump, and by its instant.
 
     Of (x, S, p, along, t, settings before, settings after, second, first, weights of integrals).
@@ -160,7 +159,7 @@ def _made(steps: Steps, cause: _Cause, change: ca.Function) -> ca.Function:
     f, q, f_along, q_along = flow(x, S, p, along, t, m)
 
     moved = _moved(steps, cause, direction)
-    x_new = change(x, p, t, m)[0]
+    x_new = change.found
     after = system.rhs(x_new, p, t, m_after)
     drift = ca.jtimes(x_new, ca.vertcat(x, t), ca.vertcat(f, 1)) - after
     S_new = ca.densify(ca.jtimes(x_new, both, direction) + drift * moved)
@@ -182,7 +181,7 @@ def _moved(steps: Steps, cause: _Cause, direction: ca.SX) -> ca.SX:
     if kind == "fixed":
         return ca.SX(0)
     if kind == "clock":
-        what = saltation_of(system).clocks[number].condition.argument
+        what = looks_of(system).clocks[number].condition.argument
     else:
         what = system.structure.in_states(system.switching.margins[0])[number]
     rate = ca.jtimes(what, ca.vertcat(x, t), ca.vertcat(system.rates, 1))

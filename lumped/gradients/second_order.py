@@ -96,7 +96,7 @@ class Second:
         tangents = self._tangents(k)
         twice = _twice(self.steps)
         value, first, second = 0.0, np.zeros(n + p), np.zeros(n + p)
-        sizes = [np.zeros((2 * (n + self.steps.integrals), 1))] * 2
+        largest = lost = np.zeros((2 * (n + self.steps.integrals), 1))
         each = [np.zeros((len(leg.t) - 1, 1)) for leg in self.course.legs]
         for number in reversed(range(len(tangents))):
             parts, last = tangents[number]
@@ -109,17 +109,18 @@ class Second:
                 adjoint = np.concatenate([second[:n], first[:n], weights])[:, None]
                 by_parameters = np.concatenate([second[n:], first[n:]])[:, None]
                 span = self._span(leg, begin, end, z, seed)
-                back = twice.back(span, adjoint, by_parameters, *sizes)
+                back = twice.back(span, adjoint, by_parameters, largest, lost)
                 second[:n], first[:n] = back.adjoint[:n, 0], back.adjoint[n : 2 * n, 0]
                 second[n:], first[n:] = np.split(back.by_parameters[:, 0], 2)
-                sizes, each[number][begin:end] = [back.largest, back.lost], back.errors
+                largest, lost = back.largest, back.lost
+                each[number][begin:end] = back.errors
                 sums[begin:end] = inside * back.parts[:, : self.steps.integrals].sum(axis=1)
                 value += self._look(number, begin, z[n:], seed, first, second)
             value += float(sums.sum())
             if number:
                 S = tangents[number - 1][1][n:]
                 second, first = self._back(number - 1, S, seed, second, first)
-        return Found(value, first, second, each, twice.relative(*sizes))
+        return Found(value, first, second, each, twice.relative(largest, lost))
 
     def _tangents(self, k: int) -> list[_Tangent]:
         """States and, behind these, their derivatives along a direction, leg by leg."""

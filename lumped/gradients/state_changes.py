@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from lumped.compiler.system import System
 from lumped.flattening import hold_modes
+from lumped.support.array_function import ArrayFunction
+from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.result import Trajectory
 
-__all__ = ["Blow", "Changes", "exchange_fault"]
+__all__ = ["Act", "Blow", "Change", "Changes", "Entries", "exchange_fault"]
 
 
 class Blow(NamedTuple):
@@ -29,15 +33,142 @@ class Blow(NamedTuple):
     members: tuple[int, ...]
 
 
-class Changes:
+Act = tuple[tuple[int, ...], Blow | None]
+"""The `when` statements that act, and what closes at a speed."""
+
+
+class Entries(NamedTuple):
+    """A matrix as a sum of entries.
+
+    Attributes
+    ----------
+    rows, columns, values : ndarray, shape (entries,)
+        Where they stand, and how large they are.
+    shape : tuple of int
+        Of the matrix.
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    values: np.ndarray
+    shape: tuple[int, int]
+
+    def times(self, other: np.ndarray) -> np.ndarray:
+        """The product with a dense matrix."""
+        found: np.ndarray = self._matrix @ other
+        return found
+
+    def transposed_times(self, other: np.ndarray) -> np.ndarray:
+        """The product of the transposed matrix with a dense one."""
+        found: np.ndarray = self._matrix.T @ other
+        return found
+
+    @property
+    def _matrix(self) -> scipy.sparse.coo_array:
+        return scipy.sparse.coo_array((self.values, (self.rows, self.columns)), self.shape)
+
+    @property
+    def only_row(self) -> np.ndarray:
+        """A matrix of one row."""
+        found = np.zeros(self.shape[1])
+        np.add.at(found, self.columns, self.values)
+        return found
+
+    def with_outer(self, column: np.ndarray, row: np.ndarray) -> Entries:
+        """The same with the product of a column and a row added."""
+        i, k = np.flatnonzero(column), np.flatnonzero(row)
+        more = np.repeat(i, len(k)), np.tile(k, len(i)), np.outer(column[i], row[k]).ravel()
+        rows, columns, values = map(np.concatenate, zip(self[:3], more, strict=True))
+        return Entries(rows, columns, values, self.shape)
+
+    def toarray(self) -> np.ndarray:
+        """The matrix."""
+        found: np.ndarray = self._matrix.toarray()
+        return found
+
+
+class Change:
+    """An expression of states, parameters and time at an instant, with its derivatives.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    name : str
+        Of the function.
+    found : SX
+        The expression, one column.
+
+    Attributes
+    ----------
+    found : SX
+        The same.
+    """
+
+    def __init__(self, system: System, name: str, found: ca.SX) -> None:
+        self.found = found
+        x, p, t, _ = system.inputs
+        along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(system.rates, 1))
+        slopes = [ca.jacobian(found, x), ca.jacobian(found, p)]
+        self._shapes: list[tuple[int, int]] = [s.shape for s in slopes]
+        self._places = [np.array(s.sparsity().get_triplet(), dtype=int) for s in slopes]
+        outputs = [ca.densify(found), *slopes, ca.densify(along)]
+        self._call = ArrayFunction(ca.Function(name, system.inputs, outputs))
+
+    def at(
+        self, x: np.ndarray, theta: np.ndarray, t: float, settings: np.ndarray
+    ) -> tuple[np.ndarray, Entries, Entries, np.ndarray]:
+        """Its value, derivatives by states and parameters, and by time along the run."""
+        value, *slopes, along = self._call(x, theta, t, settings)
+        by_states, by_parameters = (
+            Entries(rows, columns, own, shape)
+            for (rows, columns), own, shape in zip(self._places, slopes, self._shapes, strict=True)
+        )
+        return value, by_states, by_parameters, along
+
+
+class Changes(Shared):
     """Changes of the states of one system, made once each."""
 
     def __init__(self, system: System) -> None:
-        self.system = system
-        self._made: dict[object, ca.Function] = {}
+        super().__init__(system.building)
+        self.system, s = system, system.switching
+        held = s.first_modes[:, None] + np.arange(hold_modes.COUNT)
+        self._not_held = np.setdiff1d(np.arange(system.structure.mode_count), held)
+        self._impulsive = ~(s.has_upper & s.has_lower)
+        self._place = {node: i for i, node in enumerate(system.structure.states)}
 
-    def states(self, jumps: tuple[int, ...], blow: Blow | None, modes: np.ndarray) -> ca.Function:
-        """The states after: (x, p, t, m) -> states, derivatives by x and p, by time along the run.
+    def acts(self, used: tuple[int, ...], old: np.ndarray, new: np.ndarray) -> Iterator[Act]:
+        """What may become of the states: `when` statements, and bodies that hit each other.
+
+        Parameters
+        ----------
+        used : tuple of int
+            Margins that are used up.
+        old, new : ndarray
+            Settings on both sides.
+        """
+        s = self.system.switching
+        rows = [s.rows[i] for i in used]
+        jumps: tuple[int, ...] = ()
+        if s.jumps:
+            risen = {int(s.relation_modes[k]) for kind, k in rows if kind == "relation"}
+            risen |= set(np.flatnonzero(new > old).tolist())
+            jumps = tuple(j for j, w in enumerate(s.jumps) if w.mode in risen and not old[w.mode])
+        was, now = (side[s.first_modes] > 0.5 for side in (old, new))
+        bodies = {h for kind, h in rows if kind == "slide" and s.has_gap[h]}
+        hits = sorted(bodies | set(np.flatnonzero(now & ~was & self._impulsive).tolist()))
+        stays = (was & self._impulsive, was & now & self._impulsive) if hits else ()
+        for stay in stays:
+            members = tuple(sorted({*hits, *np.flatnonzero(stay).tolist()}))
+            # what sticks afterwards did not bounce
+            for bounces in (tuple(not now[h] for h in hits), (True,) * len(hits)):
+                yield jumps, Blow(tuple(zip(hits, map(bool, bounces), strict=True)), members)
+        if not bodies:
+            yield jumps, None
+
+    def states(self, jumps: tuple[int, ...], blow: Blow | None, modes: np.ndarray) -> Change:
+        """The states after an act.
 
         Parameters
         ----------
@@ -48,72 +179,69 @@ class Changes:
         modes : ndarray
             Modes after it; speeds of what sticks are exactly zero then.
         """
-        s, count = self.system.switching, self.system.structure.mode_count
-        place = {node: i for i, node in enumerate(self.system.structure.states)}
+        s, place = self.system.switching, self._place
         stuck = np.flatnonzero(modes[s.first_modes] > 0.5).tolist()
         zero = tuple(place[s.speeds[h]] for h in stuck if s.speeds[h] in place)
-        key = jumps, blow and (*blow, modes[:count].tobytes()), zero
-        if key not in self._made:
-            x, p, t, _ = self.system.inputs
-            x_new = self._jumped(ca.SX(x), jumps, place)
-            if blow is not None:
-                rest, push = self._blown(x_new, blow, modes)
-                x_new = x_new + self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
-            for i in zero:
-                x_new[i] = 0
-            self._made[key] = self._along("change", x_new)
-        return self._made[key]
+        others = b"" if blow is None else modes[self._not_held].tobytes()
+        return self._changed(jumps, blow, zero, others)
 
     def impact(
         self, kind: str, hold: int, jumps: tuple[int, ...], blow: Blow, modes: np.ndarray
-    ) -> ca.Function:
-        """Loss or impulse of one hold: as `states`, with a number instead of the states."""
-        count = self.system.structure.mode_count
-        key = kind, hold, jumps, *blow, modes[:count].tobytes()
-        if key not in self._made:
-            x, p, t, _ = self.system.inputs
-            place = {node: i for i, node in enumerate(self.system.structure.states)}
-            start = self._jumped(ca.SX(x), jumps, place)
-            rest, push = self._blown(start, blow, modes)
-            s = self.system.switching
-            both = self.system.structure.in_states(ca.horzcat(s.speed, s.acceleration, s.reaction))
-            look = ca.Function("look", self.system.inputs, [both])
-            before, free, driven = (
-                look(start, p, t, m)[hold, :] for m in (self.system.inputs[3], rest, push)
-            )
-            impulse = driven[2] - free[2]
-            speed = before[0] + driven[1] - free[1]
-            found = -impulse if kind == "impulse" else 0.5 * impulse * (before[0] + speed)
-            self._made[key] = self._along(kind, found)
-        return self._made[key]
+    ) -> Change:
+        """Loss or impulse of one hold; arguments as for `states`."""
+        return self._impact(kind, hold, jumps, blow, modes[self._not_held].tobytes())
 
-    def _along(self, name: str, found: ca.SX) -> ca.Function:
+    @made_once
+    def _changed(
+        self, jumps: tuple[int, ...], blow: Blow | None, zero: tuple[int, ...], others: bytes
+    ) -> Change:
+        """States after an act, those numbered in `zero` zero; `others` are modes but of holds."""
         x, p, t, _ = self.system.inputs
-        along = ca.jtimes(found, ca.vertcat(x, t), ca.vertcat(self.system.rates, 1))
-        outputs = [found, ca.jacobian(found, x), ca.jacobian(found, p), ca.densify(along)]
-        return ca.Function(name, self.system.inputs, outputs)
+        x_new = self._jumped(ca.SX(x), jumps)
+        if blow is not None:
+            rest, push = self._blown(x_new, blow, others)
+            x_new = x_new + self.system.rhs(x, p, t, push) - self.system.rhs(x, p, t, rest)
+        for i in zero:
+            x_new[i] = 0
+        return Change(self.system, "change", x_new)
 
-    def _jumped(self, x: ca.SX, jumps: tuple[int, ...], place: dict[int, int]) -> ca.SX:
+    @made_once
+    def _impact(
+        self, kind: str, hold: int, jumps: tuple[int, ...], blow: Blow, others: bytes
+    ) -> Change:
+        """Loss or impulse of one hold."""
+        x, p, t, m = self.system.inputs
+        start = self._jumped(ca.SX(x), jumps)
+        rest, push = self._blown(start, blow, others)
+        s = self.system.switching
+        both = self.system.structure.in_states(ca.horzcat(s.speed, s.acceleration, s.reaction))
+        look = ca.Function("look", self.system.inputs, [both])
+        before, free, driven = (look(start, p, t, modes)[hold, :] for modes in (m, rest, push))
+        impulse = driven[2] - free[2]
+        speed = before[0] + driven[1] - free[1]
+        found = -impulse if kind == "impulse" else 0.5 * impulse * (before[0] + speed)
+        return Change(self.system, kind, found)
+
+    def _jumped(self, x: ca.SX, jumps: tuple[int, ...]) -> ca.SX:
         """States after `when` statements."""
         values = self.system.structure.in_states(self.system.switching.values)
         for j in jumps:
             jump = self.system.switching.jumps[j]
             for i, (node, sign) in enumerate(zip(jump.nodes, jump.signs, strict=True)):
-                if node in place:
-                    x[place[node]] = sign * values[jump.first + i]
+                if node in self._place:
+                    x[self._place[node]] = sign * values[jump.first + i]
         return x
 
-    def _blown(self, x: ca.SX, blow: Blow, modes: np.ndarray) -> tuple[ca.SX, ca.SX]:
+    def _blown(self, x: ca.SX, blow: Blow, others: bytes) -> tuple[ca.SX, ca.SX]:
         """Settings without and with what closes demanding its speeds (see `Impacts`)."""
         s, count = self.system.switching, self.system.structure.mode_count
         _, p, t, m = self.system.inputs
-        rest = ca.vertcat(ca.SX(ca.DM(modes[:count])), m[count:])
+        modes = np.zeros(count)
+        modes[self._not_held] = np.frombuffer(others)
+        modes[s.first_modes[list(blow.members)]] = 1.0
+        rest = ca.vertcat(ca.SX(ca.DM(modes)), m[count:])
         both = self.system.structure.in_states(ca.horzcat(s.speed, s.restitution))
         closing = ca.Function("closing", self.system.inputs, [both])(x, p, t, m)
-        for h, first in enumerate(s.first_modes.tolist()):
-            rest[first : first + hold_modes.COUNT] = ca.DM(
-                [h in blow.members, *[0] * (hold_modes.COUNT - 1)]
-            )
         push = ca.SX(rest)
         for h, bounces in blow.hits:
             again = 1 + closing[h, 1] if bounces else 1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from threading import RLock
 from typing import NamedTuple
 
@@ -15,13 +16,14 @@ from lumped.errors import SolverError
 from lumped.kernel import engine
 from lumped.kernel.plant import Function
 from lumped.kernel.recorded_steps.course import LOOKS, Course, Sweep
+from lumped.kernel.recorded_steps.stops_back import Stops
 from lumped.kernel.recorded_steps.sweep_back import LEAST
 from lumped.kernel.run import GIVEN_UP, Run
 from lumped.support.made_once import Shared, made_once
 from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.executable import Executable, smooth_executable
 
-__all__ = ["FRACTIONS", "Back", "Span", "StepCode"]
+__all__ = ["FRACTIONS", "Back", "Jump", "Pulse", "Span", "StepCode"]
 
 FRACTIONS = tuple(i / LOOKS for i in range(1, LOOKS + 1))
 """Of each step, at which it is looked into."""
@@ -45,6 +47,8 @@ class Span:
         Ends of the steps: times, s, states, settings of the step that begins there.
     implicit_from : float
         When the implicit method took over, s.
+    changes : sequence of int
+        From which ends no step leads to the next, as the run changes there.
     """
 
     theta: np.ndarray
@@ -52,11 +56,74 @@ class Span:
     x: np.ndarray
     m: np.ndarray
     implicit_from: float
+    changes: Sequence[int] = ()
+
+    @property
+    def is_step(self) -> np.ndarray:
+        """Whether a step leads from each end to the next, shape (k,)."""
+        found = np.ones(len(self.t) - 1, dtype=np.int64)
+        found[list(self.changes)] = 0
+        return found
+
+    @property
+    def is_implicit(self) -> bool:
+        """Whether a step of the implicit method is among them."""
+        return bool(self.t[:-1].max(initial=-np.inf) >= self.implicit_from)
 
     def part(self, begin: int, end: int) -> Span:
         """Those from one end of a step to another."""
         own = slice(begin, end + 1)
-        return replace(self, t=self.t[own], x=self.x[own], m=self.m[own])
+        changes = [k - begin for k in self.changes if begin <= k < end]
+        return Span(self.theta, self.t[own], self.x[own], self.m[own], self.implicit_from, changes)
+
+    @classmethod
+    def joined(cls, spans: Sequence[Span]) -> Span:
+        """The steps of several, one after the other, with changes between them."""
+        first = spans[0]
+        if len(spans) == 1:
+            return first
+        t, x, m = (np.concatenate([getattr(span, v) for span in spans]) for v in ("t", "x", "m"))
+        ends = np.cumsum([len(span.t) for span in spans]).tolist()
+        return Span(first.theta, t, x, m, first.implicit_from, [end - 1 for end in ends[:-1]])
+
+
+class Jump(NamedTuple):
+    """What a change between two steps does to derivatives (see `EventDerivatives`).
+
+    Attributes
+    ----------
+    step : int
+        In place of which step it stands.
+    states, parameters : tuple of ndarray
+        Rows, columns and values of the entries of both matrices.
+    drift, instant : ndarray, shapes (n,) and (n + p,)
+        What a later instant adds to the states; its derivatives.
+    late : ndarray, shape (k,)
+        Derivatives of the results by the instant.
+    """
+
+    step: int
+    states: tuple[np.ndarray, np.ndarray, np.ndarray]
+    parameters: tuple[np.ndarray, np.ndarray, np.ndarray]
+    drift: np.ndarray
+    instant: np.ndarray
+    late: np.ndarray
+
+
+class Pulse(NamedTuple):
+    """What a result owes to the states, and integrals, at one end of a step.
+
+    Attributes
+    ----------
+    end, column : int
+        Which end, and which result.
+    owed : ndarray, shape (n + q,)
+        Its derivatives.
+    """
+
+    end: int
+    column: int
+    owed: np.ndarray
 
 
 class Back(NamedTuple):
@@ -180,6 +247,7 @@ class StepCode(Shared):
             t=np.ascontiguousarray(span.t, dtype=float),
             x=np.ascontiguousarray(span.x, dtype=float).ravel(),
             m=np.ascontiguousarray(span.m, dtype=float).ravel(),
+            is_step=span.is_step,
             implicit_from=span.implicit_from,
         )
 
@@ -201,7 +269,7 @@ class StepCode(Shared):
 
     def replayed(self, span: Span, is_given: np.ndarray) -> np.ndarray:
         """States at all ends of steps, shape (k + 1, n), from those that are given."""
-        run = self._run(span, 0, bool(span.t[-2] >= span.implicit_from))
+        run = self._run(span, 0, span.is_implicit)
         course = self._course(span)
         course.x = course.x.copy()  # it may be that of a run
         course.is_given = is_given.astype(np.int64)
@@ -210,9 +278,9 @@ class StepCode(Shared):
         return found
 
     def looked(self, span: Span, function: CountedFunction, width: int) -> np.ndarray:
-        """Results of a function inside steps, shape (k, LOOKS, width)."""
+        """Results of a function inside steps, shape (k, LOOKS, width); zero where there is none."""
         steps = len(span.t) - 1
-        run = self._run(span, function.work, bool(span.t[-2] >= span.implicit_from))
+        run = self._run(span, function.work, span.is_implicit)
         course = self._course(span)
         course.width, course.found = width, np.zeros(steps * LOOKS * width)
         self._call("looked", run, function.for_more(steps * LOOKS), course)
@@ -226,23 +294,47 @@ class StepCode(Shared):
         by_parameters: np.ndarray,
         largest: np.ndarray,
         lost: np.ndarray,
+        pulses: Sequence[Pulse] = (),
+        jumps: Sequence[Jump] = (),
     ) -> Back:
         """Carry back what results owe to the states at the end, and to integrals.
 
-        `by_parameters`, `largest` and `lost` are those of later steps.
+        `by_parameters`, `largest` and `lost` are those of later steps; `pulses` and `jumps` are in
+        the order of time.
         """
-        later = adjoint, by_parameters, largest, lost
         count = adjoint.shape[1]
         most = _WIDTHS[-1] // 2
-        if count <= most:
-            return self._back(span, *later)
-        found = [
-            self._back(span, *(v[:, k : k + most] for v in later)) for k in range(0, count, most)
-        ]
+        found = []
+        for k in range(0, max(count, 1), most):
+            own = slice(k, k + most)
+            some = [p._replace(column=p.column - k) for p in pulses if k <= p.column < k + most]
+            stops = self._stops(some, [j._replace(late=j.late[own]) for j in jumps])
+            later = adjoint[:, own], by_parameters[:, own], largest[:, own], lost[:, own]
+            found.append(self._back(span, *later, stops))
+        if len(found) == 1:
+            return found[0]
         both = (np.concatenate(v, axis=1) for v in zip(*(some[:5] for some in found), strict=True))
         adjoint, by_parameters, largest, lost, errors = both
         parts, part_errors = found[0][5:]
         return Back(adjoint, by_parameters, largest, lost, errors, parts, part_errors)
+
+    def _stops(self, pulses: Sequence[Pulse], jumps: Sequence[Jump]) -> Stops:
+        """Pulses and jumps as the kernel takes them."""
+        stops = Stops(pulses=len(pulses), jumps=len(jumps), states=self.states)
+        stops.pulse_end = np.array([p.end for p in pulses], dtype=np.int64)
+        stops.pulse_column = np.array([p.column for p in pulses], dtype=np.int64)
+        stops.pulse = _one_after_the_other(p.owed for p in pulses)
+        stops.jump_step = np.array([j.step for j in jumps], dtype=np.int64)
+        matrices = ("", [j.states for j in jumps]), ("parameter_", [j.parameters for j in jumps])
+        for name, own in matrices:
+            firsts = np.cumsum([0, *(len(entries[0]) for entries in own)])
+            setattr(stops, f"first_{name}entry", firsts.astype(np.int64))
+            for i, (what, kind) in enumerate((("row", int), ("column", int), ("entry", float))):
+                setattr(stops, name + what, _one_after_the_other((e[i] for e in own), kind))
+        stops.drift = _one_after_the_other(j.drift for j in jumps)
+        stops.instant = _one_after_the_other(j.instant for j in jumps)
+        stops.late = _one_after_the_other(j.late for j in jumps)
+        return stops
 
     def relative(self, largest: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Errors relative to what each result owes to the states, shape (k,)."""
@@ -262,12 +354,13 @@ class StepCode(Shared):
         by_parameters: np.ndarray,
         largest: np.ndarray,
         lost: np.ndarray,
+        stops: Stops,
     ) -> Back:
         """The same for a few results."""
         n, count, p, steps = self._all, adjoint.shape[1], self._p.numel(), len(span.t) - 1
         width = next(w for w in _WIDTHS if w >= 2 * count) if count else 0
         results = width // 2
-        implicit = bool(span.t[-2] >= span.implicit_from)
+        implicit = span.is_implicit
         sweep = Sweep(
             {"states": n, "parameters": p, "columns": width},
             results=results,
@@ -293,8 +386,9 @@ class StepCode(Shared):
         course.errors = np.zeros(steps * results)
         course.parts = np.zeros(steps * self.integrals)
         course.part_errors = np.zeros(steps * self.integrals)
-        self._call("swept", run, sweep, course)
-        sums = course.parts.reshape(steps, -1), course.part_errors.reshape(steps, -1)
+        self._call("swept", run, sweep, course, stops)
+        each = (steps, self.integrals)
+        sums = course.parts.reshape(each), course.part_errors.reshape(each)
         return Back(
             sweep.adjoint.reshape(columns)[:, :count].copy(),
             sweep.by_parameters.reshape(p, width)[:, :count].copy(),
@@ -303,3 +397,8 @@ class StepCode(Shared):
             course.errors.reshape(steps, results)[:, :count],
             *sums,
         )
+
+
+def _one_after_the_other(parts: Iterable[np.ndarray], kind: type = float) -> np.ndarray:
+    """Arrays in one; never empty."""
+    return np.concatenate([*parts, np.zeros(1)]).astype(kind)

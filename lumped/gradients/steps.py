@@ -8,7 +8,9 @@ import casadi as ca
 
 from lumped.compiler.system import System
 from lumped.gradients.step_code import StepCode
+from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.run import nominals
 
 __all__ = ["Steps", "steps_of"]
@@ -35,9 +37,20 @@ class Steps(StepCode):
 
     @property
     @made_once
-    def integrated(self) -> ca.Function:
-        """What is integrated: (x, p, t, m)."""
+    def _integrated(self) -> ca.Function:
         return ca.Function("integrated", self.system.inputs, [ca.densify(self.integrands)])
+
+    @property
+    @made_once
+    def integrated(self) -> ArrayFunction:
+        """What is integrated, at one point: (x, p, t, m)."""
+        return ArrayFunction(self._integrated)
+
+    @property
+    @made_once
+    def integrated_along(self) -> ManyPoints:
+        """What is integrated, at points of a run."""
+        return ManyPoints(self._integrated)
 
 
 @made_once

@@ -6,24 +6,21 @@ from collections.abc import Iterator
 
 import casadi as ca
 import numpy as np
-import scipy
 
-from lumped.code.operations import operations_of
 from lumped.compiler.system import System
 from lumped.errors import SolverError
+from lumped.gradients.causes import TURNING
+from lumped.gradients.instant_values import margin_sizes
 from lumped.gradients.legs import Leg
-from lumped.gradients.saltation import TURNING
-from lumped.gradients.step_code import FRACTIONS
+from lumped.gradients.samples import sampled, values_at
 from lumped.gradients.steps import Steps
+from lumped.numerics.bracketed_roots import bracketed_roots
 from lumped.support.made_once import made_once
-from lumped.timeloop.counted_function import CountedFunction
 from lumped.timeloop.holds import turned
+from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import Trajectory
 
 __all__ = ["refuse_touches"]
-
-_CHUNK = 1024
-"""Steps that are looked at in one call."""
 
 
 def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, ends: bool) -> None:
@@ -43,68 +40,72 @@ def refuse_touches(run: Trajectory, legs: list[Leg], steps: Steps, rtol: float, 
     """
     if not run.system.margins.size1_out(0):
         return
-    touches = _Touches(run, steps, rtol)
-    for leg in legs:
-        for row, t in touches.lowest(leg):
-            touches.check(leg, row, t, "only touches what would change it")
+    touches = _Touches(run, legs, steps, rtol)
+    for number, row, t in touches.lowest():
+        touches.check(legs[number], row, t, "only touches what would change it")
     if not ends:
         return
     leg, t = legs[-1], float(legs[-1].t[-1])
-    left, rates = touches.margins(leg, t)
-    near = left <= TURNING * rtol * leg.margins()
+    left, rates = np.split(touches.at(np.array([len(legs) - 1]), leg.t[-1:])[0], 2)
+    near = left <= TURNING * rtol * margin_sizes(run, [leg])[0]
     for row in np.flatnonzero(near & (rates < 0)).tolist():
         touches.check(leg, row, t, "is just about to change, and the run ends")
 
 
 @made_once
-def _look(system: System) -> ca.Function:
-    """Margins and their rates: (x, p, t, m)."""
+def _look(system: System) -> ManyPoints:
+    """Margins and their rates."""
     parts = system.margins(*system.inputs)[0], system.margin_rates(*system.inputs)
-    return ca.Function("look", system.inputs, [ca.densify(ca.vertcat(*parts))])
-
-
-@made_once
-def _counted(system: System) -> CountedFunction:
-    return CountedFunction(operations_of(_look(system)))
+    both = ca.densify(ca.vertcat(*parts))
+    return ManyPoints(ca.Function("look", system.inputs, [both]))
 
 
 class _Touches:
     """Margins of a run and their lowest points."""
 
-    def __init__(self, run: Trajectory, steps: Steps, rtol: float) -> None:
-        self.run, self.steps, self.rtol = run, steps, rtol
+    def __init__(self, run: Trajectory, legs: list[Leg], steps: Steps, rtol: float) -> None:
+        self.run, self.legs, self.steps, self.rtol = run, legs, steps, rtol
         self.system = run.system
         self.look = _look(run.system)
+        self.count = run.system.margins.size1_out(0)
 
-    def lowest(self, leg: Leg) -> Iterator[tuple[int, float]]:
-        """Margins that turn near zero, and when."""
-        highest = np.zeros(self.system.margins.size1_out(0))
-        found: list[tuple[int, float, float]] = []
-        for t, values, slopes in self._sampled(leg):
-            h = np.diff(t)
+    def lowest(self) -> Iterator[tuple[int, int, float]]:
+        """Margins that turn near zero: number of the smooth part, of the margin, and when."""
+        highest = np.zeros((len(self.legs), self.count))
+        found: list[np.ndarray] = []
+        for leg, t, both in sampled(self.legs, self.steps, self.look):
+            values, slopes = both[:, :, : self.count], both[:, :, self.count :]
+            h = np.diff(t)[:, :, None]
             a, b, s_a, s_b = values[:, :-1], values[:, 1:], slopes[:, :-1], slopes[:, 1:]
             # the cubic through the ends stays among its control points
             least = np.minimum(np.minimum(a + h * s_a / 3, b - h * s_b / 3), np.minimum(a, b))
             near = (s_a < 0) & (s_b > 0) & (least <= 0.1 * np.maximum(a, b))
-            found += [(row, t[k], t[k + 1]) for row, k in np.argwhere(near).tolist()]
-            highest = np.maximum(highest, np.abs(values).max(axis=1))
-        for row, begin, end in found:
+            step, k, row = np.nonzero(near)
+            brackets = t[step, k], t[step, k + 1], s_a[step, k, row], s_b[step, k, row]
+            found.append(np.array([leg[step], row, *brackets]))
+            np.maximum.at(highest, leg, np.abs(values).max(axis=1))
+        if not found:
+            return
+        candidates = np.concatenate(found, axis=1)
+        if not candidates.size:
+            return
+        legs, rows = candidates[:2].astype(int)
+        begin, end, at_begin, at_end = candidates[2:]
 
-            def slope(t: float, row: int = row) -> float:
-                return float(self.margins(leg, t)[1][row])
+        def slopes_at(which: np.ndarray, t: np.ndarray) -> np.ndarray:
+            both = self.at(legs[which], t)
+            own: np.ndarray = both[np.arange(len(t)), self.count + rows[which]]
+            return own
 
-            if slope(begin) * slope(end) >= 0:
-                continue
-            lowest = float(scipy.optimize.brentq(slope, begin, end, xtol=1e-14 * (1 + end)))
-            if self.margins(leg, lowest)[0][row] <= TURNING * self.rtol * highest[row]:
-                yield row, lowest
+        accuracy = 1e-14 * (1 + end)
+        lowest = bracketed_roots(slopes_at, begin, end, at_begin, at_end, accuracy)
+        values = self.at(legs, lowest)[np.arange(len(legs)), rows]
+        for i in np.flatnonzero(values <= TURNING * self.rtol * highest[legs, rows]).tolist():
+            yield int(legs[i]), int(rows[i]), float(lowest[i])
 
-    def margins(self, leg: Leg, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """Margins and their rates."""
-        x, m = leg.state(t)
-        values = np.asarray(self.look(x, self.run.theta, t, m)).ravel()
-        left, rates = np.split(values, 2)
-        return left, rates
+    def at(self, legs: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Margins, then their rates, at times in smooth parts."""
+        return values_at(self.run, self.legs, self.steps, self.look, legs, t)
 
     def check(self, leg: Leg, row: int, t: float, what: str) -> None:
         """Refuse a touch if a crossing there would change anything at once."""
@@ -159,13 +160,3 @@ class _Touches:
             if np.abs(a - b).max(initial=0.0) > 1e-6 * (1e-6 + np.abs(a).max(initial=0.0)):
                 return True
         return False
-
-    def _sampled(self, leg: Leg) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Times, margins and rates at the ends of steps and between, some steps at once."""
-        look, width = _counted(self.system), 2 * self.system.margins.size1_out(0)
-        for span in leg.spans(_CHUNK):
-            inside = self.steps.looked(span, look, width).reshape(-1, width)
-            first = np.asarray(self.look(span.x[0], span.theta, span.t[0], span.m[0]))
-            t = span.t[:-1, None] + np.diff(span.t)[:, None] * np.array(FRACTIONS)
-            values, slopes = np.split(np.vstack([first.reshape(1, -1), inside]).T, 2)
-            yield np.append(span.t[0], t.ravel()), values, slopes

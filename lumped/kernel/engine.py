@@ -45,7 +45,7 @@ ARGUMENTS = {
     "prepared": 1,
     "replayed": 2,
     "looked": 3,
-    "swept": 3,
+    "swept": 4,
     "variants": 1,
     "until_steps_of": 1,
     "attempt_of": 1,

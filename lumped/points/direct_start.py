@@ -5,11 +5,12 @@ Most drives start so. Everything else, and every fault, is left to the search (`
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Container, Mapping
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from lumped.compiler.system import System
 from lumped.kernel.holds import STANDSTILL
@@ -20,7 +21,7 @@ from lumped.points.targets import TOLERANCE, determined
 from lumped.support.array_function import ArrayFunction
 from lumped.support.made_once import made_once
 
-__all__ = ["DirectStart", "direct_start"]
+__all__ = ["DirectStart", "StartSlopes", "direct_slopes", "direct_start"]
 
 _MOST = 60
 """Start values of what is no state, up to which their equations are solved in one function."""
@@ -67,16 +68,90 @@ class DirectStart:
         return (x, float(missed[0])) if is_met else None
 
 
+class StartSlopes:
+    """Derivatives of the states at the start by parameters and by start values.
+
+    Attributes
+    ----------
+    function : Function
+        (p, t, start values) -> derivatives of the states in use by parameters, then by the start
+        values that vary.
+    """
+
+    def __init__(self, function: ca.Function) -> None:
+        self._call, self._shape = ArrayFunction(function), function.size_out(0)
+        self._pattern = [np.array(v) for v in function.sparsity_out(0).get_triplet()]
+
+    def along(
+        self, theta: np.ndarray, time: float, values: list[float], directions: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives along directions of parameters and start values, which are columns."""
+        matrix = scipy.sparse.coo_array(
+            (self._call(theta, time, values)[0], self._pattern), self._shape
+        )
+        found: np.ndarray = matrix @ directions
+        return found
+
+
 @made_once
 def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None:
     """How states follow from start values and from those unknowns that are set; None if not so."""
+    structure, values = system.structure, ca.SX.sym("start", len(changed))
+    found = _found(system, {u: values[i] for i, u in enumerate(changed)}, {})
+    if found is None:
+        return None
+    x, given, missed, fixed = found
+    place = {node: i for i, node in enumerate(structure.reduced.states)}
+    for node in structure.switching.speeds:
+        if node in place and place[node] not in fixed:
+            i = place[node]
+            least = ROUNDING * STANDSTILL * (1 + ca.fabs(x[i]))
+            x[i] = ca.if_else(ca.fabs(x[i]) <= least, 0, x[i])
+    inputs = [structure.parameters.theta, structure.values.time, values]
+    results = [_used(system, x), given, missed]
+    function = ca.Function("start", inputs, [ca.densify(result) for result in results])
+    varies = ca.depends_on(ca.vertcat(*results), ca.vertcat(*inputs))
+    targets = given.numel() > len(fixed)
+    searches = bool(targets or structure.flat.initial)
+    return DirectStart(function, varies=varies, searches=searches)
+
+
+@made_once
+def direct_slopes(
+    system: System, changed: tuple[int, ...], varied: tuple[int, ...]
+) -> StartSlopes | None:
+    """Derivatives of `direct_start`, also by the start values of unknowns that vary."""
+    structure, values = system.structure, ca.SX.sym("start", len(changed))
+    more, theta = ca.SX.sym("more", len(varied)), structure.parameters.theta
+    every = {u: values[i] for i, u in enumerate(changed)}
+    found = _found(system, every, {u: more[i] for i, u in enumerate(varied)})
+    if found is None:
+        return None
+    slopes = ca.jacobian(_used(system, found[0]), ca.vertcat(theta, more))
+    slopes = ca.substitute(slopes, more, ca.SX.zeros(len(varied)))
+    inputs = [theta, structure.values.time, values]
+    return StartSlopes(ca.Function("start_slopes", inputs, [slopes]))
+
+
+def _used(system: System, x: ca.SX) -> ca.SX:
+    """Those of all states that are in use."""
+    return x[system.structure.in_use] if system.structure.in_use else ca.SX(0, 1)
+
+
+def _found(
+    system: System, changed: Mapping[int, ca.SX], more: Mapping[int, ca.SX]
+) -> tuple[ca.SX, ca.SX, ca.SX, Collection[int]] | None:
+    """States, start values, how far the worst is missed, and which states are given.
+
+    `changed` are start values that are set; `more` is added to those of any unknowns.
+    """
     structure = system.structure
     flat, reduced = structure.flat, structure.reduced
     if structure.implicit:
         return None
     place = {node: i for i, node in enumerate(reduced.states)}
-    signs, values = reduced.aliases.signs, ca.SX.sym("start", len(changed))
-    every = {**flat.given, **{u: values[i] for i, u in enumerate(changed)}}
+    signs = reduced.aliases.signs
+    every = {u: value + more.get(u, 0) for u, value in {**flat.given, **changed}.items()}
     given, unknowns = ca.vertcat(ca.SX(0, 1), *every.values()), list(every)
     nodes = [reduced.node(u) for u in unknowns]
     if None in nodes or len(set(nodes)) < len(nodes):
@@ -87,6 +162,10 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
         if start is not None and start in place:
             source[place[start]], sign[place[start]] = k, signs[unknown]
     x = ca.vertcat(ca.SX(0), *flat.starts.values())[source.tolist(), 0] * ca.DM(sign)
+    for unknown, change in more.items():
+        node = reduced.node(unknown)
+        if unknown not in every and node in place:
+            x[place[node]] += float(signs[unknown]) * change
     wanted = given * ca.DM(signs[np.array(unknowns, dtype=int)].astype(float))
     own = {place[node]: k for k, node in enumerate(nodes) if node in place}
     if own:
@@ -101,17 +180,7 @@ def direct_start(system: System, changed: tuple[int, ...]) -> DirectStart | None
         if found is None:
             return None
         x, missed = found
-    for node in structure.switching.speeds:
-        if node in place and place[node] not in fixed:
-            i = place[node]
-            least = ROUNDING * STANDSTILL * (1 + ca.fabs(x[i]))
-            x[i] = ca.if_else(ca.fabs(x[i]) <= least, 0, x[i])
-    used = x[structure.in_use] if structure.in_use else ca.SX(0, 1)
-    inputs = [structure.parameters.theta, structure.values.time, values]
-    results = [used, given, missed]
-    function = ca.Function("start", inputs, [ca.densify(result) for result in results])
-    varies = ca.depends_on(ca.vertcat(*results), ca.vertcat(*inputs))
-    return DirectStart(function, varies=varies, searches=bool(targets or flat.initial))
+    return x, given, missed, fixed
 
 
 def _solved(

@@ -10,7 +10,7 @@ import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError, StartError, shown
-from lumped.points.direct_start import direct_start
+from lumped.points.direct_start import direct_slopes, direct_start
 from lumped.points.start_search import StartSearch, given_values
 from lumped.support.arguments import checked
 from lumped.timeloop.event import Change
@@ -226,9 +226,16 @@ def start_slopes(
     -------
     ndarray, shapes (n,) and (n, k)
     """
+    changed, used = given_values(system, start), system.structure.in_use
+    form, values = direct_start(system, tuple(changed)), list(changed.values())
+    slopes = direct_slopes(system, tuple(changed), tuple(varied))
+    found = None if form is None else form.states(theta, 0.0, values)
+    if found is not None and slopes is not None:
+        directions = np.vstack([seed, *varied.values()])
+        return found[0], slopes.along(theta, 0.0, values, directions)
     begin = StartSearch(system, theta, start, [], 0.0)
     x = begin.solve()
-    return x[system.structure.in_use], begin.slopes(x, seed, varied)[system.structure.in_use]
+    return x[used], begin.slopes(x, seed, varied)[used]
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,11 +25,18 @@ class ManyPoints:
     ----------
     function : Function
         Its results count one after the other, with their zeros.
+
+    Attributes
+    ----------
+    results : int
+        How many there are.
+    counted : CountedFunction
+        The function for kernels.
     """
 
     def __init__(self, function: ca.Function) -> None:
         operations = operations_of(function)
-        self._results, self._code = operations.results, CountedFunction(operations)
+        self.results, self.counted = operations.results, CountedFunction(operations)
 
     def __call__(self, x: np.ndarray, p: np.ndarray, t: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Results at each point, shape (points, results).
@@ -43,18 +50,18 @@ class ManyPoints:
         t : ndarray, shape (points,)
             Times.
         """
-        found = np.empty((len(t), self._results))
-        run = Run({**_NOTHING, "work": self._code.work, "parameters": len(p)})
+        found = np.empty((len(t), self.results))
+        run = Run({**_NOTHING, "work": self.counted.work, "parameters": len(p)})
         run.p[:] = p
         course = Samples(
             points=len(t),
             states=x.shape[1],
             settings=m.shape[1],
-            results=self._results,
+            results=self.results,
             t=np.ascontiguousarray(t, dtype=float),
             x=np.ascontiguousarray(x, dtype=float).ravel(),
             m=np.ascontiguousarray(m, dtype=float).ravel(),
             found=found.ravel(),
         )
-        engine.call("values", run, self._code.for_more(len(t)), course)
+        engine.call("values", run, self.counted.for_more(len(t)), course)
         return found

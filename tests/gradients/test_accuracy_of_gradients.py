@@ -256,7 +256,7 @@ def test_a_sweep_without_results_writes_no_columns(monkeypatch):
     monkeypatch.setattr(engine, "call", noting)
     none = np.zeros((n + 1, 0))
     found = steps.back(leg.span(), none, np.zeros((len(run.theta), 0)), none, none)
-    (sweep,) = (given[1] for given in called if len(given) == 3)
+    (sweep,) = (given[1] for given in called if len(given) == 4)
     assert sweep.pullback.wide_address == sweep.bent.wide_address == 0
     # integral of (c phi + d w)^2 by the states between, with Simpson's rule
     t = np.linspace(0, 1, 20001)

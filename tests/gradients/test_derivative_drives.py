@@ -5,6 +5,7 @@ import pytest
 from derivative_drives import DRIVES
 
 import lumped as lp
+from lumped.kernel import engine
 
 
 def numbers(system, of, until, changes):
@@ -50,3 +51,14 @@ def test_derivatives_are_those_of_differences(name):
         error = np.abs(found - expected) / np.maximum(np.abs(expected), 1e-3 * size)
         print(f"\n{name} {what}: {error.max():.1e}")
         assert error.max() < 1e-5, (what, np.argwhere(error > 1e-5).tolist())
+
+
+def test_changes_are_crossed_with_the_same_bits_in_all_engines():
+    system, of, to, until = DRIVES["dog_clutch_at_an_instant"]()
+    found = {}
+    for name in ("llvm", "c", "python"):
+        with engine.using(name):
+            found[name] = lp.gradient(system, of=of, to=to, until=until).derivatives
+    assert np.abs(found["llvm"]).min(axis=1).max() > 0
+    assert (found["c"] == found["llvm"]).all()
+    assert (found["python"] == found["llvm"]).all()

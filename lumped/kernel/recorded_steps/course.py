@@ -35,6 +35,8 @@ class Course(Record):
         Times of all ends, s; states and settings there.
     is_given : Integers
         Whether the states are known at each.
+    is_step : Integers
+        Whether there is a step from each to the next; else the run changes there.
     implicit_from : float
         When the implicit method took over, s.
     width, found : int, Numbers
@@ -53,6 +55,7 @@ class Course(Record):
     x: Numbers
     m: Numbers
     is_given: Integers
+    is_step: Integers
     implicit_from: float
     width: int
     found: Numbers
@@ -148,23 +151,24 @@ def replayed(run: Run, course: Course) -> int:
 
 @kernel
 def looked(run: Run, function: Function, course: Course) -> int:
-    """Evaluate a function inside all steps."""
+    """Evaluate a function inside all steps; where there is none, nothing is written."""
     width = course.width
     for k in range(course.steps):
-        h = stand(run, course, k)
-        if not _step(run, h):
-            return GIVEN_UP
-        if run.is_implicit:
-            rodas5p.dense_output(run)
-        else:
-            dop853.dense_output(run, h)
-        for j in range(1, LOOKS):
-            part = float(j) / LOOKS
-            inside(run, part, run.inner)
-            found = course.found[(LOOKS * k + j - 1) * width :]
-            evaluate(function, run, run.inner, run.t + part * h, run.m, found)
-        found = course.found[(LOOKS * k + LOOKS - 1) * width :]
-        evaluate(function, run, run.new, run.t_new, run.m, found)
+        if course.is_step[k]:
+            h = stand(run, course, k)
+            if not _step(run, h):
+                return GIVEN_UP
+            if run.is_implicit:
+                rodas5p.dense_output(run)
+            else:
+                dop853.dense_output(run, h)
+            for j in range(1, LOOKS):
+                part = float(j) / LOOKS
+                inside(run, part, run.inner)
+                found = course.found[(LOOKS * k + j - 1) * width :]
+                evaluate(function, run, run.inner, run.t + part * h, run.m, found)
+            found = course.found[(LOOKS * k + LOOKS - 1) * width :]
+            evaluate(function, run, run.new, run.t_new, run.m, found)
     return DONE
 
 

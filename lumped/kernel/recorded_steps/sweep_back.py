@@ -6,6 +6,7 @@ from lumped.code.words import kernel, sqrt
 from lumped.kernel.dop853 import integral_error
 from lumped.kernel.recorded_steps import dop853_back, rodas5p_back
 from lumped.kernel.recorded_steps.course import Course, Sweep, stand
+from lumped.kernel.recorded_steps.stops_back import Stops, add_pulses, begin_stops, cross
 from lumped.kernel.run import DONE, GIVEN_UP, Run
 
 __all__ = ["LEAST", "swept"]
@@ -51,23 +52,36 @@ def _integrate(run: Run, course: Course, k: int, h: float) -> None:
 
 
 @kernel
-def swept(run: Run, sweep: Sweep, course: Course) -> int:
-    """Carry back over all steps what results owe to the states."""
+def _over(run: Run, sweep: Sweep, course: Course, k: int) -> bool:
+    """Carry back over one step what results owe to the states; false if it cannot be made."""
     n, columns, results = run.plant.states, sweep.columns, sweep.results
-    for k in range(course.steps - 1, -1, -1):
-        h = stand(run, course, k)
-        for i in range(n):
-            for r in range(results):
-                sweep.judged[i * columns + results + r] = sweep.adjoint[i * columns + r]
-        if run.is_implicit:
-            if not rodas5p_back.back(run, sweep, h):
-                return GIVEN_UP
-        else:
-            dop853_back.back(run, sweep, h)
+    h = stand(run, course, k)
+    for i in range(n):
         for r in range(results):
-            course.errors[k * results + r] = _judged(run, sweep, r)
-        for i in range(n):
-            for r in range(results):
-                sweep.adjoint[i * columns + r] = sweep.before[i * columns + r]
-        _integrate(run, course, k, h)
+            sweep.judged[i * columns + results + r] = sweep.adjoint[i * columns + r]
+    if run.is_implicit:
+        if not rodas5p_back.back(run, sweep, h):
+            return False
+    else:
+        dop853_back.back(run, sweep, h)
+    for r in range(results):
+        course.errors[k * results + r] = _judged(run, sweep, r)
+    for i in range(n):
+        for r in range(results):
+            sweep.adjoint[i * columns + r] = sweep.before[i * columns + r]
+    _integrate(run, course, k, h)
+    return True
+
+
+@kernel
+def swept(run: Run, sweep: Sweep, course: Course, stops: Stops) -> int:
+    """Carry back over all steps, and changes between them, what results owe to the states."""
+    begin_stops(stops)
+    for k in range(course.steps - 1, -1, -1):
+        add_pulses(run, sweep, stops, k + 1)
+        if not course.is_step[k]:
+            cross(sweep, stops, k)
+        elif not _over(run, sweep, course, k):
+            return GIVEN_UP
+    add_pulses(run, sweep, stops, 0)
     return DONE

@@ -1,0 +1,262 @@
+"""A sweep backwards over the steps of a run: derivatives by all parameters at once.
+
+The discrete adjoint: each accepted step is differentiated as it was made, its length held, which
+is exact up to the error of the run (Hairer, Norsett, Wanner, vol. I, II.6). Instants at which the
+run stopped are crossed by the transposed matrices of `Saltation`, in the same sweep.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lumped.errors import SolverError
+from lumped.gradients.adjoint import AdjointPoint
+from lumped.gradients.jumps import Crossing, EventDerivatives
+from lumped.gradients.legs import Leg
+from lumped.gradients.step_code import Back, Jump, Pulse, Span
+from lumped.gradients.steps import Steps
+from lumped.gradients.stretches import Stretch, stretches
+from lumped.timeloop.result import Trajectory
+
+__all__ = ["OnTheWay", "Seeds", "Swept", "placed", "sweep"]
+
+_MOST = 16
+"""Orders of coinciding changes that are followed in one run."""
+
+
+class Swept(NamedTuple):
+    """What a sweep finds: derivatives of results by states at the time zero and by parameters.
+
+    Attributes
+    ----------
+    by_states, by_parameters : ndarray, shapes (n, k) and (p, k)
+        The derivatives, if coinciding changes come in one of their orders.
+    largest, lost : ndarray, shape (n + q, k)
+        Largest size of the derivatives by states, and integrals, at any time; the sizes of the
+        errors that steps add to them, together.
+    """
+
+    by_states: np.ndarray
+    by_parameters: np.ndarray
+    largest: np.ndarray
+    lost: np.ndarray
+
+
+class OnTheWay(NamedTuple):
+    """What a sweep finds on the way; of each leg, one row for each step.
+
+    Attributes
+    ----------
+    errors : list of ndarray, shape (steps, k)
+        Error of each result by each step, relative to what it owes to the states by then.
+    parts, part_errors : list of ndarray, shape (steps, q)
+        Integrals, and their errors.
+    """
+
+    errors: list[np.ndarray]
+    parts: list[np.ndarray]
+    part_errors: list[np.ndarray]
+
+    @classmethod
+    def of(cls, legs: list[Leg], results: int, integrals: int) -> OnTheWay:
+        """Nothing found yet."""
+        made = [
+            [np.zeros((len(leg.t) - 1, k)) for leg in legs] for k in (results, integrals, integrals)
+        ]
+        return cls(*made)
+
+    def take(self, part: Stretch, back: Back) -> None:
+        """Note what a sweep over a part found."""
+        for (number, begin, end), place in zip(part.legs, part.places, strict=True):
+            there, here = slice(place, place + end - begin), slice(begin, end)
+            own = self.errors[number][here]
+            np.maximum(own, back.errors[there], out=own)
+            self.parts[number][here] = back.parts[there]
+            self.part_errors[number][here] = back.part_errors[there]
+
+
+class Seeds(NamedTuple):
+    """What results owe to integrals.
+
+    Attributes
+    ----------
+    chosen : ndarray, shape (integrals, k)
+        Derivatives of the results by the integrals.
+    spans : ndarray, shape (integrals, 2)
+        Begin and end of each, which are ends of steps, s.
+    """
+
+    chosen: np.ndarray
+    spans: np.ndarray
+
+    def at(self, t: float) -> np.ndarray:
+        """Those of integrals that extend over a time."""
+        inside = (self.spans[:, 0] < t) & (t < self.spans[:, 1])
+        found: np.ndarray = self.chosen * inside[:, None]
+        return found
+
+    def pulses(self, t: np.ndarray, states: int) -> list[Pulse]:
+        """Where integrals end, or begin, inside a part of the run, at which states end at `t`."""
+        found = []
+        for i, (begin, end) in enumerate(self.spans.tolist()):
+            for time, side, sign in ((end, "right", 1.0), (begin, "left", -1.0)):
+                if not t[0] < time < t[-1]:
+                    continue
+                place = int(np.searchsorted(t, time, side)) - (side == "right")  # type: ignore[call-overload]
+                for column in np.flatnonzero(self.chosen[i]).tolist():
+                    owed = np.zeros(states + len(self.spans))
+                    owed[states + i] = sign * self.chosen[i, column]
+                    found.append(Pulse(place, column, owed))
+        return found
+
+
+Lates = list[list[list[np.ndarray]]]
+"""What results owe to the instant of each jump, of each order of them, of each crossing."""
+
+
+class _Sweep:
+    """A sweep over a run; arguments as for `sweep`."""
+
+    def __init__(
+        self,
+        run: Trajectory,
+        legs: list[Leg],
+        crossings: list[Crossing],
+        steps: Steps,
+        seeds: Seeds,
+        points: list[AdjointPoint],
+    ) -> None:
+        self.run, self.legs, self.crossings, self.steps = run, legs, crossings, steps
+        self.seeds, self.points = seeds, points
+        q, count = seeds.chosen.shape
+        self.way = OnTheWay.of(legs, count, q)
+        self.late = self._lates()
+
+    def _lates(self) -> Lates:
+        """What results owe to the instants at which the run changes."""
+        q = len(self.seeds.chosen)
+        jumps = [(c.t, jump) for c in self.crossings for order in c.orders for jump in order]
+        gains = np.zeros((len(jumps), q))
+        if q and jumps:
+            t = np.repeat([t for t, _ in jumps], 2)
+            x, m = (
+                np.array([side[v] for _, j in jumps for side in (j.before, j.after)])
+                for v in (0, 1)
+            )
+            rates = self.steps.integrated_along(x, self.run.theta, t, m)
+            gains = rates[::2] - rates[1::2]
+        edges: dict[int, list[AdjointPoint]] = {}
+        for point in self.points:
+            if point.edge:
+                edges.setdefault(point.edge, []).append(point)
+        found, rows = [], iter(gains)
+        for number, crossing in enumerate(self.crossings, 1):
+            chosen = self.seeds.at(crossing.t)
+            orders = [[next(rows) @ chosen for _ in order] for order in crossing.orders]
+            for point in edges.get(number, ()):
+                for order, own in zip(crossing.orders, orders, strict=True):
+                    own[placed(point, number, order)][point.column] += point.late
+            found.append(orders)
+        return found
+
+    def over(self, part: Stretch, span: Span, after: Swept) -> Swept:
+        """Back over one part and its steps."""
+        n = len(after.by_states)
+        pulses = self.seeds.pulses(span.t, n)
+        none = np.zeros(self.steps.integrals)
+        for point in self.points:
+            place = part.place(self.legs, point.leg, point.time)
+            if place is not None:
+                owed = np.concatenate([point.by_states, none])
+                pulses.append(Pulse(place, point.column, owed))
+        pulses.sort(key=lambda pulse: pulse.end)
+        jumps = [
+            Jump(place - 1, jump.states[:3], jump.parameters[:3], jump.drift, jump.instant, late)
+            for (number, _, _), place in list(zip(part.legs, part.places, strict=True))[1:]
+            for order, lates in zip(
+                self.crossings[number - 1].orders, self.late[number - 1], strict=True
+            )
+            for jump, late in zip(order, lates, strict=True)
+        ]
+        begin, end = self.seeds.spans.T
+        chosen = self.seeds.chosen * ((begin < span.t[-1]) & (span.t[-1] <= end))[:, None]
+        adjoint = np.vstack([after.by_states, chosen])
+        back = self.steps.back(span, adjoint, *after[1:], pulses, jumps)
+        self.way.take(part, back)
+        return Swept(back.adjoint[:n], *back[1:4])
+
+    def across(
+        self,
+        order: tuple[EventDerivatives, ...],
+        lates: list[np.ndarray],
+        after: Swept,
+    ) -> Swept:
+        """Back over the changes between two parts."""
+        adjoint, by_parameters = after[:2]
+        for jump, late in zip(reversed(order), reversed(lates), strict=True):
+            adjoint, by_p = jump.backward(adjoint, late)
+            by_parameters = by_parameters + by_p
+        return after._replace(by_states=adjoint, by_parameters=by_parameters)
+
+
+def sweep(
+    run: Trajectory,
+    legs: list[Leg],
+    crossings: list[Crossing],
+    steps: Steps,
+    seeds: Seeds,
+    points: list[AdjointPoint],
+) -> tuple[list[Swept], OnTheWay]:
+    """Derivatives of results by states at the time zero and by parameters.
+
+    Where different changes coincide, there is one answer for each order in which they can come.
+
+    Parameters
+    ----------
+    legs : list of Leg
+        From `legs_of`, with the instants of the points and spans among their times.
+    """
+    q, count = seeds.chosen.shape
+    n = len(run.system.structure.states)
+    own = _Sweep(run, legs, crossings, steps, seeds, points)
+    found = [Swept(*(np.zeros((rows, count)) for rows in (n, len(run.theta), n + q, n + q)))]
+    for point in points:
+        found[0].by_parameters[:, point.column] += point.by_parameters
+    several = {k for k, crossing in enumerate(crossings, 1) if len(crossing.orders) > 1}
+    for part in reversed(stretches(legs, several)):
+        span = part.span(legs)
+        found = [own.over(part, span, swept) for swept in found]
+        number, begin, _ = part.legs[0]
+        if begin or number not in several:
+            continue
+        orders = list(zip(crossings[number - 1].orders, own.late[number - 1], strict=True))
+        found = [own.across(*order, swept) for swept in found for order in orders]
+        found = _different(found)
+        if len(found) > _MOST:
+            raise SolverError(
+                f"{run.system.name}: up to t = {crossings[number - 1].t:.9g} s different changes "
+                "coincide too often for all their orders to be followed. Change a parameter a "
+                "little.",
+                run,
+            )
+    return found, own.way
+
+
+def _different(found: list[Swept]) -> list[Swept]:
+    """Answers that are not the same."""
+    kept: list[Swept] = []
+    for one in found:
+        both = np.vstack(one[:2])
+        known = [np.vstack(other[:2]) for other in kept]
+        if not any((np.abs(both - k) <= 1e-9 * np.abs(k).max(axis=0)).all() for k in known):
+            kept.append(one)
+    return kept
+
+
+def placed(point: AdjointPoint, number: int, order: tuple[EventDerivatives, ...]) -> int:
+    """Which of the jumps at the begin of a leg a result hangs on."""
+    if point.name:
+        return next((i for i, jump in enumerate(order) if point.name in jump.names), 0)
+    return len(order) - 1 if point.leg == number else 0

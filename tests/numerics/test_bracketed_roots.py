@@ -1,0 +1,55 @@
+"""Zeros of several functions at once against closed forms."""
+
+import numpy as np
+import pytest
+
+from lumped.numerics.bracketed_roots import bracketed_roots
+
+KINDS = [np.cos, lambda x: x**3 - 2.0, lambda x: np.expm1(20 * (x - 1.3)), lambda x: x - 1.1]
+ZEROS = np.array([np.pi / 2, 2 ** (1 / 3), 1.3, 1.1])
+
+
+def found_by(kinds, zeros, count):
+    """Zeros of several functions between 0 and 2, and how often these were evaluated."""
+    calls = []
+
+    def function(which, x):
+        calls.append(len(which))
+        return np.array([kinds[i](v) for i, v in zip(which, x, strict=True)])
+
+    begin, end = np.zeros(count), np.full(count, 2.0)
+    ends = [function(np.arange(count), v) for v in (begin, end)]
+    roots = bracketed_roots(function, begin, end, *ends, np.full(count, 1e-15))
+    error = np.abs(roots / zeros - 1).max()
+    print(f"error {error:.1e} after {len(calls) - 2} rounds")
+    return error, len(calls) - 2
+
+
+def test_roots_are_found_to_rounding_in_few_rounds():
+    error, rounds = found_by(KINDS, ZEROS, len(KINDS))
+    assert error < 1e-14
+    assert rounds < 30
+    # of one smooth function no more than of the secant rule
+    error, rounds = found_by(KINDS[:1], ZEROS[:1], 1)
+    assert error < 1e-14
+    assert rounds <= 8
+
+
+@pytest.mark.parametrize("power", [1, 3, 9])
+def test_a_root_of_higher_order_is_closed_in(power):
+    """A function that is flat at its root, as high as rounding lets it be seen."""
+
+    def function(which, x):
+        return (x - 0.7) ** power
+
+    one = np.ones(1)
+    root = bracketed_roots(
+        function, 0 * one, one, -(0.7**power) * one, 0.3**power * one, 1e-9 * one
+    )
+    print(f"power {power}: error {abs(root[0] - 0.7):.1e}")
+    assert abs(root[0] - 0.7) < 1e-7
+
+
+def test_without_functions_there_are_no_roots():
+    none = np.zeros(0)
+    assert bracketed_roots(lambda which, x: x, none, none, none, none, none).shape == (0,)

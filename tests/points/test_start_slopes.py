@@ -1,0 +1,58 @@
+"""Derivatives of the states at the start against differences of starts."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, SpringDamper
+from lumped.models.reversing_mill import scenes as mill
+from lumped.points.start import start_slopes
+
+
+def pulled():
+    """Torques of the shafts are given: twists follow from them and the stiffnesses."""
+    system = lp.assemble(mill.pulled_apart())
+    start = dict.fromkeys(mill.SHAFTS, mill.RATED)
+    return system, start, ["upper.spindle.c", "upper.shaft.c", "lower.spindle.c", "M_pr"], []
+
+
+def turning():
+    """A speed that is given is an expression of a parameter; a default and a given one vary."""
+    speed = lp.param("rad/s", "speed at the start", 0.0)
+    model = lp.compose(
+        speed=speed,
+        a=Inertia(J=1.0, w=2.0 * speed),
+        shaft=SpringDamper(c=50.0, d=0.1),
+        b=Inertia(J=2.0, w=0.0),
+        rest=SpringDamper(c=20.0),
+        wall=Fixed(),
+        connections=lambda m: lp.chain(m.a, m.shaft, m.b, m.rest, m.wall),
+    )
+    return lp.assemble(model), {"shaft.tau": 3.0}, ["speed", "shaft.c"], ["b.w", "shaft.tau"]
+
+
+@pytest.mark.parametrize("case", [pulled, turning])
+def test_slopes_at_the_start_are_those_of_differences(case):
+    system, start, names, values = case()
+    known = {name: i for i, name in enumerate(system.parameters)}
+    seed = np.zeros((len(known), len(names) + len(values)))
+    for column, name in enumerate(names):
+        seed[known[name], column] = 1.0
+    tree, units = system.structure.tree, np.eye(len(names) + len(values))
+    varied = {tree.unknown(v): units[len(names) + i] for i, v in enumerate(values)}
+    x, S = start_slopes(system, system.theta(None), start, seed, varied)
+    assert (x == lp.start_point(system, start=start).x).all()
+    size = np.abs(S).max()
+    assert size > 0
+    for column, name in enumerate([*names, *values]):
+        value = {**system.parameters, "b.w": 0.0, **start}[name]
+        h = 1e-4 * (abs(value) or 1.0)
+        ends = []
+        for moved in (value + h, value - h):
+            changes = {name: moved} if name in known else {}
+            begin = start if name in known else start | {name: moved}
+            ends.append(lp.start_point(system, parameters=changes, start=begin).x)
+        expected = (ends[0] - ends[1]) / (2 * h)
+        error = np.abs(S[:, column] - expected).max() / max(np.abs(expected).max(), 1e-300)
+        print(f"{name}: {error:.1e}")
+        assert error < 1e-7
