@@ -145,6 +145,19 @@ def test_cylinders_of_the_model_excite_by_themselves(misfire, table, prefix):
         assert error < 4e-4
 
 
+def test_orders_at_many_speeds_are_those_at_each():
+    system = six_cylinders()
+    options = {"of": ["shaft[0].tau_c", "shaft[7].tau"], "over": "mass[8].phi", "turns": 2}
+    speeds = np.linspace(60.0, 300.0, 400)
+    many = lp.vibration.order_response(system, speeds=speeds, **options)
+    for k in (0, 1, 57, 203, 398):
+        single = lp.vibration.order_response(system, speeds=[speeds[k]], **options)
+        largest = np.abs(single.values[0]).max(axis=0)
+        error = (np.abs(many.values[k] - single.values[0]).max(axis=0) / largest).max()
+        print(f"{speeds[k]:.1f} rad/s: {error:.1e}")
+        assert error < 1e-9
+
+
 def damper(mu, z):
     """Untuned viscous damper on a spring to ground, J = K = 1."""
     return lp.assemble(
