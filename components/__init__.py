@@ -59,6 +59,7 @@ from lumped.components.control.sequence import (
 )
 from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
+from lumped.components.crankshaft import Engine
 from lumped.components.electric.circuit import (
     Capacitor,
     CurrentSensor,
@@ -177,6 +178,7 @@ __all__ = [
     "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
+    "Engine",
     "Expression",
     "FedPI",
     "FieldOrientedMotor",

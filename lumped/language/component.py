@@ -148,6 +148,13 @@ class Component:
         """Connections between the component's parts; yielded one by one."""
         return ()
 
+    def counted_parts(self) -> Mapping[str, Sequence[Component]]:
+        """Parts whose number follows from structural choices, by their declared names.
+
+        They stand in place of the parts in the class; those given to the instance come before.
+        """
+        return {}
+
     def outline(self) -> Iterable[Outline]:
         """Moving shapes in a plane, for pictures: a name, and the points of a line, or one point.
 
@@ -245,7 +252,11 @@ class Component:
         return f"{path} ({kind})" if path else kind
 
     def _default(self, name: str) -> Any:
-        return self._values.get(name, self._parts.get(name))
+        if name in self._values:
+            return self._values[name]
+        if "" not in self._bound:  # made once, as connections know parts by their identity
+            self._bound[""] = self.counted_parts()
+        return self._bound[""].get(name, self._parts.get(name))
 
     def _checked(self, name: str, value: Any) -> Any:
         kind = type(self).__name__

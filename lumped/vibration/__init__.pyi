@@ -14,6 +14,7 @@ from lumped.vibration.limits import separation as separation
 from lumped.vibration.limits import torque_reversal as torque_reversal
 from lumped.vibration.limits import verdict as verdict
 from lumped.vibration.marine_rule import MarineShaft as MarineShaft
+from lumped.vibration.mean_modes import mean_modes as mean_modes
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
 from lumped.vibration.order_analysis import Order as Order
@@ -37,3 +38,5 @@ from lumped.vibration.shape_sensitivity import shape_sensitivity as shape_sensit
 from lumped.vibration.symbolic import expression as expression
 from lumped.vibration.symbolic import symbolic_frequencies as symbolic_frequencies
 from lumped.vibration.synthesis import Synthesis as Synthesis
+from lumped.vibration.vector_sums import VectorSums as VectorSums
+from lumped.vibration.vector_sums import vector_sums as vector_sums
