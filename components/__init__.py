@@ -60,6 +60,7 @@ from lumped.components.control.sequence import (
 from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
 from lumped.components.crankshaft import Engine
+from lumped.components.electric.air_gap import AirGap
 from lumped.components.electric.circuit import (
     Capacitor,
     CurrentSensor,
@@ -108,6 +109,7 @@ from lumped.components.friction import (
     OneWayClutch,
     SlipCoupling,
 )
+from lumped.components.gear_mesh import GearMesh
 from lumped.components.gears import (
     BevelDifferential,
     BevelGear,
@@ -130,6 +132,7 @@ from lumped.components.loads import (
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.planetary_stage import ElasticPlanetary
+from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
 from lumped.components.sources import (
     Acceleration,
@@ -149,6 +152,7 @@ from lumped.components.winding import Coil, Strip, StripPath
 __all__ = [
     "Acceleration",
     "AccelerationSensor",
+    "AirGap",
     "AngleSensor",
     "Backlash",
     "Bar",
@@ -188,6 +192,7 @@ __all__ = [
     "Fixed",
     "FixedTemperature",
     "Gain",
+    "GearMesh",
     "Ground",
     "GuidedRod",
     "HarmonicTorque",
@@ -225,6 +230,7 @@ __all__ = [
     "Position",
     "PositionSequencer",
     "PowerSensor",
+    "Propeller",
     "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",

@@ -1,7 +1,7 @@
 """Crankshaft of a reciprocating engine with its cylinders.
 
-Source: Nestorides, A Handbook on Torsional Vibration (1958), ch. 1 (mass-elastic system of an
-engine) and ch. 5 (phases of the cylinders from the firing order).
+Source: Nestorides, A Handbook on Torsional Vibration (1958) (mass-elastic system of an
+engine, phases of the cylinders from the firing order).
 """
 
 from __future__ import annotations

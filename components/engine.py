@@ -15,7 +15,7 @@ from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
-__all__ = ["Cylinder"]
+__all__ = ["Cylinder", "rows_of"]
 
 _STEPS = 32
 """Angles of a turn at which a mean is taken."""
@@ -145,7 +145,7 @@ class Cylinder(Component):
 
     def _series(self, a: Expr) -> Expr:
         """Acceleration of the piston over ``r w^2``."""
-        rows = _rows("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
+        rows = rows_of("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
         total: Expr = ConstantExpression(0.0)
         for order, coefficient in rows:
             total = total + coefficient * cos(order * a)
@@ -162,7 +162,9 @@ class Cylinder(Component):
         if self.misfire == "no gas":
             return ConstantExpression(0.0)
         total: Expr = ConstantExpression(0.0)
-        rows = _rows("tangential", self.tangential, _HARMONICS, "((0, 4e5, 0), (0.5, 1e5, 2e5))", 3)
+        rows = rows_of(
+            "tangential", self.tangential, _HARMONICS, "((0, 4e5, 0), (0.5, 1e5, 2e5))", 3
+        )
         for order, cosine, sine in rows:
             total = total + cosine * cos(order * a) + sine * sin(order * a)
         return self._factor(w) * total
@@ -181,7 +183,7 @@ class Cylinder(Component):
         factor: Expr = ConstantExpression(1.0) if self.loads else self.load
         if not self.over_speed:
             return factor
-        rows = _rows("over_speed", self.over_speed, "speed and factor", "((50, 0.8), (200, 1.0))")
+        rows = rows_of("over_speed", self.over_speed, "speed and factor", "((50, 0.8), (200, 1.0))")
         speeds, factors = zip(*rows, strict=True)
         return factor * smooth(interpolate(w, speeds, factors))
 
@@ -200,7 +202,7 @@ class Cylinder(Component):
         """Pressure of the load over the crank angle."""
         if not self.loads:
             return self._joined(a, self.pressure)
-        loads = [x for (x,) in _rows("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)]
+        loads = [x for (x,) in rows_of("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)]
         if len(loads) != len(self.pressure):
             raise EquationError(
                 f"loads = {shown(self.loads)}: {len(loads)} loads and {len(self.pressure)} tables "
@@ -235,7 +237,7 @@ class Cylinder(Component):
         if self.strokes not in (2, 4):
             raise EquationError(f"strokes = {self.strokes!r}: 2 or 4 is needed.")
         cycle = self.strokes * pi
-        rows = _rows(
+        rows = rows_of(
             "pressure", table, "crank angle (rad) and pressure (Pa)", "((0, 1e5), (6, 9e6))"
         )
         angles, values = [a for a, _ in rows], [v for _, v in rows]
@@ -262,7 +264,7 @@ class Cylinder(Component):
         return angles, values
 
 
-def _rows(
+def rows_of(
     name: str, rows: Sequence[Sequence[float]], what: str, example: str, width: int = 2
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers."""

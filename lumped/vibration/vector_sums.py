@@ -128,7 +128,7 @@ def vector_sums(
 
     Notes
     -----
-    Source: Nestorides, A Handbook on Torsional Vibration (1958), ch. 5, phase vector sums.
+    Source: Nestorides, A Handbook on Torsional Vibration (1958), phase vector sums.
     """
     chosen = np.array([float(order) for order in orders])
     if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):
