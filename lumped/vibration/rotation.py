@@ -24,6 +24,8 @@ Complex = NDArray[np.complex128]
 
 _REPEATS = 1e-9
 """Difference of rates, relative to the largest, below which a drive is the same after a cycle."""
+_LOOKS = 7
+"""Angles at which a drive is compared with itself a cycle later."""
 _STRAIGHT = 1e-9
 """Difference from a straight line over the speed that is rounding."""
 _CLOSED = 1e-11
@@ -256,14 +258,15 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
         )
     ).ravel()
     rates = _rates(system)
-    before = _at(rates, x, point)
-    size = np.abs(before).max(initial=1e-300)
     used = np.array(ca.which_depends(system.rates, states, 1, False), dtype=bool)
     missed = np.inf
     for i in np.flatnonzero(ratios):
         step = np.zeros(len(x))
         step[i] = 2 * np.pi * turns / ratios[i]
-        after = _at(rates, x + step, point)
+        # at a single angle, such as a dead centre, it may be the same by chance
+        angles = x + np.arange(_LOOKS)[:, None] / _LOOKS * step
+        before, after = (_at(rates, found, point) for found in (angles, angles + step))
+        size = np.abs(before).max(initial=1e-300)
         missed = min(missed, float(np.abs(after - before).max()) / size)
         if np.abs(after - before).max() <= _REPEATS * size:
             own[i] = 1 / ratios[i]
@@ -279,8 +282,9 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
 
 
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
-    m = settled(point.system, x[None], point.theta, point.settings)
-    found: Real = rates(x[None], point.theta, np.zeros(1), m)[0]
+    """Rates at states, shapes (points, n)."""
+    m = settled(point.system, x, point.theta, point.settings)
+    found: Real = rates(x, point.theta, np.zeros(len(x)), m)
     return found
 
 
