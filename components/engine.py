@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.errors import EquationError, shown
-from lumped.language.expression import ConstantExpression
+from lumped.language.expression import ConstantExpression, Datum
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
 __all__ = ["Cylinder", "rows_of"]
@@ -166,7 +166,7 @@ class Cylinder(Component):
             "tangential", self.tangential, _HARMONICS, "((0, 4e5, 0), (0.5, 1e5, 2e5))", 3
         )
         for order, cosine, sine in rows:
-            total = total + cosine * cos(order * a) + sine * sin(order * a)
+            total = total + Datum(cosine) * cos(order * a) + Datum(sine) * sin(order * a)
         return self._factor(w) * total
 
     def _pressure(self, a: Expr, w: Expr) -> Expr:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.engine import rows_of
 from lumped.errors import EquationError
-from lumped.language.expression import ConstantExpression, Number
+from lumped.language.expression import Datum, Number
 from lumped.ops import cos, pi, sin
 
 __all__ = ["GearMesh"]
@@ -95,7 +95,7 @@ class GearMesh(Component):
             return []
         what = "harmonic, amplitude and phase (rad)"
         found = rows_of(name, rows, what, "((1, 0.2, 0.0), (2, 0.1, 0.0))", 3)
-        return [(k, amplitude, p) for k, amplitude, p in found]
+        return [(k, Datum(amplitude), p) for k, amplitude, p in found]
 
     def stored(self) -> Expr:
         """Elastic energy, J."""
@@ -108,8 +108,8 @@ class GearMesh(Component):
 
 def _sum(rows: Iterable[tuple[float, Number, float]], x: Expr) -> tuple[Expr, Expr]:
     """Sum of harmonics, and its derivative by the angle."""
-    total: Expr = ConstantExpression(0.0)
-    slope: Expr = ConstantExpression(0.0)
+    total: Expr = Datum(0.0)
+    slope: Expr = Datum(0.0)
     for k, amplitude, p in rows:
         total = total + amplitude * cos(k * x + p)
         slope = slope - k * amplitude * sin(k * x + p)

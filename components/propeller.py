@@ -13,7 +13,10 @@ __all__ = ["Propeller"]
 
 
 class Propeller(Component):
-    """Torque of the water against a propeller: ``tau = k w abs(w) (1 + sum(share cos(n a + p)))``.
+    """Torque of the water against a propeller, of the mean law ``tau = k w abs(w)``.
+
+    With the torque of `blades`, ``tau = k w abs(w) (1 + sum(share cos(n a + p)))``, where
+    ``k = tau_nominal / w_nominal^2``.
 
     `blades` are rows of the order n, periods for each turn (a multiple of the number of blades),
     its share of the mean torque, and its phase p, rad; ``a = phi - phase`` is the angle of the
@@ -28,7 +31,8 @@ class Propeller(Component):
     flange = Flange()
     support = Flange(grounded=True)
     blades: Sequence[Sequence[float]] = ()
-    k: Param = param("N.m.s2/rad2", "torque over the square of the speed", min=0)
+    tau_nominal: Param = param("N.m", "mean torque at w_nominal", min=0)
+    w_nominal: Param = param("rad/s", "speed of tau_nominal", above=0)
     phase: Param = param("rad", "angle of the flange at which a blade stands at the top", 0.0)
     a: Var = var("rad", "angle of the propeller", state="avoid")
     w: Var = var("rad/s", "angular velocity", state="avoid")
@@ -41,9 +45,10 @@ class Propeller(Component):
         factor: Expr = ConstantExpression(1.0)
         if self.blades:
             what = "order, share of the mean torque and phase (rad)"
-            for n, share, p in rows_of("blades", self.blades, what, "((4, 0.1, 0.0),)", 3):
-                factor = factor + share * cos(n * (phi - self.phase) + p)
-        yield self.tau == self.k * self.w * abs(self.w) * factor
+            for n, part, p in rows_of("blades", self.blades, what, "((4, 0.1, 0.0),)", 3):
+                factor = factor + part * cos(n * (phi - self.phase) + p)
+        share = self.w / self.w_nominal
+        yield self.tau == self.tau_nominal * share * abs(share) * factor
         yield self.flange.tau == self.tau
         yield self.support.tau == -self.tau
 

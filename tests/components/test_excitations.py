@@ -146,7 +146,7 @@ def test_slips_of_a_mesh_are_named(fields, match):
 def propeller(blades):
     return lp.assemble(
         lp.compose(
-            propeller=Propeller(k=40.0, blades=blades, phase=0.2),
+            propeller=Propeller(tau_nominal=4000.0, w_nominal=10.0, blades=blades, phase=0.2),
             shaft=lp.components.SpringDamper(c=4e5, d=100.0),
             water=Inertia(J=600.0),
             engine=Inertia(J=900.0),
