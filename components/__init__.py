@@ -59,6 +59,8 @@ from lumped.components.control.sequence import (
 )
 from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
+from lumped.components.crankshaft import Engine
+from lumped.components.electric.air_gap import AirGap
 from lumped.components.electric.circuit import (
     Capacitor,
     CurrentSensor,
@@ -116,6 +118,7 @@ from lumped.components.friction import (
     OneWayClutch,
     SlipCoupling,
 )
+from lumped.components.gear_mesh import GearMesh
 from lumped.components.gears import (
     BevelDifferential,
     BevelGear,
@@ -138,6 +141,7 @@ from lumped.components.loads import (
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.planetary_stage import ElasticPlanetary
+from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material
@@ -162,6 +166,7 @@ from lumped.components.winding import Coil, Strip, StripPath
 __all__ = [
     "Acceleration",
     "AccelerationSensor",
+    "AirGap",
     "AngleSensor",
     "Backlash",
     "Bar",
@@ -193,6 +198,7 @@ __all__ = [
     "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
+    "Engine",
     "Expression",
     "FedPI",
     "FieldOrientedMotor",
@@ -203,6 +209,7 @@ __all__ = [
     "Fixed",
     "FixedTemperature",
     "Gain",
+    "GearMesh",
     "Ground",
     "GuidedRod",
     "HarmonicTorque",
@@ -247,6 +254,7 @@ __all__ = [
     "Position",
     "PositionSequencer",
     "PowerSensor",
+    "Propeller",
     "PulseTorque",
     "QuadraticTorque",
     "QuasiStaticDCMotor",

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.errors import EquationError, shown
-from lumped.language.expression import ConstantExpression
+from lumped.language.expression import ConstantExpression, Datum
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
-__all__ = ["Cylinder"]
+__all__ = ["Cylinder", "rows_of"]
 
 _STEPS = 32
 """Angles of a turn at which a mean is taken."""
+_HARMONICS = "order and amplitudes of cosine and sine"
 _CLOSES = 0.01
 """Jump between the ends of a pressure table, over its range, that counts as reading accuracy."""
 
@@ -34,9 +35,16 @@ class Cylinder(Component):
         tau_mass = -m h (h der(w) + h' w^2)      of the masses
 
     `pressure` are rows of the crank angle, rad, and the pressure above that of the crankcase, Pa,
-    over a cycle; they are multiplied by `load`. ``"lines"`` joins them by straight lines,
-    ``"smooth"`` by a periodic cubic spline; a run does not stop at their kinks. The ends of the
-    table may differ by 1 % of its range, which is then a jump.
+    over a cycle; they are multiplied by `load`. With `loads`, `pressure` holds such a table for
+    each of these loads, and p lies between those of the loads beside `load`; the first and the
+    last also count beyond. ``"lines"`` joins rows by straight lines, ``"smooth"`` by a periodic
+    cubic spline; a run does not stop at their kinks. The ends of a table may differ by 1 % of its
+    range, which is then a jump. `over_speed` are rows of the speed, rad/s, and a further factor of
+    the pressure, joined by straight lines.
+
+    Instead, `tangential` are harmonics of the pressure reduced to the crank pin, rows of order and
+    the amplitudes of cosine and sine, Pa: ``tau_gas = load pi D^2 / 4 r sum(A cos(k a) + B
+    sin(k a))``. Order 0 is the mean. `p` is then zero.
 
     `masses` says what the masses do: ``"exact"`` is the torque above, so that the inertia varies
     with the angle; ``"excitation"`` leaves ``h der(w)`` out and adds the mean of ``m h^2`` to the
@@ -50,7 +58,10 @@ class Cylinder(Component):
 
     symbol = "crank"
     flange = Flange()
-    pressure: Sequence[Sequence[float]] = ()
+    pressure: Sequence[Any] = ()
+    loads: Sequence[float] = ()
+    over_speed: Sequence[Sequence[float]] = ()
+    tangential: Sequence[Sequence[float]] = ()
     strokes: Literal[2, 4] = 4
     shape: Literal["lines", "smooth"] = "lines"
     masses: Literal["exact", "excitation", "series"] = "exact"
@@ -61,30 +72,59 @@ class Cylinder(Component):
     L: Param = param("m", "length of the rod", above=r)
     m: Param = param("kg", "mass that moves with the piston", 0.0, min=0)
     phase: Param = param("rad", "angle of the flange at which a cycle begins", 0.0)
-    load: Param = param("1", "factor of the pressure", 1.0, min=0)
+    load: Param = param("1", "load, or factor of the pressure", 1.0, min=0)
     compression: Param = param("1", "compression ratio", 17.0, above=1)
     n: Param = param("1", "exponent of compression without firing", 1.33, above=0)
+    a: Var = var("rad", "crank angle after top dead centre", state="avoid")
+    w: Var = var("rad/s", "angular velocity", state="avoid")
     p: Var = var("Pa", "pressure above that of the crankcase", nominal=1e5)
     tau_gas: Var = var("N.m", "driving torque of the gas")
     tau_mass: Var = var("N.m", "driving torque of the masses")
     tau: Var = var("N.m", "driving torque")
 
     def equations(self) -> Iterator[Equation]:
-        a = self.flange.phi - self.phase
+        a, w = self.flange.phi - self.phase, der(self.flange.phi)
         lever, slope = self._lever(a)
-        w = der(self.flange.phi)
-        area = pi * self.bore**2 / 4
-        yield self.p == self.load * self._pressure(a)
-        yield self.tau_gas == self.p * area * lever
+        yield self.a == a
+        yield self.w == w
+        gas = self._pressure(a, w)
+        yield self.p == gas
+        if self.tangential:
+            yield self.tau_gas == self._area() * self.r * self._tangential(a, w)
+        else:
+            yield self.tau_gas == gas * self._area() * lever
         if self.masses == "exact":
             yield self.tau_mass == -self.m * lever * (lever * der(w) + slope * w**2)
         elif self.masses == "excitation":
-            mean = self._mean_square()
-            yield self.tau_mass == -self.m * (lever * slope * w**2 + mean * der(w))
-        else:
+            yield self.tau_mass == -self.m * (lever * slope * w**2 + self._mean_square() * der(w))
+        elif self.masses == "series":
             yield self.tau_mass == -self.m * self.r * w**2 * self._series(a) * lever
+        else:
+            raise EquationError(
+                f"masses = {self.masses!r}: 'exact', 'excitation' or 'series' is needed."
+            )
         yield self.tau == self.tau_gas + self.tau_mass
         yield self.flange.tau == -self.tau
+
+    def stored(self) -> Expr:
+        """Kinetic energy of the masses, J."""
+        if self.masses == "exact":
+            return 0.5 * self.m * (self._lever(self.a)[0] * self.w) ** 2
+        if self.masses == "excitation":
+            return 0.5 * self.m * self._mean_square() * self.w**2
+        return ConstantExpression(0.0)
+
+    def loss(self) -> Expr:
+        """Power that gas and excitation by masses take, W; negative while they drive."""
+        if self.masses == "exact":
+            return -self.tau_gas * self.w
+        if self.masses == "series":
+            return -self.tau * self.w
+        lever, slope = self._lever(self.a)
+        return (self.m * lever * slope * self.w**2 - self.tau_gas) * self.w
+
+    def _area(self) -> Expr:
+        return pi * self.bore**2 / 4
 
     def _lever(self, a: Expr) -> tuple[Expr, Expr]:
         """Way of the piston for each radian, m, and its derivative by the angle."""
@@ -105,19 +145,49 @@ class Cylinder(Component):
 
     def _series(self, a: Expr) -> Expr:
         """Acceleration of the piston over ``r w^2``."""
-        rows = _rows("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
+        rows = rows_of("series", self.series, "order and coefficient", "((1, 1.0), (2, 0.25))")
         total: Expr = ConstantExpression(0.0)
         for order, coefficient in rows:
             total = total + coefficient * cos(order * a)
         return total
 
-    def _pressure(self, a: Expr) -> Expr:
+    def _tangential(self, a: Expr, w: Expr) -> Expr:
+        """Gas force reduced to the crank pin, over the area of the piston."""
+        if self.pressure:
+            raise EquationError("pressure and tangential: give one of them.")
+        if self.misfire == "compression":
+            raise EquationError(
+                "misfire = 'compression' needs the pressure over the crank angle, pressure=."
+            )
+        if self.misfire == "no gas":
+            return ConstantExpression(0.0)
+        total: Expr = ConstantExpression(0.0)
+        rows = rows_of(
+            "tangential", self.tangential, _HARMONICS, "((0, 4e5, 0), (0.5, 1e5, 2e5))", 3
+        )
+        for order, cosine, sine in rows:
+            total = total + Datum(cosine) * cos(order * a) + Datum(sine) * sin(order * a)
+        return self._factor(w) * total
+
+    def _pressure(self, a: Expr, w: Expr) -> Expr:
         if self.misfire not in ("none", "no gas", "compression"):
             raise EquationError(
                 f"misfire = {self.misfire!r}: 'none', 'no gas' or 'compression' is needed."
             )
         if self.misfire == "no gas" or not self.pressure:
             return ConstantExpression(0.0)
+        return self._factor(w) * self._over_angle(a)
+
+    def _factor(self, w: Expr) -> Expr:
+        """Factor of what the gas does."""
+        factor: Expr = ConstantExpression(1.0) if self.loads else self.load
+        if not self.over_speed:
+            return factor
+        rows = rows_of("over_speed", self.over_speed, "speed and factor", "((50, 0.8), (200, 1.0))")
+        speeds, factors = zip(*rows, strict=True)
+        return factor * smooth(interpolate(w, speeds, factors))
+
+    def _over_angle(self, a: Expr) -> Expr:
         curve = self._curve(a)
         if self.misfire == "none":
             return curve
@@ -129,7 +199,27 @@ class Cylinder(Component):
         return smooth(where(cos(a / 2) < 0, squeezed, curve))
 
     def _curve(self, a: Expr) -> Expr:
-        angles, values = self._table()
+        """Pressure of the load over the crank angle."""
+        if not self.loads:
+            return self._joined(a, self.pressure)
+        loads = [x for (x,) in rows_of("loads", [(x,) for x in self.loads], "loads", "(0.5, 1)", 1)]
+        if len(loads) != len(self.pressure):
+            raise EquationError(
+                f"loads = {shown(self.loads)}: {len(loads)} loads and {len(self.pressure)} tables "
+                "in pressure; one table for each load is needed."
+            )
+        total: Expr = ConstantExpression(0.0)
+        # beyond the first and the last load the shares stay
+        places = [loads[0] - 1, *loads, loads[-1] + 1]
+        for i, table in enumerate(self.pressure):
+            own = [float(k == i) for k in range(len(loads))]
+            share = interpolate(self.load, places, [own[0], *own, own[-1]])
+            total = total + smooth(share) * self._joined(a, table)
+        return total
+
+    def _joined(self, a: Expr, table: Sequence[Sequence[float]]) -> Expr:
+        """The curve through the rows of a table."""
+        angles, values = self._table(table)
         if self.shape == "smooth":
             return periodic_spline(a, angles, [*values[:-1], values[0]])
         if self.shape != "lines":
@@ -142,13 +232,13 @@ class Cylinder(Component):
         way = self.r * (1 - cos(a)) + self.L * (1 - sqrt(1 - tilt**2))
         return way + 2 * self.r / (self.compression - 1)
 
-    def _table(self) -> tuple[list[float], list[float]]:
+    def _table(self, table: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
         """Angles and pressures over a cycle, with the value at its end."""
         if self.strokes not in (2, 4):
             raise EquationError(f"strokes = {self.strokes!r}: 2 or 4 is needed.")
         cycle = self.strokes * pi
-        rows = _rows(
-            "pressure", self.pressure, "crank angle (rad) and pressure (Pa)", "((0, 1e5), (6, 9e6))"
+        rows = rows_of(
+            "pressure", table, "crank angle (rad) and pressure (Pa)", "((0, 1e5), (6, 9e6))"
         )
         angles, values = [a for a, _ in rows], [v for _, v in rows]
         for before, after in itertools.pairwise(angles):
@@ -174,16 +264,16 @@ class Cylinder(Component):
         return angles, values
 
 
-def _rows(
-    name: str, rows: Sequence[Sequence[float]], what: str, example: str
-) -> list[tuple[float, float]]:
-    """Rows of two finite numbers."""
+def rows_of(
+    name: str, rows: Sequence[Sequence[float]], what: str, example: str, width: int = 2
+) -> list[tuple[float, ...]]:
+    """Rows of finite numbers."""
     infinite = float("inf")
     try:
-        found = [(float(x), float(y)) for x, y in rows]
+        found = [tuple(float(x) for x in row) for row in rows]
     except (TypeError, ValueError):
         found = []
-    if not found or not all(abs(x) < infinite and abs(y) < infinite for x, y in found):
+    if not found or not all(len(r) == width and all(abs(x) < infinite for x in r) for r in found):
         raise EquationError(
             f"{name} = {shown(rows)}: rows of {what} are needed, finite numbers, such as {example}."
         )

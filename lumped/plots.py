@@ -13,6 +13,8 @@ __all__ = [
     "frequency_response",
     "histograms",
     "mode_shapes",
+    "order_response",
+    "phase_diagrams",
     "root_locus",
     "tornado",
     "torque_speed",
@@ -402,5 +404,46 @@ def order_response(
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes[-1].set_xlabel("speed, 1/min")
     axes[-1].set_xlim(rpm[0], rpm[-1])
+    figure.suptitle(title)
+    return figure
+
+
+def phase_diagrams(
+    title: str, labels: Sequence[str], vectors: np.ndarray, captions: Sequence[str]
+) -> Figure:
+    """Vectors from one centre and their sum, one polar panel for each row.
+
+    Parameters
+    ----------
+    title : str
+        Title of the figure.
+    labels : sequence of str, shape (c,)
+        What each vector is.
+    vectors : complex ndarray, shape (len(captions), c)
+        The vectors.
+    captions : sequence of str
+        What stands above each panel.
+    """
+    columns = min(len(captions), 4)
+    lines = -(-len(captions) // columns)
+    figure = Figure((_WIDTH, 0.8 + 2.3 * lines), layout="constrained")
+    grid = figure.subplots(lines, columns, squeeze=False, subplot_kw={"projection": "polar"})
+    for axis, row, caption in zip(grid.ravel(), vectors, captions, strict=False):
+        reach = max(np.abs(row).max(), abs(row.sum()), 1e-300)
+        texts: dict[tuple[float, float], list[str]] = {}
+        for label, vector in zip(labels, row, strict=True):
+            axis.plot([0, np.angle(vector)], [0, abs(vector)], color="C0", linewidth=1.1)
+            end = complex(np.round(vector / reach, 2))
+            texts.setdefault((end.real, end.imag), []).append(label)
+        for (x, y), names in texts.items():
+            place = reach * complex(x, y)
+            axis.annotate(", ".join(names), (np.angle(place), abs(place)), fontsize="small")
+        axis.plot([0, np.angle(row.sum())], [0, abs(row.sum())], color="black", linewidth=2)
+        axis.set_title(f"{caption}: {abs(row.sum()):.3g}", fontsize="medium")
+        axis.set_rmax(1.1 * reach)
+        axis.set_xticklabels([])
+        axis.set_yticklabels([])
+    for axis in grid.ravel()[len(captions) :]:
+        axis.set_visible(False)
     figure.suptitle(title)
     return figure

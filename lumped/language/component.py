@@ -69,7 +69,7 @@ class Made:
         """
         with told_by(component._label(), f"the parts '{name}'"):
             made = self._function(component)
-        if not is_part(made):
+        if made != [] and not is_part(made):
             raise DeclarationError(
                 f"{component._label()}: '{name}' is made as {shown(made)}; a component (or list or "
                 "dictionary of components) is needed."

@@ -14,6 +14,7 @@ from lumped.vibration.limits import separation as separation
 from lumped.vibration.limits import torque_reversal as torque_reversal
 from lumped.vibration.limits import verdict as verdict
 from lumped.vibration.marine_rule import MarineShaft as MarineShaft
+from lumped.vibration.mean_modes import mean_modes as mean_modes
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
 from lumped.vibration.order_analysis import Order as Order
@@ -42,3 +43,5 @@ from lumped.vibration.torque_lines import TorqueLine as TorqueLine
 from lumped.vibration.torque_lines import line_crossings as line_crossings
 from lumped.vibration.torque_lines import sine_triangle_lines as sine_triangle_lines
 from lumped.vibration.torque_lines import six_pulse_lines as six_pulse_lines
+from lumped.vibration.vector_sums import VectorSums as VectorSums
+from lumped.vibration.vector_sums import vector_sums as vector_sums

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from lumped.numerics.eigen import nonzero
 from lumped.numerics.skew_scaling import balance
-from lumped.points.linearise import sparse_state_matrix
 from lumped.points.vibrating_states import moving
 from lumped.vibration.eigenpairs import Eigenpairs
 from lumped.vibration.left_vectors import left_vectors
@@ -52,7 +51,7 @@ class Accuracy:
 
 def accuracy(modes: Eigenpairs) -> Accuracy:
     """Residuals and conditions (Golub and Van Loan, Matrix Computations, 4th ed., 7.2.2)."""
-    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    matrix = modes.matrix
     own = np.flatnonzero(moving(modes.system, modes.point))
     matrix = matrix[own][:, own]
     scale = balance(matrix)
@@ -72,7 +71,7 @@ def lost(modes: Eigenpairs) -> int:
     own = np.flatnonzero(moving(modes.system, modes.point))
     if not modes.rigid or modes.near is not None or len(own) > _MOST:
         return 0
-    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))[own][:, own]
+    matrix = modes.matrix[own][:, own]
     matrix.eliminate_zeros()
     label = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     blocks = (np.flatnonzero(label == k) for k in range(label.max(initial=-1) + 1))

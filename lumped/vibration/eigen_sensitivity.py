@@ -193,13 +193,15 @@ def eigen_sensitivity(modes: Modes, *, to: Iterable[Name] | None = None) -> Eige
     Raises
     ------
     OptionError
-        If there is neither an oscillating mode nor a decay.
+        If there is neither an oscillating mode nor a decay, or the modes are those of a mean over
+        turns.
     UnknownNameError
         If a parameter does not exist, or is bound to others.
     SolverError
         If a derivative is not finite, or has two sides, as the point is exactly where a law
         changes its piece.
     """
+    modes.refuse_mean("eigen_sensitivity")
     system, point = modes.system, modes.point
     count = len(modes.eigenvalues)
     values: Complex = np.append(modes.eigenvalues, modes.decays)

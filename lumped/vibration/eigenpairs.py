@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from lumped.compiler.system import System
+from lumped.errors import OptionError
+from lumped.points.linearise import sparse_state_matrix
 from lumped.timeloop.result import OperatingPoint
 
 __all__ = ["Eigenpairs"]
@@ -28,6 +31,28 @@ class Eigenpairs:
     decay_vectors: Complex
     point: OperatingPoint
     near: float | None = None
+    mean: scipy.sparse.csr_array | None = None
+
+    @property
+    def matrix(self) -> scipy.sparse.csr_array:
+        """State matrix of which they are, shape (n, n)."""
+        if self.mean is not None:
+            return self.mean
+        return scipy.sparse.csr_array(sparse_state_matrix(self.system, self.point))
+
+    def refuse_mean(self, analysis: str) -> None:
+        """Refuse an analysis that looks at the operating point.
+
+        Raises
+        ------
+        OptionError
+            If these are those of a mean over turns.
+        """
+        if self.mean is not None:
+            raise OptionError(
+                f"{analysis}: modes of a mean over turns belong to no single angle of the shaft; "
+                "take lumped.modes of a drive with constant inertias."
+            )
 
     @property
     def hertz(self) -> Real:

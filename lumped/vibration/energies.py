@@ -169,10 +169,11 @@ def modal_energies(modes: Modes) -> ModalEnergies:
     Raises
     ------
     OptionError
-        If there is no oscillating mode.
+        If there is no oscillating mode, or the modes are those of a mean over turns.
     UnknownNameError
         If a flange was left out of the system by ``outputs=``.
     """
+    modes.refuse_mean("modal_energies")
     system = modes.system
     if not len(modes.eigenvalues):
         raise OptionError(f"{system.name}: no oscillating mode has energy.")

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.numerics.singular_factors import factors_of
-from lumped.points.linearise import sparse_state_matrix
 from lumped.vibration.eigenpairs import Eigenpairs
 
 __all__ = ["beside", "left_vectors", "parts"]
@@ -32,7 +31,7 @@ def left_vectors(modes: Eigenpairs, decays: bool = False) -> NDArray[np.complex1
     """
     values = modes.decays if decays else modes.eigenvalues
     right = modes.decay_vectors if decays else modes.vectors
-    matrix = scipy.sparse.csc_array(sparse_state_matrix(modes.system, modes.point)).astype(complex)
+    matrix = scipy.sparse.csc_array(modes.matrix).astype(complex)
     n, part = matrix.shape[0], parts(modes)
     found = np.zeros((n, len(values)), dtype=complex)
     for k, value in enumerate(values):
@@ -68,7 +67,7 @@ def beside(block: scipy.sparse.csc_array, value: complex) -> Any:
 
 def parts(modes: Eigenpairs) -> NDArray[np.int32]:
     """Number of the connected part of the drive to which each state belongs, shape (n,)."""
-    matrix = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    matrix = modes.matrix.copy()
     matrix.eliminate_zeros()
     found: NDArray[np.int32] = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
     return found

@@ -30,7 +30,7 @@ from lumped.vibration.eigenpairs import Eigenpairs
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Modes", "modes"]
+__all__ = ["Modes", "modes", "modes_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -56,6 +56,8 @@ class Modes(Eigenpairs):
         Where the system was linearised.
     near : float or None
         Frequency to which the modes are nearest, Hz, if only some were asked for.
+    mean : csr_array or None
+        State matrix, if it is a mean over turns and not that of the point.
     """
 
     @property
@@ -383,7 +385,19 @@ def modes(
     if at is not None and parameters:
         raise OptionError("modes: give the parameters when making the operating point `at`.")
     point = finite(at or start_point(system, parameters=parameters))
-    matrix = scipy.sparse.csr_array(sparse_state_matrix(system, point))
+    return modes_of(point, scipy.sparse.csr_array(sparse_state_matrix(system, point)), near, count)
+
+
+def modes_of(
+    point: OperatingPoint,
+    matrix: scipy.sparse.csr_array,
+    near: float | None = None,
+    count: int | None = None,
+    *,
+    is_mean: bool = False,
+) -> Modes:
+    """Modes of a state matrix (see `modes`), shape (n, n), at a point or of a mean."""
+    system = point.system
     if not np.isfinite(matrix.data).all():
         raise SolverError(
             f"{system.name}: the linearisation is not finite at the operating point:\n{point!r}"
@@ -432,4 +446,5 @@ def modes(
         np.column_stack([np.zeros((n, 0)), *(fading[i] for i in slowest)]),
         point,
         near,
+        matrix if is_mean else None,
     )

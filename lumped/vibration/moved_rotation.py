@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lumped.points.moved_equilibrium import moved_point
 from lumped.points.start_search import relative_positions
-from lumped.vibration.order_solution import samples_of
+from lumped.vibration.harmonics import samples_of
 from lumped.vibration.rotation import Rotation, speed_of
 from lumped.vibration.small_vibrations import Parts, small_vibrations
 

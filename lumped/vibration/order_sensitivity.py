@@ -14,9 +14,10 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
+from lumped.vibration.harmonics import samples_of
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_solution import order_solution, samples_of
+from lumped.vibration.order_solution import order_solution
 from lumped.vibration.small_vibrations import Parts, SmallVibrations, small_vibrations
 
 __all__ = ["OrderSensitivity", "order_sensitivity"]

@@ -13,10 +13,11 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
+from lumped.vibration.harmonics import harmonics
 from lumped.vibration.rotation import Rotation
-from lumped.vibration.small_vibrations import Parts, SmallVibrations
+from lumped.vibration.small_vibrations import SmallVibrations
 
-__all__ = ["Excitations", "OrderSolution", "order_solution", "samples_of"]
+__all__ = ["Excitations", "OrderSolution", "order_solution"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -24,8 +25,6 @@ Integer = NDArray[np.int64]
 Excitations: TypeAlias = dict[str, dict[float, Complex]]
 """Amplitudes of inputs, by their names and orders, each at all speeds."""
 
-_SAMPLES = 1440
-"""Points of a turn at which torques that follow from the angle are taken."""
 _MOST_SOLVED = 250
 """States up to which a formula is made for the solution."""
 _ACCURATE = 1e-10
@@ -76,14 +75,14 @@ def order_solution(
         If a vibration is unbounded, or grows by itself.
     """
     system, speeds = over.system, over.speeds
-    rates, outputs, means, matrices = _cycle(small, over, orders)
+    rates, outputs, means, matrices = harmonics(small, over, orders)
     n, shape = rates.shape[2], (len(speeds), len(orders))
     (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
     w = orders[None, :] * speeds[:, None]
     matrices = _at_frequencies(small, over, matrices, w)
     A, B, C, D = matrices
-    for i, harmonics in enumerate(wanted.values()):
-        for order, amplitude in harmonics.items():
+    for i, given in enumerate(wanted.values()):
+        for order, amplitude in given.items():
             for o in np.flatnonzero(orders == order):
                 for k in np.flatnonzero(b_columns == i):
                     rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
@@ -117,59 +116,6 @@ def order_solution(
     for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
         outputs[:, :, i] += C[:, :, number] * found[:, :, j]
     return OrderSolution(outputs, found, means, matrices, worst)
-
-
-def _cycle(
-    small: SmallVibrations, over: Rotation, orders: Real
-) -> tuple[Complex, Complex, Real, list[Real]]:
-    """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
-
-    Shapes (k, o, n), (k, o, q), (k, q) and (k, numbers).
-    """
-    count, time = len(over.speeds), over.points[0].time
-    n, q = over.x.shape[1], len(small.outputs)
-    rates = np.zeros((count, len(orders), n), dtype=complex)
-    outputs = np.zeros((count, len(orders), q), dtype=complex)
-    if not over.turns_matter:
-        parts = _all_at_once(small, over)
-        return rates, outputs, parts.outputs, list(parts[2:])
-    cycles = orders * over.turns
-    numbers = np.rint(cycles).astype(int)
-    whole = np.abs(cycles - numbers) <= 1e-9
-    samples = samples_of(over, orders)
-    means = np.empty((count, q))
-    matrices: list[list[Real]] = []
-    for k in range(count):
-        _, x, settings = over.along(k, samples)
-        parts = small(x, over.theta[k], settings, time)
-        spectra = [np.fft.rfft(part, axis=0) * (2 / samples) for part in parts[:2]]
-        for held, spectrum, part in zip((rates, outputs), spectra, parts[:2], strict=True):
-            own = spectrum[numbers[whole]]
-            noise = 1e-13 * np.abs(part).max(axis=0, initial=0.0)
-            held[k, whole] = np.where(np.abs(own) > noise, own, 0)
-        means[k] = parts.outputs.mean(axis=0)
-        matrices.append([part.mean(axis=0) for part in parts[2:]])
-    return rates, outputs, means, [np.array(each) for each in zip(*matrices, strict=True)]
-
-
-def samples_of(over: Rotation, orders: Real) -> int:
-    """Points of all turns at which what follows from the angle is taken."""
-    samples = _SAMPLES * over.turns if over.turns_matter else 1
-    while over.turns_matter and samples < 8 * over.turns * orders.max():
-        samples *= 2
-    return samples
-
-
-def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
-    """Everything at all speeds where nothing depends on the angle."""
-    time = over.points[0].time
-    if (over.theta == over.theta[0]).all():
-        return small(over.x, over.theta[0], over.settings, time)
-    rows = [
-        small(over.x[k : k + 1], over.theta[k], over.settings[k : k + 1], time)
-        for k in range(len(over.x))
-    ]
-    return Parts(*(np.vstack(part) for part in zip(*rows, strict=True)))
 
 
 def _at_frequencies(

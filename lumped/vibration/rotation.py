@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
+from lumped.numerics.few_of_many import few_of_many
 from lumped.points.start import point_at, start_point
 from lumped.support.made_once import made_once
 from lumped.timeloop.many_points import ManyPoints
@@ -24,6 +25,8 @@ Complex = NDArray[np.complex128]
 
 _REPEATS = 1e-9
 """Difference of rates, relative to the largest, below which a drive is the same after a cycle."""
+_LOOKS = 7
+"""Angles at which a drive is compared with itself a cycle later."""
 _STRAIGHT = 1e-9
 """Difference from a straight line over the speed that is rounding."""
 _CLOSED = 1e-11
@@ -256,14 +259,15 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
         )
     ).ravel()
     rates = _rates(system)
-    before = _at(rates, x, point)
-    size = np.abs(before).max(initial=1e-300)
     used = np.array(ca.which_depends(system.rates, states, 1, False), dtype=bool)
     missed = np.inf
     for i in np.flatnonzero(ratios):
         step = np.zeros(len(x))
         step[i] = 2 * np.pi * turns / ratios[i]
-        after = _at(rates, x + step, point)
+        # at a single angle, such as a dead centre, it may be the same by chance
+        angles = x + np.arange(_LOOKS)[:, None] / _LOOKS * step
+        before, after = (_at(rates, found, point) for found in (angles, angles + step))
+        size = np.abs(before).max(initial=1e-300)
         missed = min(missed, float(np.abs(after - before).max()) / size)
         if np.abs(after - before).max() <= _REPEATS * size:
             own[i] = 1 / ratios[i]
@@ -279,8 +283,9 @@ def _turning(point: OperatingPoint, x: Real, over: str, turns: int) -> Real:
 
 
 def _at(rates: ManyPoints, x: Real, point: OperatingPoint) -> Real:
-    m = settled(point.system, x[None], point.theta, point.settings)
-    found: Real = rates(x[None], point.theta, np.zeros(1), m)[0]
+    """Rates at states, shapes (points, n)."""
+    m = settled(point.system, x, point.theta, point.settings)
+    found: Real = rates(x, point.theta, np.zeros(len(x)), m)
     return found
 
 
@@ -292,7 +297,8 @@ def _rates(system: System) -> ManyPoints:
 def balanced(rotation: Rotation, free: Name) -> Rotation:
     """The rotation in which mean torques balance, with a parameter that they determine.
 
-    Newton's method on the mean rates over the turns; each speed begins where the one before ended.
+    Newton's method on the mean rates over the turns, at each speed from the nearest that is solved.
+    Between few of many speeds states and parameter are interpolated (`few_of_many`).
 
     Raises
     ------
@@ -316,8 +322,8 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
     time = rotation.points[0].time
 
-    def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real]:
-        """Mean rates and the missing speed, their matrix, and the size of their parts."""
+    def missing(k: int, at: Real, value: float) -> tuple[Real, Real, Real, float]:
+        """Mean rates and missing speed, matrix, size of their parts, largest effect at an angle."""
         own = theta[k].copy()
         own[place] = value
         angle = 2 * np.pi * rotation.turns * np.arange(samples) / samples
@@ -334,34 +340,58 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
         residual = np.append(mean[0] - target, mean[1] - rotation.speeds[k])
         size = np.append(np.abs(found.rates).max(axis=0), abs(rotation.speeds[k]))
         size = np.maximum(size, np.abs(matrix) @ np.abs(np.append(at, value)))
-        return residual, matrix, np.maximum(size, 1e-300)
+        acting = max(float(np.abs(part).max(initial=0.0)) for part in (found.B, found.D))
+        return residual, matrix, np.maximum(size, 1e-300), acting
 
-    for k in range(len(rotation.speeds)):
-        at, value = x[k].copy(), float(theta[k, place])
-        if k:
-            at, value = at + x[k - 1] - rotation.x[k - 1], float(theta[k - 1, place])
+    solved: dict[int, Real] = {}
+
+    def newton(k: int) -> Real:
+        """States and the value of the parameter at a speed, from those at the nearest solved."""
+        found = np.append(x[k], theta[k, place])
+        if solved:
+            near = min(solved, key=lambda i: abs(i - k))
+            found[:n] += solved[near][:n] - x[near]
+            found[n] = solved[near][n]
+        unknown = np.append(states, n)
         for _ in range(_STEPS):
-            residual, matrix, size = missing(k, at, value)
+            residual, matrix, size, acting = missing(k, found[:n], found[n])
             worst = int(np.argmax(np.abs(residual) / size))
             if np.abs(residual[worst]) <= _CLOSED * size[worst]:
-                break
-            if (np.abs(matrix[:, n]) * abs(value or 1.0) <= _CLOSED * size).all():
+                return found
+            if (np.abs(matrix[:, n]) <= _REPEATS * acting).all():
                 raise OptionError(
                     f"{system.name}: free={name!r} changes no rate where the drive turns steadily; "
                     "name the torque of the load or of the motor."
                 )
-            unknown = np.append(states, n)
-            step = np.linalg.lstsq(matrix[:, unknown] / size[:, None], residual / size)[0]
-            change = np.zeros(n + 1)
-            change[unknown] = step
-            at, value = at - change[:n], value - change[n]
-        else:
-            names = [*system.state_names, speed]
-            raise SolverError(
-                f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
-                f"{name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "
-                "another parameter, or give the operating points, at=."
-            )
-        x[k], theta[k, place] = at, value
-        settings[k] = settled(system, at[None], theta[k], settings[k])[0]
-    return replace(rotation, x=x, theta=theta, settings=settings, balancing=name)
+            own = matrix[:, unknown]
+            scale = np.maximum(np.abs(own).max(axis=1), 1e-300)  # parts may all be zero at first
+            found[unknown] -= np.linalg.lstsq(own / scale[:, None], residual / scale)[0]
+        names = [*system.state_names, speed]
+        raise SolverError(
+            f"{system.name}: mean torques do not balance at {rotation.speeds[k]:g} rad/s with "
+            f"{name} free: {names[worst]} keeps a mean rate of {residual[worst]:.3g}. Name "
+            "another parameter, or give the operating points, at=."
+        )
+
+    def row(k: int) -> tuple[Real, Real]:
+        while k not in solved:
+            step = k
+            while step not in solved:
+                try:
+                    solved[step] = newton(step)
+                except SolverError:
+                    near = min(solved, key=lambda i: abs(i - step), default=step)
+                    if abs(near - step) <= 1:
+                        raise
+                    step = (near + step) // 2
+        return solved[k], np.abs(solved[k])
+
+    count = len(rotation.speeds)
+    if len(rotation.points) == count:
+        rows = np.array([row(k)[0] for k in range(count)])
+    else:
+        rows = few_of_many(row, rotation.speeds)
+    theta[:, place] = rows[:, n]
+    for k in range(count):
+        settings[k] = settled(system, rows[k : k + 1, :n], theta[k], settings[k])[0]
+    return replace(rotation, x=rows[:, :n].copy(), theta=theta, settings=settings, balancing=name)

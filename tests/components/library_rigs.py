@@ -21,11 +21,15 @@ from lumped.components import (
     belts,
     cams,
     crank,
+    crankshaft,
+    engine,
     friction,
+    gear_mesh,
     impact,
     linkages,
     lossy_gear,
     noncircular,
+    propeller,
     rolling,
     synchroniser,
     translation,
@@ -43,11 +47,17 @@ HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
 START = ((0.0, 0.8, 0.6), (0.5, 1.1, 0.7), (1.0, 0.0, 0.3))
+GAS = ((0.0, 2.0), (2.0, 5.0), (9.0, 1.0))
+MESH = ((1.0, 0.3, 0.2), (2.0, -0.1, 1.0))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
     synchronous.SynchronousMotorStart: {"torques": START},
     synchronous.WoundFieldMachine: {"dampers_d": 2, "dampers_q": 2},
+    engine.Cylinder: {"pressure": GAS},
+    crankshaft.Engine: {"cylinders": 2, "firing_order": (1, 2), "c": 2.0, "pressure": GAS},
+    gear_mesh.GearMesh: {"stiffness": MESH, "error": MESH},
+    propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
     cams.HarmonicTorque: {"harmonics": HARMONICS},

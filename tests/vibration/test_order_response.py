@@ -11,6 +11,7 @@ from lumped.components import (
     Inertia,
     LossSpring,
     NonlinearSpring,
+    QuadraticTorque,
     Spring,
     SpringDamper,
     Torque,
@@ -143,6 +144,19 @@ def test_cylinders_of_the_model_excite_by_themselves(misfire, table, prefix):
         print(f"{misfire}, shaft {number}: {error:.1e}")
         # points of the kinked table, and the damping by masses that the reference leaves out
         assert error < 4e-4
+
+
+def test_orders_at_many_speeds_are_those_at_each():
+    system = six_cylinders()
+    options = {"of": ["shaft[0].tau_c", "shaft[7].tau"], "over": "mass[8].phi", "turns": 2}
+    speeds = np.linspace(60.0, 300.0, 400)
+    many = lp.vibration.order_response(system, speeds=speeds, **options)
+    for k in (0, 1, 57, 203, 398):
+        single = lp.vibration.order_response(system, speeds=[speeds[k]], **options)
+        largest = np.abs(single.values[0]).max(axis=0)
+        error = (np.abs(many.values[k] - single.values[0]).max(axis=0) / largest).max()
+        print(f"{speeds[k]:.1f} rad/s: {error:.1e}")
+        assert error < 1e-9
 
 
 def damper(mu, z):
@@ -284,16 +298,66 @@ OPTIONS = {
 }
 
 
-def test_mean_torques_balance_with_a_free_parameter():
+@pytest.mark.parametrize("count", [6, 150])
+def test_mean_torques_balance_with_a_free_parameter(count):
+    speeds = np.linspace(20.0, 150.0, count)
     response = lp.vibration.order_response(
-        ship(), free="load.tau", parameters={"drive.m": 0.0}, **{**OPTIONS, "orders": [0.5, 2, 4]}
+        ship(),
+        free="load.tau",
+        parameters={"drive.m": 0.0, "water.d": 6.0},
+        **{**OPTIONS, "speeds": speeds, "orders": [0.5, 2, 4]},
     )
     x = response.rotation.x
     twist = x[:, response.system.state_names.index("coupling.phi_rel")]
-    # engine 500 N.m; propeller turns at a third of the speed, against 2 N.m.s/rad
+    # engine 500 N.m; propeller turns at a third of the speed, against 6 N.m.s/rad
     load = response.rotation.theta[:, response.system.places(["load.tau"])[0]]
-    assert load == pytest.approx(-1500.0 + 2.0 * SPEEDS / 3, rel=1e-10)
+    assert load == pytest.approx(-1500.0 + 6.0 * speeds / 3, rel=1e-9)
     assert 2e4 * twist + 3e6 * twist**3 + 1e3 * twist == pytest.approx(-500.0, rel=1e-10)
+
+
+def test_a_mean_that_bends_with_the_speed_is_that_at_each_speed():
+    # the drive torque grows with the speed, and the progressive coupling stiffens
+    def response(speeds):
+        model = lp.compose(
+            motor=Inertia(J=2.0),
+            coupling=NonlinearSpring(characteristic=lambda x: 2e4 * x + 3e6 * x**3),
+            bearing=Damper(d=1.0),
+            load=Inertia(J=5.0),
+            water=QuadraticTorque(tau_nominal=-900.0, w_nominal=100.0),
+            torque=Torque(tau=0.0),
+            ground=Fixed(),
+            connections=lambda m: [
+                *lp.chain(m.motor, m.coupling, m.load, m.bearing, m.ground),
+                lp.connect(m.torque.flange, m.motor.flange_a),
+                lp.connect(m.water.flange, m.load.flange_b),
+            ],
+        )
+        return lp.vibration.order_response(
+            lp.assemble(model),
+            speeds=speeds,
+            of=["coupling.tau"],
+            over="motor.phi",
+            free="torque.tau",
+            orders=[1],
+            excitations={"torque.tau": {1: 10.0}},
+        )
+
+    speeds = np.linspace(10.0, 150.0, 300)
+    found = response(speeds)
+    twist = found.rotation.x[:, found.system.state_names.index("coupling.phi_rel")]
+    wanted = 900.0 * (speeds / 100) ** 2 + speeds
+    torque = found.rotation.theta[:, found.system.places(["torque.tau"])[0]]
+    assert np.abs(torque - wanted).max() < 1e-9 * wanted.max()
+    assert np.abs(2e4 * twist + 3e6 * twist**3 + wanted).max() < 1e-8 * wanted.max()
+    stiff, viscous = 2e4 + 9e6 * twist**2, 18.0 * speeds / 100 + 1
+    w = 1j * speeds
+    J = np.array([2.0, 5.0])
+    for k in range(0, 300, 23):
+        K = stiff[k] * np.array([[1, -1], [-1, 1]])
+        matrix = w[k] ** 2 * np.diag(J) + w[k] * np.diag([0.0, viscous[k]]) + K
+        phi = np.linalg.solve(matrix, [10.0, 0.0])
+        expected = stiff[k] * (phi[1] - phi[0])
+        assert found["coupling.tau"][k, 0] == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("free", ["load.tau", None])

@@ -1,0 +1,181 @@
+"""Parts of a function that are steps over one of its numbers, to be looked up.
+
+A table whose piece is chosen by comparisons costs some ten operations for each piece. All that
+follows from comparisons of one number with constants is constant between these constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.code.operations import RESULT, SETTING, TWO, Operations
+
+__all__ = ["LookedUp", "looked_up"]
+
+Real: TypeAlias = NDArray[np.float64]
+
+_WORTH = 8
+"""Comparisons of one number from which it is looked up."""
+_SAME: dict[int, Callable[..., Real]] = {
+    ca.OP_ADD: np.add,
+    ca.OP_SUB: np.subtract,
+    ca.OP_MUL: np.multiply,
+    ca.OP_NEG: np.negative,
+    ca.OP_NOT: np.logical_not,
+    ca.OP_TWICE: lambda x: x + x,
+    ca.OP_IF_ELSE_ZERO: lambda c, x: np.where(c != 0, x, 0.0),
+}
+"""Operations that are made with all values of a step function at once."""
+
+
+class _Steps(NamedTuple):
+    """A number that is constant between constants with which number `of` is compared."""
+
+    of: int
+    values: Real
+
+
+class LookedUp(NamedTuple):
+    """A function whose step functions are settings.
+
+    Attributes
+    ----------
+    arguments : Operations
+        The same inputs -> numbers that are compared, shape (a,).
+    constants : tuple of ndarray
+        What each of them is compared with, ascending.
+    values : tuple of ndarray, shapes (constants + 1, steps)
+        Step functions of each, below the first constant, from the first on, and so forth.
+    rest : Operations
+        The inputs with these step functions, one after the other, as further settings -> results.
+    """
+
+    arguments: Operations
+    constants: tuple[Real, ...]
+    values: tuple[Real, ...]
+    rest: Operations
+
+    def settings(self, arguments: Real) -> Real:
+        """Step functions at points, shape (points, steps); of no number they are the first."""
+        found = []
+        for argument, constants, values in zip(
+            arguments.T, self.constants, self.values, strict=True
+        ):
+            piece = np.searchsorted(constants, argument, side="right")
+            found.append(values[np.where(np.isnan(argument), 0, piece)])
+        return np.hstack(found)
+
+
+def looked_up(operations: Operations, settings: int) -> LookedUp | None:
+    """A function with its step functions apart; None if it has none worth it.
+
+    Results have the same bits: values of step functions are made by the same operations.
+
+    Parameters
+    ----------
+    operations : Operations
+        The function.
+    settings : int
+        How many settings it has.
+    """
+    table = operations.table
+    given = _given(table)
+    compared = _compared(operations, given)
+    if not compared:
+        return None
+    steps = _steps(operations, given, compared)
+    used: dict[int, list[int]] = {number: [] for number in compared}
+    for row in range(len(table)):
+        for source in given[row] if row not in steps else ():
+            own = steps.get(source)
+            if own is not None and own.of >= 0 and source not in used[own.of]:
+                used[own.of].append(source)
+    used = {number: sources for number, sources in used.items() if sources}
+    order = {source: i for i, source in enumerate(s for each in used.values() for s in each)}
+    rest = table.copy()
+    for source, i in order.items():
+        rest[source] = (SETTING, table[source, 1], settings + i, 0)
+    results = np.flatnonzero(table[:, 0] == RESULT).tolist()
+    wanted = list(used)
+    rows = []
+    for row in _needed(given, wanted, {}):
+        rows.append(table[row])
+        if row in used:
+            rows.append(np.array((RESULT, wanted.index(row), table[row, 1], 0)))
+    return LookedUp(
+        Operations(np.array(rows), operations.constants, operations.work, len(wanted)),
+        tuple(compared[number] for number in wanted),
+        tuple(np.column_stack([steps[s].values for s in used[number]]) for number in wanted),
+        Operations(
+            rest[_needed(given, results, order)],
+            operations.constants,
+            operations.work,
+            operations.results,
+        ),
+    )
+
+
+def _given(table: NDArray[np.int64]) -> list[tuple[int, ...]]:
+    """Rows from which each row takes its arguments."""
+    last: dict[int, int] = {}
+    found: list[tuple[int, ...]] = []
+    for row, (op, place, a, b) in enumerate(table.tolist()):
+        if op == RESULT:
+            found.append((last[a],))
+            continue
+        reads = op >= 0 and op != ca.OP_CONST
+        found.append(((last[a], last[b]) if op in TWO else (last[a],)) if reads else ())
+        last[place] = row
+    return found
+
+
+def _compared(operations: Operations, given: list[tuple[int, ...]]) -> dict[int, Real]:
+    """Numbers, by their rows, and the constants that they are at least or not."""
+    op = operations.table[:, 0]
+    found: dict[int, set[float]] = {}
+    for row in np.flatnonzero(op == ca.OP_LE).tolist():
+        constant, number = given[row]
+        if op[constant] == ca.OP_CONST and op[number] != ca.OP_CONST:
+            value = float(operations.constants[operations.table[constant, 2]])
+            found.setdefault(number, set()).add(value)
+    return {n: np.array(sorted(values)) for n, values in found.items() if len(values) >= _WORTH}
+
+
+def _steps(
+    operations: Operations, given: list[tuple[int, ...]], compared: dict[int, Real]
+) -> dict[int, _Steps]:
+    """Rows that are constants (of number -1) or step functions."""
+    found: dict[int, _Steps] = {}
+    for row, (op, _, a, _) in enumerate(operations.table.tolist()):
+        sources = given[row]
+        if op == ca.OP_CONST:
+            found[row] = _Steps(-1, operations.constants[a : a + 1])
+        elif op == ca.OP_LE and sources[1] in compared and sources[0] in found:
+            own = found[sources[0]]
+            if own.of == -1:
+                constants = compared[sources[1]]
+                begins = np.append(-np.inf, constants)
+                found[row] = _Steps(sources[1], (begins >= own.values).astype(float))
+        elif op in _SAME and all(source in found for source in sources):
+            of = {found[source].of for source in sources} - {-1}
+            if len(of) <= 1:
+                values = _SAME[op](*(found[source].values for source in sources))
+                found[row] = _Steps(of.pop() if of else -1, np.asarray(values, dtype=float))
+    return found
+
+
+def _needed(given: list[tuple[int, ...]], wanted: list[int], known: dict[int, int]) -> list[int]:
+    """Rows from which some follow, in order; those that are known need no others."""
+    waiting, found = list(wanted), set(wanted)
+    while waiting:
+        row = waiting.pop()
+        for source in given[row] if row not in known else ():
+            if source not in found:
+                found.add(source)
+                waiting.append(source)
+    return sorted(found)

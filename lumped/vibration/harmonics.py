@@ -1,0 +1,87 @@
+"""Harmonics over the turns of what a steady rotation excites, and means over the turns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.numerics.few_of_many import few_of_many
+from lumped.vibration.rotation import Rotation
+from lumped.vibration.small_vibrations import Parts, SmallVibrations
+
+__all__ = ["harmonics", "samples_of"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_SAMPLES = 1440
+"""Points of a turn at which torques that follow from the angle are taken."""
+
+
+def harmonics(
+    small: SmallVibrations, over: Rotation, orders: Real
+) -> tuple[Complex, Complex, Real, list[Real]]:
+    """Harmonics of rates and outputs, means of outputs, and of the numbers of the matrices.
+
+    Where the states at all speeds follow from the model, they are interpolated over the speed from
+    some of the speeds (`few_of_many`).
+
+    Returns
+    -------
+    rates, outputs : ndarray of complex, shapes (k, o, n) and (k, o, q)
+    means : ndarray, shape (k, q)
+    matrices : list of ndarray, shapes (k, numbers)
+    """
+    count, time = len(over.speeds), over.points[0].time
+    n, q = over.x.shape[1], len(small.outputs)
+    if not over.turns_matter:
+        none = np.zeros((count, len(orders), n + q), dtype=complex)
+        parts = _all_at_once(small, over)
+        return none[..., :n], none[..., n:], parts.outputs, list(parts[2:])
+    cycles = orders * over.turns
+    numbers = np.rint(cycles).astype(int)
+    whole = np.abs(cycles - numbers) <= 1e-9
+    samples = samples_of(over, orders)
+
+    def row(k: int) -> tuple[Real, Real]:
+        """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
+        _, x, settings = over.along(k, samples)
+        parts = small(x, over.theta[k], settings, time)
+        moving = np.hstack(parts[:2])
+        size = np.abs(moving).max(axis=0, initial=0.0)
+        spectrum = np.zeros((len(orders), n + q), dtype=complex)
+        own = np.fft.rfft(moving, axis=0)[numbers[whole]] * (2 / samples)
+        spectrum[whole] = np.where(np.abs(own) > 1e-13 * size, own, 0)
+        still = np.hstack(parts[1:])
+        sizes = [np.tile(np.repeat(size, 2), len(orders)), np.abs(still).max(axis=0, initial=0.0)]
+        return np.append(spectrum.view(float), still.mean(axis=0)), np.concatenate(sizes)
+
+    if len(over.points) == count or (over.settings != over.settings[0]).any():
+        rows = np.array([row(k)[0] for k in range(count)])
+    else:
+        rows = few_of_many(row, over.speeds)
+    end = 2 * len(orders) * (n + q)
+    spectra = np.ascontiguousarray(rows[:, :end]).view(complex).reshape(count, len(orders), n + q)
+    ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])
+    means, *matrices = np.split(rows[:, end:], ends[:-1] - end, axis=1)
+    return spectra[..., :n], spectra[..., n:], means, matrices
+
+
+def samples_of(over: Rotation, orders: Real) -> int:
+    """Points of all turns at which what follows from the angle is taken."""
+    samples = _SAMPLES * over.turns if over.turns_matter else 1
+    while over.turns_matter and samples < 8 * over.turns * orders.max():
+        samples *= 2
+    return samples
+
+
+def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
+    """Everything at all speeds where nothing depends on the angle."""
+    time = over.points[0].time
+    if (over.theta == over.theta[0]).all():
+        return small(over.x, over.theta[0], over.settings, time)
+    rows = [
+        small(over.x[k : k + 1], over.theta[k], over.settings[k : k + 1], time)
+        for k in range(len(over.x))
+    ]
+    return Parts(*(np.vstack(part) for part in zip(*rows, strict=True)))

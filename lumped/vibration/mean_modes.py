@@ -1,0 +1,90 @@
+"""Modes of a drive whose inertias and stiffnesses vary with an angle, by their means."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError
+from lumped.points.vibrating_states import finite
+from lumped.support.arguments import checked
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.harmonics import samples_of
+from lumped.vibration.modes import Modes, modes_of
+from lumped.vibration.rotation import rotation
+from lumped.vibration.small_vibrations import small_vibrations
+
+__all__ = ["mean_modes"]
+
+_ROUNDING = 1e-13
+
+
+@checked
+def mean_modes(
+    system: System,
+    *,
+    over: Name,
+    speed: float,
+    turns: int = 1,
+    at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
+    free: Name | None = None,
+    parameters: Changes | None = None,
+) -> Modes:
+    """Modes of the equivalent with constant inertias, of an engine with cranks for example.
+
+    The state matrix is its mean over the turns of a shaft that turns steadily, as in
+    `order_response`. What gas pressures add to the stiffness at single angles has no mean. Of an
+    inertia that varies the mean of its inverse counts; cylinders with ``masses="excitation"`` have
+    the mean of the inertia itself, from which it differs by the square of the variation.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    over : name
+        Angle of the shaft, rad.
+    speed : float
+        Its speed, rad/s.
+    turns : int
+        Turns of it after which everything repeats: 2 for a four-stroke engine.
+    at, free, parameters : optional
+        As in `order_response`.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    OptionError
+        If the speed is not positive, or the drive is another after the turns.
+    SolverError
+        If there is no steady rotation.
+    """
+    if not (np.isfinite(speed) and speed > 0):
+        raise OptionError(f"mean_modes: speed = {speed:g} rad/s must be finite and above zero.")
+    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
+        raise OptionError(f"mean_modes: turns = {turns!r}: a whole number of turns is needed.")
+    if at is not None and parameters:
+        raise OptionError("mean_modes: give the parameters when making the operating point `at`.")
+    turning = rotation(system, over, np.array([speed]), turns, at, parameters, free)
+    first = turning.points[0]
+    point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
+    small = small_vibrations(system, (), ())
+    _, x, settings = turning.along(0, samples_of(turning, np.ones(1)))
+    numbers = small(x, point.theta, settings, point.time).A
+    mean = numbers.mean(axis=0)
+    mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
+    n = len(point.x)
+    matrix = scipy.sparse.csr_array(scipy.sparse.coo_array((mean, small.patterns[0]), shape=(n, n)))
+    if turning.turns_matter:
+        # rates are the same after the turns; a mean over some angles misses that at kinks
+        way = scipy.sparse.csr_array(turning.turning[None, :])
+        missed = scipy.sparse.csr_array((matrix @ turning.turning)[:, None])
+        matrix = matrix - missed @ way / (turning.turning @ turning.turning)
+        matrix.eliminate_zeros()
+    return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)
