@@ -1,4 +1,4 @@
-"""Which components of a drive are inertias, shafts and gears, as its modes show."""
+"""Which components of a drive are inertias, shafts and gears, by what they do to small motions."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from lumped.errors import OptionError
+from lumped.errors import UnknownNameError
+from lumped.points.linearise import sparse_state_matrix
 from lumped.vibration.modes import Modes
 
 __all__ = ["DriveParts", "drive_parts"]
 
 Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _FITS = 1e-6
 """Share of a torque that may remain unexplained, and below which a share is none."""
-_STILL = 1e-11
-"""Share of the largest amplitude below which a flange stands still."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,51 +45,50 @@ class DriveParts:
 
 @dataclass(frozen=True, eq=False)
 class _Flanges:
-    """Amplitudes at the flanges of a component in all modes, shapes (flanges, k).
+    """Slopes by the states of what acts at the flanges of a component, shapes (flanges, states).
 
-    A node is None where the flange stands still.
+    Attributes
+    ----------
+    nodes : list of (int or None)
+        Angle of each flange; None where it stands still.
+    speeds, accelerations : ndarray
+        Of the flanges.
+    torques, rates : ndarray
+        Torques and their derivatives.
     """
 
     nodes: list[int | None]
-    angles: Complex
-    torques: Complex
+    speeds: Real
+    accelerations: Real
+    torques: Real
+    rates: Real
 
 
 def drive_parts(modes: Modes) -> DriveParts:
-    """Inertias, shafts and gears of a drive.
-
-    Parameters
-    ----------
-    modes : Modes
-        Of the drive.
-
-    Returns
-    -------
-    DriveParts
+    """Inertias, shafts and gears of a drive, linearised at the point of its modes.
 
     Raises
     ------
-    OptionError
-        If there is no oscillating mode.
+    UnknownNameError
+        If a flange was left out of the system by ``outputs=``.
     """
-    if not len(modes.eigenvalues):
-        raise OptionError(f"{modes.system.name}: no oscillating mode, so that nothing vibrates.")
-    values = np.append(modes.eigenvalues, modes.decays)  # decays tell as much as oscillations
     found = DriveParts({}, {}, [], [])
-    for path, flanges in _loaded(modes, values):
+    for path, flanges in _loaded(modes):
         turning = [node for node in flanges.nodes if node is not None]
         total = flanges.torques.sum(axis=0)
         if len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
-            _on_one_shaft(found, path, turning[0], flanges.angles[0], total, values)
+            _on_one_shaft(found, path, turning[0], flanges)
+        elif gears := _gears(path, flanges):
+            found.gears.extend(gears)
         elif len(flanges.nodes) == 2 and _share(total, flanges.torques) < _FITS:
-            _between_shafts(found, path, flanges, values)
+            _between_shafts(found, path, flanges)
         else:
-            _gear(found, path, flanges)
+            found.other.append(path)
     return found
 
 
-def _loaded(modes: Modes, values: Complex) -> Iterator[tuple[str, _Flanges]]:
-    """Components without parts that transmit torque; each mode is scaled to a largest torque 1."""
+def _loaded(modes: Modes) -> Iterator[tuple[str, _Flanges]]:
+    """Components without parts of their own that transmit torque."""
     tree, reduced = modes.system.structure.tree, modes.system.structure.reduced
     unknowns: list[int] = []
     owners: list[int] = []
@@ -100,86 +98,101 @@ def _loaded(modes: Modes, values: Complex) -> Iterator[tuple[str, _Flanges]]:
             if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
                 unknowns.append(node.first_unknown + k)
                 owners.append(number)
-    vectors = np.hstack([modes.vectors, modes.decay_vectors])
-    angles, torques = (
-        modes._of_unknowns([u + k for u in unknowns], vectors, values)
-        * reduced.aliases.signs[unknowns][:, None]
-        for k in (0, 1)
-    )
-    largest = np.abs(torques).max(axis=0)
-    largest[largest == 0] = np.inf  # currents alone
-    angles, torques = angles / largest, torques / largest
-    moves = (np.abs(angles) > _STILL * np.abs(angles).max(axis=0)).any(axis=1)
-    nodes = [reduced.node(u) if m else None for u, m in zip(unknowns, moves, strict=True)]
+    A = scipy.sparse.csr_array(sparse_state_matrix(modes.system, modes.point))
+    angles, depths = _slopes(modes, unknowns)
+    once = angles @ A
+    rising = scipy.sparse.diags_array((depths > 0).astype(float))
+    speeds = rising @ angles + (once - rising @ once)
+    torques = _slopes(modes, [unknown + 1 for unknown in unknowns])[0]
+    signs = scipy.sparse.diags_array(reduced.aliases.signs[unknowns].astype(float))
+    every = [
+        scipy.sparse.csr_array(signs @ each) for each in (speeds, speeds @ A, torques, torques @ A)
+    ]
     for rows in np.split(np.arange(len(owners)), np.flatnonzero(np.diff(owners)) + 1):
-        if (np.abs(torques[rows]) > _STILL).any() and moves[rows].any():
-            own = [nodes[row] for row in rows]
-            yield tree.instances[owners[rows[0]]].path, _Flanges(own, angles[rows], torques[rows])
+        own = [each[rows] for each in every]
+        columns = np.unique(np.concatenate([each.indices for each in own]))
+        numbers = [each[:, columns].toarray() for each in own]
+        if not (numbers[2].any() and numbers[0].any()):
+            continue
+        nodes = [
+            reduced.node(unknowns[row]) if speed.any() else None
+            for row, speed in zip(rows.tolist(), numbers[0], strict=True)
+        ]
+        yield tree.instances[owners[rows[0]]].path, _Flanges(nodes, *numbers)
 
 
-def _on_one_shaft(
-    found: DriveParts, path: str, node: int, angle: Complex, torque: Complex, values: Complex
-) -> None:
-    """An inertia, or a stiffness against the ground, with or without damping."""
-    if _share(torque, torque) == 0:
+def _slopes(modes: Modes, unknowns: list[int]) -> tuple[scipy.sparse.csr_array, Real]:
+    """Slopes of unknowns by the states, or of their lowest derivatives, and the order of these."""
+    system = modes.system
+    nodes = [system.structure.reduced.node(unknown) for unknown in unknowns]
+    alive = [i for i, node in enumerate(nodes) if node is not None]
+    wanted = [node for node in nodes if node is not None]
+    rows = modes._lowest(wanted)
+    for i, row in zip(alive, rows, strict=True):
+        if row is None:
+            name = system.structure.tree.unknown_name(unknowns[i])
+            raise UnknownNameError(f"'{name}' was left out of the system.")
+    place = np.array(alive, dtype=int)
+    depths = np.zeros(len(unknowns))
+    depths[place] = [row - node for row, node in zip(rows, wanted, strict=True) if row is not None]
+    spread = scipy.sparse.csr_array(
+        (np.ones(len(place)), (place, np.arange(len(place)))), shape=(len(unknowns), len(place))
+    )
+    signs = scipy.sparse.diags_array(system.structure.reduced.aliases.signs[unknowns].astype(float))
+    found = spread @ modes._by_states([row for row in rows if row is not None])
+    return scipy.sparse.csr_array(signs @ found), depths
+
+
+def _on_one_shaft(found: DriveParts, path: str, node: int, flanges: _Flanges) -> None:
+    """An inertia, or a damper."""
+    speed, acceleration = flanges.speeds[0], flanges.accelerations[0]
+    torque = flanges.torques.sum(axis=0)
+    if _share(torque, flanges.torques) < _FITS:
         return
-    terms = values**2 * angle, values * angle, angle
-    (J, _), missed = _fit(torque, *terms[:2])
+    (J, _), missed = _fit(torque, acceleration, speed)
+    if missed < _FITS and _share(J * acceleration, torque) < _FITS:
+        return
     if missed < _FITS and J > 0:
-        if _share(J * terms[0], torque) > _FITS:
-            found.inertias[path] = node, J
-        return
-    (c, _), missed = _fit(torque, terms[2], terms[1])
-    if missed < _FITS and c > 0:
-        found.shafts[path] = node, None, c
+        found.inertias[path] = node, J
     else:
         found.other.append(path)
 
 
-def _between_shafts(found: DriveParts, path: str, flanges: _Flanges, values: Complex) -> None:
+def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
     """A shaft, or a damper."""
-    twist = flanges.angles[1] - flanges.angles[0]
-    torque = flanges.torques[1]
-    (c, _), missed = _fit(torque, twist, values * twist)
-    if missed > _FITS:
-        found.other.append(path)
-    elif _share(c * twist, torque) > _FITS:
+    slip = flanges.speeds[1] - flanges.speeds[0]
+    more = flanges.accelerations[1] - flanges.accelerations[0]
+    (c, _), missed = _fit(flanges.rates[1], slip, more)
+    if missed < _FITS and _share(c * slip, flanges.rates[1]) < _FITS:
+        return
+    if missed < _FITS and c > 0:
         found.shafts[path] = flanges.nodes[0], flanges.nodes[1], c
-
-
-def _gear(found: DriveParts, path: str, flanges: _Flanges) -> None:
-    """Flanges that turn in fixed ratios and pass all power on."""
-    turning = [i for i, node in enumerate(flanges.nodes) if node is not None]
-    first, *others = turning
-    own = flanges.angles[first]
-    power = flanges.torques[first].copy()
-    gears: list[tuple[str, int, int, float]] = []
-    for i in others:
-        (ratio,), missed = _fit(flanges.angles[i], own)
-        power += ratio * flanges.torques[i]
-        a, b = flanges.nodes[first], flanges.nodes[i]
-        assert a is not None
-        assert b is not None
-        gears.append((path, a, b, ratio))
-        if missed > _FITS:
-            found.other.append(path)
-            return
-    if gears and _share(power, flanges.torques[first]) < _FITS:
-        found.gears.extend(gears)
     else:
         found.other.append(path)
 
 
-def _fit(wanted: Complex, *terms: Complex) -> tuple[list[float], float]:
-    """Real factors of terms whose sum is nearest to what is wanted, and the share missed."""
-    matrix = np.column_stack([np.append(term.real, term.imag) for term in terms])
+def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
+    """Links between flanges that turn in fixed ratios and pass all power on; empty if they do not."""
+    (first, a), *others = [(i, node) for i, node in enumerate(flanges.nodes) if node is not None]
+    power = flanges.torques[first].copy()
+    found = []
+    for i, b in others:
+        (ratio,), missed = _fit(flanges.speeds[i], flanges.speeds[first])
+        if missed > _FITS:
+            return []
+        power += ratio * flanges.torques[i]
+        found.append((path, a, b, ratio))
+    return found if _share(power, flanges.torques[first]) < _FITS else []
+
+
+def _fit(wanted: Real, *terms: Real) -> tuple[list[float], float]:
+    """Factors of terms whose sum is nearest to what is wanted, and the share missed."""
+    matrix = np.column_stack(terms)
     size = np.linalg.norm(matrix, axis=0)
-    scaled = matrix / np.where(size > 0, size, 1.0)
-    right = np.append(wanted.real, wanted.imag)
-    factors = np.linalg.lstsq(scaled, right)[0]
-    missed = np.linalg.norm(scaled @ factors - right) / max(np.linalg.norm(right), 1e-300)
-    return (factors / np.where(size > 0, size, 1.0)).tolist(), float(missed)
+    size[size == 0] = 1.0
+    factors = np.linalg.lstsq(matrix / size, wanted)[0]
+    return (factors / size).tolist(), _share(matrix @ (factors / size) - wanted, wanted)
 
 
-def _share(part: Complex, whole: Complex) -> float:
+def _share(part: Real, whole: Real) -> float:
     return float(np.linalg.norm(part) / max(np.linalg.norm(whole), 1e-300))

@@ -44,6 +44,8 @@ class Holzer:
         Torque of inertia ``J (2 pi hertz)^2 angle`` and in each shaft ``c twist``, N.m.
     end : float
         Residual torque at the last inertia, N.m; zero but for rounding.
+    ends : dict of int to float
+        Referred angle of each station, rad, in the order of the table.
     residual : float
         Largest residual torque anywhere, over the largest torque.
     is_referred : bool
@@ -58,6 +60,7 @@ class Holzer:
     angles: Real
     torques: Real
     end: float
+    ends: dict[int, float]
     residual: float
     is_referred: bool = False
 
@@ -105,18 +108,19 @@ class Holzer:
         return names.index(part)
 
     def plot(self) -> Figure:
-        """Angles of the inertias, joined by the shafts, and torques in the shafts."""
-        from lumped.plots import holzer
+        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred."""
+        from lumped.vibration.pictures import holzer
 
-        where = f", referred to {self.over}" if self.is_referred else ", each on its own shaft"
-        title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz{where}"
-        names = [part.name for part in self.parts]
-        heavy = [isinstance(part, InertialPart) for part in self.parts]
-        stations = [
-            (part.station,) if isinstance(part, InertialPart) else part.stations
-            for part in self.parts
-        ]
-        return holzer(title, names, heavy, stations, self.angles, self.torques)
+        if not self.is_referred:
+            return self.referred.plot()
+        title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz, "
+        inertias, shafts = [], []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            if isinstance(part, InertialPart):
+                inertias.append((part.name, part.station, float(angle)))
+            else:
+                shafts.append((part.name, part.stations, float(torque)))
+        return holzer(f"{title}referred to {self.over}", inertias, shafts, self.ends)
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"

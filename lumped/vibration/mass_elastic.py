@@ -37,8 +37,8 @@ class MassElastic:
     parts : tuple of InertialPart or ElasticPart
         A branch precedes the inertia that it joins.
     left_out : tuple of str
-        Parts that transmit torque and are neither inertia nor stiffness, such as a machine whose
-        torque lags, and parts that are not joined to the reference shaft.
+        Parts that transmit torque and are neither, such as a differential, a machine whose torque
+        lags, or a crank, and parts that no ratio joins to the reference shaft.
     """
 
     name: str
@@ -109,8 +109,18 @@ class MassElastic:
             turned * ratio,
             torques / ratio,
             float(rest[last.station] / last.ratio),
+            {station: float(angles[station, mode]) for station in self._stations},
             float(np.abs(rest).max() / np.abs(torques).max()),
         )
+
+    @property
+    def _stations(self) -> list[int]:
+        """Stations in the order of the parts."""
+        found: dict[int, None] = {}
+        for part in self.parts:
+            ends = (part.station,) if isinstance(part, InertialPart) else part.stations
+            found.update((end, None) for end in ends if end >= 0)
+        return list(found)
 
     @cached_property
     def _solved(self) -> tuple[Real, Real, Real]:
@@ -165,15 +175,15 @@ class MassElastic:
 def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
     """Inertias and stiffnesses of a drive with branches and gears, referred to one of its shafts.
 
-    They are what the amplitudes of torques and angles in all modes have in common: an inertia
-    transmits ``J l^2 q`` at the eigenvalue l, a shaft ``c (q_b - q_a)``; dampers drop out. Parts
-    without play, with a law that is linearised at the operating point of the modes, count with
-    their slope there, and cranks with the inertia that they have there.
+    Components are known by what they do to small motions about the operating point of the modes: an
+    inertia transmits ``J der(w)``, a shaft ``der(tau) = c w_rel``, a gear passes all power on in a
+    fixed ratio; dampers drop out, and so does the damping of the others. A law that is not linear
+    counts with its slope there.
 
     Parameters
     ----------
     modes : Modes
-        From `lumped.modes`: all of them.
+        From `lumped.modes`.
     over : name
         Angle of the reference shaft, rad.
 

@@ -144,7 +144,7 @@ class OrderResponse:
         most : int
             Orders to draw in each panel, the largest.
         """
-        from lumped.plots import order_response
+        from lumped.vibration.pictures import order_response
 
         chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
         if not chosen:
