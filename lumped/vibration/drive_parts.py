@@ -172,7 +172,7 @@ def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
 
 
 def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
-    """Links between flanges that turn in fixed ratios and pass all power on; empty if they do not."""
+    """Links between flanges that turn in fixed ratios and pass all power on, if they all do."""
     (first, a), *others = [(i, node) for i, node in enumerate(flanges.nodes) if node is not None]
     power = flanges.torques[first].copy()
     found = []
@@ -191,8 +191,9 @@ def _fit(wanted: Real, *terms: Real) -> tuple[list[float], float]:
     size = np.linalg.norm(matrix, axis=0)
     size[size == 0] = 1.0
     factors = np.linalg.lstsq(matrix / size, wanted)[0]
-    return (factors / size).tolist(), _share(matrix @ (factors / size) - wanted, wanted)
+    own = factors / size
+    return own.tolist(), _share(matrix @ own - wanted, wanted)
 
 
 def _share(part: Real, whole: Real) -> float:
-    return float(np.linalg.norm(part) / max(np.linalg.norm(whole), 1e-300))
+    return float(np.linalg.norm(part)) / max(float(np.linalg.norm(whole)), 1e-300)

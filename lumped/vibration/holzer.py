@@ -127,11 +127,12 @@ class Holzer:
         head = f"{self.name}: mode {self.mode + 1}, {number(self.hertz, 9)} Hz, {where}\n"
         rows = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
-            heavy = isinstance(part, InertialPart)
-            size = part.referred if self.is_referred else part.J if heavy else part.c
-            cells = (number(size), "") if heavy else ("", number(size))
-            cells += (number(angle), "") if heavy else ("", number(angle))
-            cells += (number(torque), "") if heavy else ("", number(torque))
+            own = part.J if isinstance(part, InertialPart) else part.c
+            size = part.referred if self.is_referred else own
+            cells: tuple[str, ...] = ()
+            for value in (size, angle, torque):
+                text = number(value)
+                cells += (text, "") if isinstance(part, InertialPart) else ("", text)
             rows.append((part.name, *cells))
         columns = (
             *("part", "J, kg.m2", "c, N.m/rad", "angle, rad", "twist, rad"),

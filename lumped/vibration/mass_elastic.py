@@ -81,9 +81,7 @@ class MassElastic:
         """
         w, angles, roots = self._solved
         if isinstance(mode, bool) or not 0 <= mode < len(w):
-            raise OptionError(
-                f"{self.name}: there is no mode {mode}; {len(w)} modes count from 0."
-            )
+            raise OptionError(f"{self.name}: there is no mode {mode}; {len(w)} modes count from 0.")
         found, rest, shaft = [], np.zeros(len(angles)), 0
         for part in self.parts:
             if isinstance(part, InertialPart):
@@ -115,11 +113,14 @@ class MassElastic:
 
     @property
     def _stations(self) -> list[int]:
-        """Stations in the order of the parts."""
+        """Stations in the order of the parts; one without an inertia comes with its shaft."""
+        heavy = {part.station for part in self.inertias}
         found: dict[int, None] = {}
         for part in self.parts:
-            ends = (part.station,) if isinstance(part, InertialPart) else part.stations
-            found.update((end, None) for end in ends if end >= 0)
+            if isinstance(part, InertialPart):
+                found[part.station] = None
+            else:
+                found.update((end, None) for end in part.stations if end not in heavy | {-1})
         return list(found)
 
     @cached_property
@@ -208,10 +209,10 @@ def mass_elastic(modes: Modes, *, over: Name) -> MassElastic:
         else:
             left.append(path)
     for path, (a, b, c) in found.shafts.items():
-        node = a if a is not None else b
-        if node in ratios:
-            ends = tuple(-1 if end is None else station[end] for end in (a, b))
-            shafts.append(ElasticPart(path, ratios[node], c, (ends[0], ends[1])))
+        ends = [end for end in (a, b) if end is not None]
+        if ends[0] in ratios:
+            joined = tuple(-1 if end is None else station[end] for end in (a, b))
+            shafts.append(ElasticPart(path, ratios[ends[0]], c, (joined[0], joined[1])))
         else:
             left.append(path)
     if not inertias or not shafts:

@@ -142,7 +142,6 @@ class Modes(Eigenpairs):
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
-        system = self.system
         # an angle that the states give has no speed in a rigid-body mode
         found = self._lowest(nodes, speeds_first=bool(np.any(values)))
         rows = [n for n in found if n is not None]

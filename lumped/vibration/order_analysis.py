@@ -14,7 +14,7 @@ from lumped.support.arguments import checked
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
 
-__all__ = ["Order", "mesh_orders", "orders", "turning", "turns"]
+__all__ = ["Order", "mesh_orders", "orders", "rising_angle", "turns"]
 
 Real = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
@@ -87,7 +87,7 @@ def orders(
     if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
         raise OptionError(f"orders: turns = {turns!r}: a whole number of turns is needed.")
     system = run.system
-    angle, value, rising = turning(run, of, over, "orders")
+    angle, value, rising = rising_angle(run, of, over, "orders")
     whole = "a full turn is" if turns == 1 else f"{turns} full turns are"
     window = 2 * np.pi * turns
     begin = angle[-1] - window
@@ -132,7 +132,7 @@ def orders(
     )
 
 
-def turning(run: Trajectory, of: Name, over: Name, what: str) -> tuple[Real, Real, Boolean]:
+def rising_angle(run: Trajectory, of: Name, over: Name, what: str) -> tuple[Real, Real, Boolean]:
     """An angle that rises, a quantity, and the points at which the angle rises on.
 
     Raises

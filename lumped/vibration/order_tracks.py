@@ -16,7 +16,7 @@ from lumped.errors import OptionError
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import Trajectory
-from lumped.vibration.order_analysis import turning
+from lumped.vibration.order_analysis import rising_angle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,8 +32,12 @@ _POINTS = 10
 """Points of a run for each such period, between which a cubic spline errs by less than 1e-3."""
 
 
-_NEAR = 0.05
-"""Share of a step of the map within which a maximum counts as lying on it."""
+_NEAR = 0.2
+"""Share of a step of the map within which a maximum counts as lying on it; in the passage through
+a resonance the phase turns, which moves the maximum."""
+
+_LEAST = 0.01
+"""Share of the largest amplitude below which a maximum is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,11 +113,12 @@ class OrderTracks:
         weight = (1 + np.cos(2 * np.pi * place)) / count
         turned = np.exp(-2j * np.pi * self.turns * orders[None, :] * place[:, None])
         found: Complex = 2 * (self.samples * weight) @ turned
-        return found * np.exp(-1j * orders[None, :] * self.angles[:, None])
+        found *= np.exp(-1j * orders[None, :] * self.angles[:, None])
+        return found
 
     @checked
     def largest(self, count: int = 6) -> tuple[float, ...]:
-        """Orders whose amplitude, at its greatest speed, exceeds that of both neighbours.
+        """Orders whose greatest amplitude exceeds that of both neighbours, and 1 % of the largest.
 
         Returns
         -------
@@ -123,7 +128,7 @@ class OrderTracks:
         size = np.abs(self.values).max(axis=0)
         inner = np.append(np.append(0.0, size), 0.0)
         tops = (size > inner[:-2]) & (size >= inner[2:]) & (self.orders >= 2 / self.turns)
-        tops &= size > 1e-3 * size.max(initial=0.0)
+        tops &= size > _LEAST * size.max(initial=0.0)
         places = np.flatnonzero(tops)
         kept = places[np.argsort(-size[places], kind="stable")[:count]]
         return tuple(sorted(self._top(order) for order in self.orders[kept].tolist()))
@@ -221,9 +226,9 @@ def order_tracks(
         raise OptionError(f"order_tracks: turns = {turns!r}: at least 3 turns are needed.")
     if not 0 <= overlap < 1:
         raise OptionError(f"order_tracks: overlap = {overlap:g} must be at least 0 and below 1.")
-    if not (np.isfinite(most) and most * turns >= 2):
+    if not most * turns >= 2:
         raise OptionError(f"order_tracks: most = {most:g}: give the highest order, such as 12.")
-    angle, value, rising = turning(run, of, over, "order_tracks")
+    angle, value, rising = rising_angle(run, of, over, "order_tracks")
     angle, value, t = angle[rising], value[rising], run.t[rising]
     length = 2 * np.pi * turns
     if len(angle) < 4 or angle[-1] - angle[0] < length:

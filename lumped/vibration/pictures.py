@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -152,15 +153,16 @@ def campbell(
     axis.plot(rpm, hertz, color="C0")
     named = 0
     for label, order in orders:
-        look = {"color": "grey", "linewidth": 0.8}
+        look: dict[str, Any] = {"color": "grey", "linewidth": 0.8}
         if label:
             look = {"color": _RAYS[named % len(_RAYS)], "label": f"{order:g}: {label}"}
             named += 1
         axis.plot(rpm, order * rpm / 60, **look)
     places = np.array(critical).reshape(-1, 2)
     axis.plot(places[:, 0] * 30 / np.pi, places[:, 1], "o", color="C3")
-    ranges = [(between, "range of operation", {"color": "C2", "alpha": 0.15})] if between else []
+    plain: dict[str, Any] = {"color": "C2", "alpha": 0.15}
     shaded = {"facecolor": "none", "edgecolor": "C3", "hatch": "///", "alpha": 0.5}
+    ranges = [(between, "range of operation", plain)] if between else []
     ranges += [(each, "barred", shaded) for each in barred]
     for (begin, end), label, look in ranges:
         told = label in axis.get_legend_handles_labels()[1]
@@ -228,7 +230,8 @@ def _apart(wanted: Sequence[float], gaps: Sequence[float]) -> np.ndarray:
             mean, count = (mean * count + other * members) / (count + members), count + members
         pools.append((mean, count))
     level = np.repeat([mean for mean, _ in pools], [count for _, count in pools])
-    return np.clip(level, 0.0, max(1.0 - width.sum(), 0.0)) + offset
+    found: np.ndarray = np.clip(level, 0.0, max(1.0 - width.sum(), 0.0)) + offset
+    return found
 
 
 def root_locus(title: str, eigenvalues: np.ndarray) -> Figure:

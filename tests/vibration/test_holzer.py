@@ -107,9 +107,7 @@ def test_torques_follow_from_holzers_recursion_along_a_crankshaft():
             torque += J * square * angle
             largest = max(largest, abs(torque))
             if i < len(STIFFNESSES):
-                assert holzer.torque(f"shaft[{i}]") == pytest.approx(
-                    -torque, abs=1e-10 * largest
-                )
+                assert holzer.torque(f"shaft[{i}]") == pytest.approx(-torque, abs=1e-10 * largest)
                 angle -= torque / STIFFNESSES[i]
         assert abs(torque) < 1e-10 * largest
         assert abs(holzer.end) < 1e-12 * largest
