@@ -167,7 +167,8 @@ def critical_speeds(modes: Modes, orders: Orders) -> tuple[CriticalSpeed, ...]:
         From `lumped.modes`; they must not depend on the speed (else `campbell`).
     orders : iterable of float or mapping of str to float
         Excitations for each turn of the shaft, with labels in a mapping (`mesh_orders`): 1 for
-        unbalance, the number of teeth for a mesh, the ratio times the order for a shaft behind a gear.
+        unbalance, the number of teeth for a mesh, the ratio times the order for a shaft behind a
+        gear.
 
     Returns
     -------

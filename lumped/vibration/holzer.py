@@ -138,5 +138,5 @@ class Holzer:
             *("part", "J, kg.m2", "c, N.m/rad", "angle, rad", "twist, rad"),
             *("torque of inertia, N.m", "torque in shaft, N.m"),
         )
-        tail = f"residual torque at the end {self.end:.1e} N.m; anywhere {self.residual:.1e} of "
-        return f"{head}{table(columns, rows)}\n{tail}the largest"
+        bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
+        return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"

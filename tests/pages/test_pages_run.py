@@ -9,6 +9,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 NAMES = (
     *("start", "conventions", "own_component", "data", "coming_from", "compiler", "pictures"),
     "analyses/starts",
+    "analyses/torsional",
 )
 PAGES = [*(DOCS / f"{name}.md" for name in NAMES), *sorted((DOCS / "machines").glob("*.md"))]
 BLOCK = re.compile(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```)?", re.DOTALL)
