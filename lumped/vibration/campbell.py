@@ -61,7 +61,13 @@ class CriticalSpeed:
 
 @dataclass(frozen=True)
 class BarredRange:
-    """Speeds that must be passed quickly, rad/s."""
+    """Speeds that must be passed quickly.
+
+    Attributes
+    ----------
+    begin, end : float
+        First and last of them, rad/s.
+    """
 
     begin: float
     end: float
