@@ -8,7 +8,12 @@ import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
-PAGES = [DOCS / "start.md", DOCS / "pictures.md", *sorted((DOCS / "machines").glob("*.md"))]
+PAGES = [
+    DOCS / "start.md",
+    DOCS / "pictures.md",
+    DOCS / "analyses" / "torsional.md",
+    *sorted((DOCS / "machines").glob("*.md")),
+]
 
 
 def draw(page: Path) -> None:

@@ -28,6 +28,7 @@ MACHINES = {
     "eccentric_shear": "Floating-shaft crank shear with elliptical gears",
     "reversing_mill": "Stand drive of the reversing cold rolling mill 400",
     "rotary_arm": "Mandrel rotary arm of a tube mill's front table",
+    "marine_turbine": "Geared steam turbines of a ship and their propeller",
 }
 
 

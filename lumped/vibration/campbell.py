@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,9 +22,11 @@ from lumped.vibration.modes import Modes, modes
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
+__all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_speeds"]
 
 Real = NDArray[np.float64]
+Orders = Iterable[float] | Mapping[str, float]
+"""Excitations for each turn of a shaft, or such by their labels."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +43,37 @@ class CriticalSpeed:
         Number of the mode by natural frequency, from 0.
     hertz : float
         Natural frequency there, Hz.
+    label : str
+        What excites; empty if the order was given without a label.
     """
 
     speed: float
     order: float
     mode: int
     hertz: float
+    label: str = ""
 
     @property
     def rpm(self) -> float:
         """The speed in turns for each minute."""
         return self.speed * 30 / np.pi
+
+
+@dataclass(frozen=True)
+class BarredRange:
+    """Speeds that must be passed quickly.
+
+    Attributes
+    ----------
+    begin, end : float
+        First and last of them, rad/s.
+    """
+
+    begin: float
+    end: float
+
+    def __str__(self) -> str:
+        return f"{self.begin * 30 / np.pi:.5g} to {self.end * 30 / np.pi:.5g} 1/min"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +98,8 @@ class Campbell:
         Largest ``abs(hertz - order speed / 2 pi)`` at an intersection, relative to `hertz`.
     situations : tuple of str
         What is open, closed, stuck, sliding or released at the operating points, in words.
+    labels : tuple of str
+        What excites with each order; empty where an order was given without a label.
     """
 
     system: System
@@ -86,13 +110,35 @@ class Campbell:
     evaluations: int
     residual: float
     situations: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
-    def plot(self) -> Figure:
-        """Natural frequencies over the speed, rays of the orders, and points where they meet."""
-        from lumped.plots import campbell
+    @checked
+    def plot(
+        self,
+        *,
+        between: tuple[float, float] | None = None,
+        barred: Iterable[BarredRange] = (),
+    ) -> Figure:
+        """Natural frequencies over the speed, rays of the orders, and points where they meet.
 
-        critical = [(c.rpm, c.hertz) for c in self.critical]
-        return campbell(self.system.name, self.speeds, self.hertz, self.orders, critical)
+        Parameters
+        ----------
+        between : tuple of float, optional
+            First and last speed of operation, rad/s, to shade.
+        barred : iterable of BarredRange, optional
+            Ranges to hatch, such as those of a verdict, `Verdict.barred`.
+        """
+        from lumped.vibration.pictures import campbell
+
+        return campbell(
+            self.system.name,
+            self.speeds,
+            self.hertz,
+            list(zip(self.labels, self.orders, strict=True)),
+            [(c.speed, c.hertz) for c in self.critical],
+            between,
+            [(each.begin, each.end) for each in barred],
+        )
 
     def __repr__(self) -> str:
         head = (
@@ -105,23 +151,30 @@ class Campbell:
 
 def _table(critical: Iterable[CriticalSpeed]) -> str:
     rows = [
-        (number(c.speed), number(c.rpm), number(c.order), str(c.mode + 1), number(c.hertz))
+        (
+            number(c.speed),
+            number(c.rpm),
+            f"{number(c.order)} ({c.label})" if c.label else number(c.order),
+            str(c.mode + 1),
+            number(c.hertz),
+        )
         for c in critical
     ]
     return table(("speed, rad/s", "1/min", "order", "mode", "natural frequency, Hz"), rows)
 
 
 @checked
-def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpeed, ...]:
+def critical_speeds(modes: Modes, orders: Orders) -> tuple[CriticalSpeed, ...]:
     """Speeds at which orders of excitation meet natural frequencies: ``2 pi hertz / order``.
 
     Parameters
     ----------
     modes : Modes
         From `lumped.modes`; they must not depend on the speed (else `campbell`).
-    orders : iterable of float
-        Excitations for each turn of the shaft: 1 for unbalance, the number of teeth for a mesh,
-        the ratio times the order for a shaft behind a gear.
+    orders : iterable of float or mapping of str to float
+        Excitations for each turn of the shaft, with labels in a mapping (`mesh_orders`): 1 for
+        unbalance, the number of teeth for a mesh, the ratio times the order for a shaft behind a
+        gear.
 
     Returns
     -------
@@ -134,8 +187,8 @@ def critical_speeds(modes: Modes, orders: Iterable[float]) -> tuple[CriticalSpee
         If an order is not positive.
     """
     found = [
-        CriticalSpeed(float(2 * np.pi * hertz / order), order, mode, float(hertz))
-        for order in _checked(orders)
+        CriticalSpeed(float(2 * np.pi * hertz / order), order, mode, float(hertz), label)
+        for label, order in _checked(orders)
         for mode, hertz in enumerate(modes.hertz)
     ]
     return tuple(sorted(found, key=lambda c: c.speed))
@@ -146,7 +199,7 @@ def campbell(
     system: System,
     *,
     speeds: ArrayLike,
-    orders: Iterable[float],
+    orders: Orders,
     at: OperatingPoint | Callable[[float], OperatingPoint] | None = None,
 ) -> Campbell:
     """Natural frequencies over the speed of a shaft, and where orders of excitation meet them.
@@ -157,8 +210,8 @@ def campbell(
         From `assemble`.
     speeds : array_like, shape (k,)
         Ascending, rad/s.
-    orders : iterable of float
-        Excitations for each turn of the shaft.
+    orders : iterable of float or mapping of str to float
+        Excitations for each turn of the shaft, with labels in a mapping (`mesh_orders`).
     at : OperatingPoint or callable, optional
         Where to linearise; default is the start point. If frequencies depend on the speed, a
         function of it, such as ``lambda w: equilibrium(system, start={"motor.w": w})`` or
@@ -206,7 +259,7 @@ def campbell(
         return float(hertz_at(speed)[mode] - order * speed / (2 * np.pi))
 
     found = []
-    for order in wanted:
+    for label, order in wanted:
         side = np.sign(hertz - order * grid[:, None] / (2 * np.pi))
         for k, mode in np.argwhere((side[:-1] * side[1:] < 0) | (side[:-1] == 0)).tolist():
             speed = (
@@ -217,26 +270,40 @@ def campbell(
                 )
             )
             met = float(hertz_at(speed)[mode])
-            found.append(CriticalSpeed(float(speed), order, mode, met))
+            found.append(CriticalSpeed(float(speed), order, mode, met, label))
         for mode in np.flatnonzero(side[-1] == 0).tolist():
-            found.append(CriticalSpeed(float(grid[-1]), order, mode, float(hertz[-1, mode])))
+            met = float(hertz[-1, mode])
+            found.append(CriticalSpeed(float(grid[-1]), order, mode, met, label))
     found.sort(key=lambda c: c.speed)
     missed = [abs(c.order * c.speed / (2 * np.pi) / c.hertz - 1) for c in found]
     worst = float(max(missed, default=0.0))
-    return Campbell(system, grid, hertz, wanted, tuple(found), len(known), worst, tuple(situations))
+    labels, values = zip(*wanted, strict=True)
+    return Campbell(
+        system,
+        grid,
+        hertz,
+        values,
+        tuple(found),
+        len(known),
+        worst,
+        tuple(situations),
+        labels,
+    )
 
 
-def _checked(orders: Iterable[float]) -> tuple[float, ...]:
+def _checked(orders: Orders) -> tuple[tuple[str, float], ...]:
+    """Labels and orders that make sense."""
+    labels = orders if isinstance(orders, Mapping) else None
     try:
-        found = tuple(float(order) for order in orders)
+        values = [float(order) for order in (labels.values() if labels is not None else orders)]
     except (TypeError, ValueError):
         raise OptionError(
             f"orders = {orders!r}: excitations for each turn as a sequence of numbers are needed, "
-            "such as [1, 2]."
+            "such as [1, 2], or by their labels, such as {'propeller': 5}."
         ) from None
-    for order in found:
+    for order in values:
         if not (np.isfinite(order) and order > 0):
             raise OptionError(f"order {order:g}: excitations for each turn must be positive.")
-    if not found:
+    if not values:
         raise OptionError("name at least one order of excitation.")
-    return found
+    return tuple(zip(labels or [""] * len(values), values, strict=True))

@@ -15,11 +15,10 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
-from lumped.vibration.campbell import CriticalSpeed
+from lumped.vibration.campbell import BarredRange, Campbell, CriticalSpeed
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = [
-    "BarredRange",
     "Limit",
     "Result",
     "Verdict",
@@ -137,23 +136,6 @@ def torque_reversal(response: OrderResponse, torque: Name, *, share: float = 1.0
         name="torque reversal",
         measure="maximum",
     )
-
-
-@dataclass(frozen=True)
-class BarredRange:
-    """Speeds that must be passed quickly.
-
-    Attributes
-    ----------
-    begin, end : float
-        First and last of them, rad/s.
-    """
-
-    begin: float
-    end: float
-
-    def __str__(self) -> str:
-        return f"{self.begin * 30 / np.pi:.5g} to {self.end * 30 / np.pi:.5g} 1/min"
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,7 +327,7 @@ def _beyond(speeds: Real, used: Real) -> tuple[BarredRange, ...]:
 
 @checked
 def separation(
-    critical: Iterable[CriticalSpeed],
+    critical: Campbell | Iterable[CriticalSpeed],
     *,
     between: tuple[float, float],
     margin: float = 0.1,
@@ -355,8 +337,8 @@ def separation(
 
     Parameters
     ----------
-    critical : iterable of CriticalSpeed
-        From `critical_speeds` or `campbell`.
+    critical : Campbell or iterable of CriticalSpeed
+        From `campbell`, or from `critical_speeds`.
     between : tuple of float
         First and last speed of operation, rad/s.
     margin : float
@@ -385,14 +367,14 @@ def separation(
     if not 0 < margin < 1:
         raise OptionError(f"separation: margin = {margin:g} must be between 0 and 1.")
     results = []
-    for each in critical:
+    for each in critical.critical if isinstance(critical, Campbell) else critical:
         distance = max(low - each.speed, each.speed - high, 0.0)
         share = distance / (low if each.speed < low else high)
         ends = BarredRange(each.speed / (1 + margin), each.speed / (1 - margin))
         results.append(
             Result(
                 "separation",
-                f"mode {each.mode + 1}, order {each.order:g}",
+                f"mode {each.mode + 1}, {each.label or f'order {each.order:g}'}",
                 "1",
                 "distance",
                 "",

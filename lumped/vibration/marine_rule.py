@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
-from lumped.vibration.limits import BarredRange, Limit
+from lumped.vibration.campbell import BarredRange
+from lumped.vibration.limits import Limit
 
 __all__ = ["MarineShaft"]
 

@@ -144,22 +144,25 @@ class Modes(Eigenpairs):
         self, nodes: list[int], vectors: Complex | Real, values: Complex | Real
     ) -> Complex | None:
         """Amplitudes of nodes; an angle left out comes from its speed."""
-        system = self.system
         # an angle that the states give has no speed in a rigid-body mode
         found = self._lowest(nodes, speeds_first=bool(np.any(values)))
         rows = [n for n in found if n is not None]
         if len(rows) < len(nodes):
             return None
         power = [row - node for row, node in zip(rows, nodes, strict=True)]
-        x = system.inputs[0]
-        matrix = ca.Function(
-            "C", system.inputs, [ca.jacobian(system.structure.values.of(rows), x)]
-        )(self.point.x, self.point.theta, self.point.time, self.point.settings)
-        amplitudes = np.asarray(scipy.sparse.csr_array(matrix.sparse()) @ vectors, dtype=complex)
+        amplitudes = np.asarray(self._by_states(rows) @ vectors, dtype=complex)
         for i, depth in enumerate(power):
             if depth:
                 amplitudes[i] /= np.where(values == 0, 1.0, values) ** depth
         return amplitudes
+
+    def _by_states(self, nodes: list[int]) -> scipy.sparse.csr_array:
+        """Derivatives of nodes by the states, shape (len(nodes), n)."""
+        system, point = self.system, self.point
+        slope = ca.jacobian(system.structure.values.of(nodes), system.inputs[0])
+        matrix = ca.Function("C", system.inputs, [slope])
+        found = matrix(point.x, point.theta, point.time, point.settings)
+        return scipy.sparse.csr_array(found.sparse())
 
     def _lowest(self, nodes: list[int], speeds_first: bool = True) -> list[int | None]:
         """For each node itself, or the lowest derivative of it that the system computes."""
@@ -272,7 +275,7 @@ class Modes(Eigenpairs):
         OptionError
             If there is no oscillating mode, none of a number, or no quantity is named.
         """
-        from lumped.plots import mode_shapes
+        from lumped.vibration.pictures import mode_shapes
 
         name, every = self.system.name, len(self.hertz)
         if not every:

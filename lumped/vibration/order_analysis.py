@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
@@ -12,7 +14,10 @@ from lumped.support.arguments import checked
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
 
-__all__ = ["Order", "orders", "turns"]
+__all__ = ["Order", "mesh_orders", "orders", "rising_angle", "turns"]
+
+Real = NDArray[np.float64]
+Boolean = NDArray[np.bool_]
 
 _REPEATS = 0.02
 """Difference from one turn to the next, over the range, below which a quantity repeats."""
@@ -82,22 +87,19 @@ def orders(
     if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
         raise OptionError(f"orders: turns = {turns!r}: a whole number of turns is needed.")
     system = run.system
-    angle, value = run[over] * np.sign(run[over][-1] - run[over][0]), run[of]
+    angle, value, rising = rising_angle(run, of, over, "orders")
     whole = "a full turn is" if turns == 1 else f"{turns} full turns are"
-    rising = np.diff(angle) > 0
-    if (np.diff(angle) < 0).any():
-        raise OptionError(f"orders: {over} turns back; orders count over a steady turn.")
     window = 2 * np.pi * turns
     begin = angle[-1] - window
     if begin < angle[0] - 1e-9:
         raise OptionError(f"orders: {over} covers {angle[-1] - angle[0]:.4g} rad; {whole} needed.")
-    inside = np.append(rising, True) & (angle > begin)
+    inside = rising & (angle > begin)
     if inside.sum() < 8 * most * turns:
         raise OptionError(
             f"orders: {inside.sum() / turns:g} points a turn of {over} are too few for the order "
             f"{most} of {system.key(of)}; run with a grid of at least {8 * most} points a turn."
         )
-    known = angle[np.append(rising, True)], value[np.append(rising, True)]
+    known = angle[rising], value[rising]
     first = np.interp(begin, *known)
     # exact integrals of the straight pieces between the points, times the harmonics
     a, y = np.append(0.0, angle[inside] - begin), np.append(first, value[inside])
@@ -128,6 +130,21 @@ def orders(
         )
         for i in kept
     )
+
+
+def rising_angle(run: Trajectory, of: Name, over: Name, what: str) -> tuple[Real, Real, Boolean]:
+    """An angle that rises, a quantity, and the points at which the angle rises on.
+
+    Raises
+    ------
+    OptionError
+        If the angle turns back.
+    """
+    angle, value = run[over] * np.sign(run[over][-1] - run[over][0]), run[of]
+    step = np.diff(angle)
+    if (step < 0).any():
+        raise OptionError(f"{what}: {over} turns back; orders count over a steady turn.")
+    return angle, value, np.append(step > 0, True)
 
 
 @checked
@@ -164,3 +181,44 @@ def turns(modes: Modes, of: Name, *, over: Name) -> float:
             "held, or meet in a differential. Give the order as a number."
         )
     return float(abs(ratios[0]))
+
+
+@checked
+def mesh_orders(
+    modes: Modes, teeth: Mapping[Name, int], *, over: Name, harmonics: int = 1
+) -> dict[str, float]:
+    """Orders with which gear meshes excite: teeth times the turns of their shafts.
+
+    Parameters
+    ----------
+    modes : Modes
+        From `lumped.modes`; the drive must be free to turn.
+    teeth : mapping of name to int
+        Angle of the shaft of one wheel of each mesh, rad, and the teeth of this wheel.
+    over : name
+        Angle of the shaft from which orders count, rad.
+    harmonics : int
+        Multiples of the mesh frequency, from 1.
+
+    Returns
+    -------
+    dict of str to float
+        Orders by labels, for `campbell` and `critical_speeds`: together with the natural
+        frequencies the interference diagram of a gearbox.
+
+    Raises
+    ------
+    OptionError
+        If teeth are no positive whole number, or a shaft does not turn in a fixed ratio.
+    """
+    if isinstance(harmonics, bool) or harmonics < 1:
+        raise OptionError(f"mesh_orders: harmonics = {harmonics!r} must be at least 1.")
+    found = {}
+    for name, z in teeth.items():
+        key = modes.system.key(name)
+        if isinstance(z, bool) or not isinstance(z, int) or z < 1:
+            raise OptionError(f"mesh_orders: {key} has {z!r} teeth; a whole number is needed.")
+        order = z * turns(modes, name, over=over)
+        for k in range(1, harmonics + 1):
+            found[f"{k} x {key}, {z} teeth" if k > 1 else f"{key}, {z} teeth"] = k * order
+    return found

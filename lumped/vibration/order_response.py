@@ -145,7 +145,7 @@ class OrderResponse:
         most : int
             Orders to draw in each panel, the largest.
         """
-        from lumped.plots import order_response
+        from lumped.vibration.pictures import order_response
 
         chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
         if not chosen:
@@ -155,8 +155,8 @@ class OrderResponse:
             size = np.abs(self[output])
             order = np.argsort(-size.max(axis=0), kind="stable")[:most]
             curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
-            both = self.synthesis(output)
-            curves["half range"] = both.half_range
+            if len(self.orders) > 1:
+                curves["half range"] = self.synthesis(output).half_range
             drawn[output] = self.system.quantity(output).unit, curves
         return order_response(self.system.name, self.rpm, drawn)
 

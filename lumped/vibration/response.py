@@ -187,7 +187,7 @@ class FrequencyResponse:
         OptionError
             If no output is named.
         """
-        from lumped.plots import frequency_response
+        from lumped.vibration.pictures import frequency_response
 
         system = self.system
         chosen = self.outputs if outputs is None else [system.key(name) for name in outputs]

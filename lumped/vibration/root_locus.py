@@ -83,7 +83,7 @@ class RootLocus:
 
     def plot(self) -> Figure:
         """Root locus in the complex plane ; a circle marks the first value, a dot the last."""
-        from lumped.plots import root_locus
+        from lumped.vibration.pictures import root_locus
 
         first, last = self.values[0], self.values[-1]
         title = f"{self.system.name}: {self.parameter} from {first:g} (circle) to {last:g} (dot)"

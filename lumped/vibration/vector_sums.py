@@ -70,7 +70,7 @@ class VectorSums:
         OptionError
             If there is no such mode.
         """
-        from lumped.plots import phase_diagrams
+        from lumped.vibration.pictures import phase_diagrams
 
         if not 0 <= mode < len(self.vectors):
             raise OptionError(

@@ -58,6 +58,7 @@ def test_measures_are_the_same_quantities_for_a_changed_machine(name):
     changes = {
         "carrousel_coiler": {"drive.rotor.J": 900.0},
         "eccentric_shear": {"motor.J": 30e3},
+        "marine_turbine": {"propeller.J": 3e5},
         "pilger_mill": {"mill.m2": 8000.0},
         "reversing_mill": {"upper.motor.J": 20.0},
         "rotary_arm": {"arm.m_x": 25_000.0},

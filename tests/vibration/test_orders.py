@@ -117,3 +117,29 @@ def test_turns_are_the_product_of_the_ratios():
     assert critical.speed * order == pytest.approx(2 * np.pi * modes.hertz[0])
     with pytest.raises(OptionError, match=r"lone\.phi does not turn with motor\.phi"):
         lp.vibration.turns(modes, "lone.phi", over="motor.phi")
+
+
+def test_mesh_orders_are_teeth_times_turns():
+    """17 teeth drive 68, whose shaft carries 21 that drive 63; two speeds up."""
+    model = lp.compose(
+        motor=Inertia(J=0.1),
+        first=IdealGear(ratio=-68 / 17),
+        middle=Inertia(J=0.4),
+        shaft=Spring(c=1e3),
+        second=IdealGear(ratio=-63 / 21),
+        drum=Inertia(J=20.0),
+        connections=lambda m: lp.chain(m.motor, m.first, m.middle, m.shaft, m.second, m.drum),
+    )
+    modes = lp.modes(lp.assemble(model))
+    teeth = {"motor.phi": 17, "middle.phi": 21, "drum.phi": 63}
+    received = lp.vibration.mesh_orders(modes, teeth, over="motor.phi", harmonics=2)
+    assert list(received)[:2] == ["motor.phi, 17 teeth", "2 x motor.phi, 17 teeth"]
+    assert list(received.values()) == pytest.approx([17, 34, 21 / 4, 21 / 2, 63 / 12, 63 / 6])
+    critical = lp.vibration.critical_speeds(modes, received)
+    assert critical[0].label == "2 x motor.phi, 17 teeth"
+    assert critical[0].speed * 34 == pytest.approx(2 * np.pi * modes.hertz[0])
+    for wrong in (0, 2.5, True):
+        with pytest.raises(OptionError, match="whole number is needed"):
+            lp.vibration.mesh_orders(modes, {"motor.phi": wrong}, over="motor.phi")
+    with pytest.raises(OptionError, match="harmonics = 0"):
+        lp.vibration.mesh_orders(modes, teeth, over="motor.phi", harmonics=0)

@@ -1,0 +1,142 @@
+"""Holzer's table of a mode: angles and torques of all inertias and shafts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import UnknownNameError, nearest
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.vibration.stations import InertialPart, Part
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Holzer"]
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Holzer:
+    """Angles and torques of a mode without damping; the largest referred angle is 1 rad.
+
+    Each part has them on its own shaft; `referred` has them on the reference shaft.
+
+    Attributes
+    ----------
+    name, over : str
+        The model, and the angle of the reference shaft.
+    parts : tuple of InertialPart or ElasticPart
+        In the order of the table: from the free ends to the last inertia.
+    mode : int
+        Number of the mode by natural frequency, from 0.
+    hertz : float
+        Natural frequency, Hz.
+    angles : ndarray, shape (parts,)
+        Angle of each inertia, twist of each shaft, rad.
+    torques : ndarray, shape (parts,)
+        Torque of inertia ``J (2 pi hertz)^2 angle`` and in each shaft ``c twist``, N.m.
+    end : float
+        Residual torque at the last inertia, N.m; zero but for rounding.
+    ends : dict of int to float
+        Referred angle of each station, rad, in the order of the table.
+    residual : float
+        Largest residual torque anywhere, over the largest torque.
+    is_referred : bool
+        Whether angles and torques are those on the reference shaft.
+    """
+
+    name: str
+    over: str
+    parts: tuple[Part, ...]
+    mode: int
+    hertz: float
+    angles: Real
+    torques: Real
+    end: float
+    ends: dict[int, float]
+    residual: float
+    is_referred: bool = False
+
+    @cached_property
+    def referred(self) -> Holzer:
+        """The same on the reference shaft: angles over the ratio, torques times the ratio."""
+        if self.is_referred:
+            return self
+        ratio = np.array([part.ratio for part in self.parts])
+        end = self.end * [p.ratio for p in self.parts if isinstance(p, InertialPart)][-1]
+        return replace(
+            self,
+            angles=self.angles / ratio,
+            torques=self.torques * ratio,
+            end=end,
+            is_referred=True,
+        )
+
+    @checked
+    def angle(self, part: str) -> float:
+        """Angle of an inertia, or twist of a shaft, rad.
+
+        Raises
+        ------
+        UnknownNameError
+            If the table has no such part.
+        """
+        return float(self.angles[self._place(part)])
+
+    @checked
+    def torque(self, part: str) -> float:
+        """Torque of an inertia or in a shaft, N.m.
+
+        Raises
+        ------
+        UnknownNameError
+            If the table has no such part.
+        """
+        return float(self.torques[self._place(part)])
+
+    def _place(self, part: str) -> int:
+        names = [each.name for each in self.parts]
+        if part not in names:
+            raise UnknownNameError(f"'{part}' is no part of this table. {nearest(part, names)}")
+        return names.index(part)
+
+    def plot(self) -> Figure:
+        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred."""
+        from lumped.vibration.pictures import holzer
+
+        if not self.is_referred:
+            return self.referred.plot()
+        title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz, "
+        inertias, shafts = [], []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            if isinstance(part, InertialPart):
+                inertias.append((part.name, part.station, float(angle)))
+            else:
+                shafts.append((part.name, part.stations, float(torque)))
+        return holzer(f"{title}referred to {self.over}", inertias, shafts, self.ends)
+
+    def __repr__(self) -> str:
+        where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
+        head = f"{self.name}: mode {self.mode + 1}, {number(self.hertz, 9)} Hz, {where}\n"
+        rows = []
+        for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
+            own = part.J if isinstance(part, InertialPart) else part.c
+            size = part.referred if self.is_referred else own
+            cells: tuple[str, ...] = ()
+            for value in (size, angle, torque):
+                text = number(value)
+                cells += (text, "") if isinstance(part, InertialPart) else ("", text)
+            rows.append((part.name, *cells))
+        columns = (
+            *("part", "J, kg.m2", "c, N.m/rad", "angle, rad", "twist, rad"),
+            *("torque of inertia, N.m", "torque in shaft, N.m"),
+        )
+        bound = 10.0 ** np.ceil(np.log10(max(self.residual, 1e-12)))
+        return f"{head}{table(columns, rows)}\nresidual torques below {bound:.0e} of the largest"
