@@ -98,6 +98,7 @@ from lumped.components.electric.thermal import (
     HeatFlow,
     ThermalConductor,
 )
+from lumped.components.elastic_coupling import ElasticCoupling
 from lumped.components.engine import Cylinder
 from lumped.components.friction import (
     BearingFriction,
@@ -128,6 +129,7 @@ from lumped.components.loads import (
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.rolling import RollingTorque
 from lumped.components.sources import (
@@ -141,6 +143,7 @@ from lumped.components.sources import (
     Torque,
 )
 from lumped.components.synchroniser import Synchroniser
+from lumped.components.torsional_dampers import TunedDamper, TunedLossDamper, ViscousDamper
 from lumped.components.tyre import Tyre
 from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
@@ -159,6 +162,7 @@ __all__ = [
     "CamSwitch",
     "Capacitor",
     "CascadeControl",
+    "CentrifugalPendulum",
     "Clutch",
     "Coil",
     "Constant",
@@ -174,6 +178,7 @@ __all__ = [
     "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
+    "ElasticCoupling",
     "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
@@ -268,11 +273,14 @@ __all__ = [
     "ThermalConductor",
     "Torque",
     "TorqueSensor",
+    "TunedDamper",
+    "TunedLossDamper",
     "Tyre",
     "VariableResistor",
     "Vehicle",
     "VoltageSensor",
     "VoltageSource",
+    "ViscousDamper",
     "Weight",
     "translation",
 ]

@@ -16,6 +16,7 @@ from lumped.language.expression import Equation, Expr
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
 from lumped.language.switch import Item
+from lumped.language.validity import Range
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import plain
@@ -146,6 +147,13 @@ class Component:
 
     def connections(self) -> Iterable[Connection]:
         """Connections between the component's parts; yielded one by one."""
+        return ()
+
+    def valid(self) -> Iterable[Range]:
+        """Where the equations hold; yielded one by one.
+
+        Runs, equilibria and responses that leave a range are errors.
+        """
         return ()
 
     def outline(self) -> Iterable[Outline]:

@@ -24,6 +24,7 @@ from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
+from lumped.timeloop.validity import refuse_run_outside
 
 __all__ = ["Method", "check_options", "simulate"]
 
@@ -171,6 +172,7 @@ def simulate(
         try:
             run.go()
             found = run.trajectory()
+            refuse_run_outside(found)
         except KeyboardInterrupt:
             raise _interrupted(run) from None
         except SolverError as error:
