@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.stiffness_table import (
@@ -13,8 +14,13 @@ from lumped.components.stiffness_table import (
     from_twist,
 )
 from lumped.errors import EquationError
+from lumped.language.component import path_of
+from lumped.language.declared import values_of
 from lumped.language.validity import Range
 from lumped.ops import pi
+
+if TYPE_CHECKING:
+    from lumped.vibration import Limit
 
 __all__ = ["ElasticCoupling"]
 
@@ -33,7 +39,7 @@ class ElasticCoupling(Component):
     ``psi c / (2 pi w_loss)`` loses as much at `w_loss`, which a run is given; responses to a
     vibration put its own frequency there, which makes the stiffness ``c (1 + j psi / (2 pi))``.
 
-    `damping` are rows of torque and factor of psi; `over_frequency` (rad/s) and `over_temperature`
+    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s) and `over_temperature`
     (K) are rows of that, factor of stiffness and factor of psi. With ``k_w`` and ``k_T`` for the
     factors of stiffness the law is ``tau_c = k_w F(k_T phi_rel)``, F that of the rows. It holds up
     to their last torque, between the frequencies and temperatures of the rows; beyond is an
@@ -56,6 +62,11 @@ class ElasticCoupling(Component):
         "rad/s", "angular frequency of vibration to which psi applies", above=0, vibrates=True
     )
     T: Param = param("K", "temperature", 293.15, above=0)
+    tau_max: Param = param("N.m", "permitted largest torque; 0 if not stated", 0.0, min=0)
+    tau_vibratory: Param = param(
+        "N.m", "permitted amplitude of a vibrating torque; 0 if not stated", 0.0, min=0
+    )
+    power_max: Param = param("W", "permitted mean of the heat; 0 if not stated", 0.0, min=0)
     phi_rel: Var = var("rad", "twist", nominal=1e-4, state="prefer")
     w_rel: Var = var("rad/s", "relative angular velocity")
     c: Var = var("N.m/rad", "dynamic stiffness", nominal=1e4)
@@ -92,6 +103,8 @@ class ElasticCoupling(Component):
             return
         hint = "Give rows up to there, or extrapolate=True"
         most = self._law().highest
+        if self.damping:
+            most = min(most, ends(self.damping)[1])
         yield Range(self.tau_c / self._factors()[0], -most, most, "N.m", "torque", hint)
         if self.over_frequency:
             hint = "Give rows of over_frequency up to there, or extrapolate=True"
@@ -101,6 +114,40 @@ class ElasticCoupling(Component):
         if self.over_temperature:
             hint = "Give rows of over_temperature up to there, or extrapolate=True"
             yield Range(self.T, *ends(self.over_temperature), "K", "temperature", hint)
+
+    def limits(self) -> list[Limit]:
+        """Limits of the torque, the vibrating torque and the heat, as far as they are stated.
+
+        Their numbers are those given to the instance.
+
+        Raises
+        ------
+        EquationError
+            If none is stated, or one is bound to an expression.
+        """
+        from lumped.vibration import Limit
+
+        path, found = path_of(self), []
+        for name, quantity, words, measure in (
+            ("tau_max", "tau", "largest torque", "with mean"),
+            ("tau_vibratory", "tau", "vibrating torque", "half range"),
+            ("power_max", "power", "heat", "mean power"),
+        ):
+            value = values_of(self).get(name, 0.0)
+            if isinstance(value, Expr):
+                raise EquationError(
+                    f"{path}: {name} = {value!r} is bound to an expression; write its lp.vibration."
+                    "Limit by hand."
+                )
+            if value:
+                key = f"{path}.{quantity}" if path else quantity
+                found.append(Limit(key, value, f"{path} {words}".strip(), measure))
+        if not found:
+            raise EquationError(
+                f"{path or 'ElasticCoupling'}: no limit is stated; give tau_max=, tau_vibratory= or "
+                "power_max=."
+            )
+        return found
 
     def _law(self) -> Elasticity:
         if bool(self.stiffness) == bool(self.twist):
@@ -114,7 +161,7 @@ class ElasticCoupling(Component):
         """Factor of the stiffness by the frequency, and psi with its factors."""
         stiff, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
         _, cold = self._pair("over_temperature", "temperature (K)", self.T)
-        mean = factor("damping", self.damping, self.tau_c / stiff, "torque (N.m)", even=True)
+        mean = factor("damping", self.damping, self.tau_c / stiff, "torque (N.m)", both=True)
         return stiff, self.psi * psi * cold * mean
 
     def _warm(self) -> Expr:

@@ -150,18 +150,18 @@ def from_twist(rows: Rows) -> Elasticity:
     return Elasticity(pieces, torques[-1])
 
 
-def factor(name: str, rows: Rows, at: Expr, what: str, *, even: bool = False) -> Expr:
+def factor(name: str, rows: Rows, at: Expr, what: str, *, both: bool = False) -> Expr:
     """Lines through rows of a place and a factor; the first and last factor are continued.
 
     Parameters
     ----------
-    even : bool
-        Places are sizes, and `at` may be negative.
+    both : bool
+        Rows begin at zero and hold for both directions.
 
     Raises
     ------
     EquationError
-        If the places do not increase, or a factor is negative.
+        If the places do not increase or begin as they must, or a factor is negative.
     """
     if not rows:
         return ConstantExpression(1.0)
@@ -171,12 +171,9 @@ def factor(name: str, rows: Rows, at: Expr, what: str, *, even: bool = False) ->
             raise EquationError(f"{name}: the factor {value:g} at {place:g} must not be negative.")
     far = _FAR * max(abs(places[0]), abs(places[-1]), 1.0)
     xs, ys = [*places, far], [*values, values[-1]]
-    if even:
-        if places[0] < 0:
-            raise EquationError(f"{name}: {what} {places[0]:g}: rows hold for both directions.")
-        begin = 1 if places[0] == 0 else 0
-        xs = [-x for x in reversed(xs[begin:])] + xs
-        ys = [*reversed(ys[begin:]), *ys]
+    if both:
+        _from_zero(name, "rows", "N.m", places)
+        xs, ys = [-x for x in reversed(xs[1:])] + xs, [*reversed(ys[1:]), *ys]
     else:
         xs, ys = [-far, *xs], [values[0], *ys]
     return smooth(interpolate(at, xs, ys))
