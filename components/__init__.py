@@ -278,9 +278,9 @@ __all__ = [
     "Tyre",
     "VariableResistor",
     "Vehicle",
+    "ViscousDamper",
     "VoltageSensor",
     "VoltageSource",
-    "ViscousDamper",
     "Weight",
     "translation",
 ]

@@ -52,6 +52,10 @@ class _RingDamper(Component):
         """Dissipated power, W."""
         return self.power
 
+    def stored(self) -> Expr:
+        """Energy of the ring, J."""
+        return 0.5 * self.J_ring * self.w**2
+
 
 class ViscousDamper(_RingDamper):
     """Viscous damper, Houdaille: a ring in fluid, ``tau = d (w_shaft - w)``.
@@ -99,6 +103,10 @@ class _SprungRingDamper(_RingDamper):
         yield der(self.phi_rel) == self.w_rel
         yield self.tau == self.c * self.phi_rel + self._damping() * self.w_rel
         yield self.power == self._damping() * self.w_rel**2
+
+    def stored(self) -> Expr:
+        """Energy of the ring and of its springs, J."""
+        return super().stored() + 0.5 * self.c * self.phi_rel**2
 
     def _damping(self) -> Expr:
         raise NotImplementedError

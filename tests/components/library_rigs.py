@@ -21,6 +21,7 @@ from lumped.components import (
     belts,
     cams,
     crank,
+    elastic_coupling,
     friction,
     impact,
     linkages,
@@ -41,11 +42,13 @@ ROWS = ((0.0, 2.0), (1.0, 1.5), (3.0, 1.8))
 HARMONICS = ((0.5, 3.0, 0.4), (2.0, -1.0, 2.0))
 POINTS = ((-0.5, 3.0), (0.4, -1.0), (2.9, 2.0))
 TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
+COUPLING = ((0.0, 0.0), (0.4, 0.8), (1.2, 4.0))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
+    elastic_coupling.ElasticCoupling: {"twist": COUPLING, "extrapolate": True},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},
