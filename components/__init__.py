@@ -59,6 +59,7 @@ from lumped.components.control.sequence import (
 )
 from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
+from lumped.components.elastic_coupling import ElasticCoupling
 from lumped.components.electric.circuit import (
     Capacitor,
     CurrentSensor,
@@ -98,7 +99,6 @@ from lumped.components.electric.thermal import (
     HeatFlow,
     ThermalConductor,
 )
-from lumped.components.elastic_coupling import ElasticCoupling
 from lumped.components.engine import Cylinder
 from lumped.components.friction import (
     BearingFriction,

@@ -39,11 +39,13 @@ class ElasticCoupling(Component):
     ``psi c / (2 pi w_loss)`` loses as much at `w_loss`, which a run is given; responses to a
     vibration put its own frequency there, which makes the stiffness ``c (1 + j psi / (2 pi))``.
 
-    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s) and `over_temperature`
-    (K) are rows of that, factor of stiffness and factor of psi. With ``k_w`` and ``k_T`` for the
-    factors of stiffness the law is ``tau_c = k_w F(k_T phi_rel)``, F that of the rows. It holds up
-    to their last torque, between the frequencies and temperatures of the rows; beyond is an
-    error, unless `extrapolate` continues the last stiffness, line and factors.
+    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s) and
+    `over_temperature` (K) are rows of that, factor of stiffness and factor of psi. With ``k_w`` and
+    ``k_T`` for the factors of stiffness the law is ``tau_c = k_w F(k_T phi_rel)``, F that of the
+    rows, so that `stiffness` is read at the torque ``tau_c / k_w``: for a mean torque state a
+    `w_loss` at which k_w is 1. The law holds up to the last torque, between the frequencies and
+    temperatures of the rows; beyond is an error, unless `extrapolate` continues the last stiffness,
+    line and factors.
 
     Source: DIN 740-2 (1986), relative damping and dynamic stiffness of couplings.
     """
@@ -127,25 +129,25 @@ class ElasticCoupling(Component):
         """
         from lumped.vibration import Limit
 
-        path, found = path_of(self), []
-        for name, quantity, words, measure in (
-            ("tau_max", "tau", "largest torque", "with mean"),
-            ("tau_vibratory", "tau", "vibrating torque", "half range"),
-            ("power_max", "power", "heat", "mean power"),
-        ):
-            value = values_of(self).get(name, 0.0)
-            if isinstance(value, Expr):
+        path, given = path_of(self), values_of(self)
+        before, name = (f"{path}.", path) if path else ("", type(self).__name__)
+        found = [
+            Limit(f"{before}tau", given.get("tau_max", 0.0), f"{name} largest torque", "with mean"),
+            Limit(
+                f"{before}tau", given.get("tau_vibratory", 0.0), f"{name} vibration", "half range"
+            ),
+            Limit(f"{before}power", given.get("power_max", 0.0), f"{name} heat", "mean power"),
+        ]
+        for limit in found:
+            if isinstance(limit.permitted, Expr):
                 raise EquationError(
-                    f"{path}: {name} = {value!r} is bound to an expression; write its lp.vibration."
-                    "Limit by hand."
+                    f"{limit.name} = {limit.permitted!r} is bound to an expression; write "
+                    "its lumped.vibration.Limit by hand."
                 )
-            if value:
-                key = f"{path}.{quantity}" if path else quantity
-                found.append(Limit(key, value, f"{path} {words}".strip(), measure))
+        found = [limit for limit in found if limit.permitted]
         if not found:
             raise EquationError(
-                f"{path or 'ElasticCoupling'}: no limit is stated; give tau_max=, tau_vibratory= or "
-                "power_max=."
+                f"{name}: no limit is stated; give tau_max=, tau_vibratory= or power_max=."
             )
         return found
 

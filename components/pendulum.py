@@ -21,7 +21,7 @@ class CentrifugalPendulum(Component):
     Small swings have ``sqrt(R / r)`` periods for each turn, at every speed: a torque of this order
     on the carrier is balanced, and does not shake it. Large swings are slower.
 
-    Source: Den Hartog, Mechanical Vibrations (1956), section 5.4.
+    Source: Den Hartog, Mechanical Vibrations (1956), ch. 5.
     """
 
     symbol = "pendulum"

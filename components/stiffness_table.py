@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import scipy
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Expr, Piecewise
@@ -48,36 +49,51 @@ class Elasticity:
     def __init__(self, pieces: list[_Piece], highest: float) -> None:
         self.highest = highest
         ends = [piece.begin for piece in pieces[1:]] + [pieces[-1].begin + 1.0]
-        self._pieces = [
+        every = [
             _Piece(-end, -p.base, -p.torque, p.linear, -p.growth, -p.rate, p.energy)
             for p, end in zip(reversed(pieces), reversed(ends), strict=True)
         ] + pieces
-        self._begins = tuple(piece.begin for piece in self._pieces)
+        new = [i == 0 or every[i][1:] != every[i - 1][1:] for i in range(len(every))]
+        self._pieces = [piece for piece, is_new in zip(every, new, strict=True) if is_new]
+        self._bends = any(piece.growth for piece in pieces)
 
     def torque(self, twist: Expr) -> Expr:
         """Torque, N.m."""
-        p, s, grown = self._at(twist)
-        return p["torque"] + p["linear"] * s + p["growth"] * (grown - 1)
+        s = twist - self._number("base", twist)
+        found = self._number("torque", twist) + self._number("linear", twist) * s
+        if not self._bends:
+            return found
+        return found + self._number("growth", twist) * (self._grown(s, twist) - 1)
 
     def slope(self, twist: Expr) -> Expr:
         """Stiffness, N.m/rad."""
-        p, _, grown = self._at(twist)
-        return p["linear"] + p["growth"] * p["rate"] * grown
+        found = self._number("linear", twist)
+        if not self._bends:
+            return found
+        s = twist - self._number("base", twist)
+        bent = self._number("growth", twist) * self._number("rate", twist)
+        return found + bent * self._grown(s, twist)
 
     def energy(self, twist: Expr) -> Expr:
         """Integral of the torque from no twist on, J."""
-        p, s, grown = self._at(twist)
-        bent = p["growth"] * ((grown - 1) / p["rate"] - s)
-        return p["energy"] + p["torque"] * s + 0.5 * p["linear"] * s**2 + bent
+        s = twist - self._number("base", twist)
+        found = self._number("energy", twist) + self._number("torque", twist) * s
+        found = found + 0.5 * self._number("linear", twist) * s**2
+        if not self._bends:
+            return found
+        more = (self._grown(s, twist) - 1) / self._number("rate", twist) - s
+        return found + self._number("growth", twist) * more
 
-    def _at(self, twist: Expr) -> tuple[dict[str, Expr], Expr, Expr]:
-        """Numbers of the piece at a twist, distance from its base, and the exponential there."""
-        found: dict[str, Expr] = {}
-        for name in _Piece._fields[1:]:
-            rows = tuple((getattr(piece, name),) for piece in self._pieces)
-            found[name] = smooth(Piecewise(twist, Pieces(self._begins, rows)))
-        s = twist - found["base"]
-        return found, s, exp(found["rate"] * s)
+    def _grown(self, s: Expr, twist: Expr) -> Expr:
+        return exp(self._number("rate", twist) * s)
+
+    def _number(self, name: str, twist: Expr) -> Expr:
+        """A number of the piece at a twist."""
+        values = [getattr(piece, name) for piece in self._pieces]
+        if len(values) == 1:
+            return ConstantExpression(values[0])
+        begins = tuple(piece.begin for piece in self._pieces)
+        return smooth(Piecewise(twist, Pieces(begins, tuple((value,) for value in values))))
 
 
 def from_stiffness(rows: Rows) -> Elasticity:
@@ -105,20 +121,23 @@ def from_stiffness(rows: Rows) -> Elasticity:
             raise EquationError(
                 f"stiffness: {value:g} N.m/rad at {torque:g} N.m must be above zero."
             )
-    pieces, twist, energy = [], 0.0, 0.0
+    pieces: list[_Piece] = []
+    twist = energy = 0.0
     for i, (T, c) in enumerate(zip(torques, values, strict=True)):
         if i + 1 == len(torques) or abs(values[i + 1] / c - 1) <= _EVEN:
             mean = c if i + 1 == len(torques) else 0.5 * (c + values[i + 1])
-            pieces.append(_Piece(twist, twist, T, mean, 0.0, 1.0, energy))
+            if not pieces or pieces[-1].growth or pieces[-1].linear != mean:
+                pieces.append(_Piece(twist, twist, T, mean, 0.0, 1.0, energy))
             if i + 1 < len(torques):
                 width = (torques[i + 1] - T) / mean
                 energy += 0.5 * (T + torques[i + 1]) * width
                 twist += width
             continue
         m = (values[i + 1] - c) / (torques[i + 1] - T)
-        width = math.log(values[i + 1] / c) / m
+        width = float(scipy.special.log1p(values[i + 1] / c - 1)) / m
         pieces.append(_Piece(twist, twist, T, 0.0, c / m, m, energy))
-        energy += T * width + c / m * (math.expm1(m * width) / m - width)
+        bent = (values[i + 1] / c - 1) / m - width
+        energy += T * width + c / m * bent
         twist += width
     return Elasticity(pieces, torques[-1])
 
@@ -143,7 +162,8 @@ def from_twist(rows: Rows) -> Elasticity:
     _from_zero("twist", "torques", "N.m", torques)
     if len(twists) < 2:
         raise EquationError(f"twist = {shown(rows)}: at least two rows are needed.")
-    pieces, energy = [], 0.0
+    pieces: list[_Piece] = []
+    energy = 0.0
     for (x, T), (after, more) in itertools.pairwise(zip(twists, torques, strict=True)):
         pieces.append(_Piece(x, x, T, (more - T) / (after - x), 0.0, 1.0, energy))
         energy += 0.5 * (T + more) * (after - x)
@@ -188,11 +208,12 @@ def _columns(
     name: str, rows: Rows, first: str, second: str, example: str
 ) -> tuple[list[float], list[float]]:
     """Columns of rows of two finite numbers, the first of which increases."""
+    infinite = float("inf")
     try:
         found = [(float(x), float(y)) for x, y in rows]
     except (TypeError, ValueError):
         found = []
-    if not found or not all(math.isfinite(x) and math.isfinite(y) for x, y in found):
+    if not found or not all(abs(x) < infinite and abs(y) < infinite for x, y in found):
         raise EquationError(
             f"{name} = {shown(rows)}: rows of {first} and {second} are needed, finite numbers, "
             f"such as {example}."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import sqrt
 from typing import NamedTuple
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
@@ -60,7 +59,7 @@ class _RingDamper(Component):
 class ViscousDamper(_RingDamper):
     """Viscous damper, Houdaille: a ring in fluid, ``tau = d (w_shaft - w)``.
 
-    Source: Den Hartog, Mechanical Vibrations (1956), section 3.7.
+    Source: Den Hartog, Mechanical Vibrations (1956), ch. 3.
     """
 
     symbol = "ring_damper"
@@ -87,8 +86,8 @@ class ViscousDamper(_RingDamper):
         """
         if not 0 < mu < float("inf"):
             raise OptionError(f"ViscousDamper.optimum: mu = {mu!r} must be above zero.")
-        ring = 1 / sqrt(2 * (1 + mu) * (2 + mu))
-        return ViscousOptimum(ring, mu * ring, sqrt(2 / (2 + mu)), 1 + 2 / mu)
+        ring = (2 * (1 + mu) * (2 + mu)) ** -0.5
+        return ViscousOptimum(ring, mu * ring, (2 / (2 + mu)) ** 0.5, 1 + 2 / mu)
 
 
 class _SprungRingDamper(_RingDamper):
@@ -115,8 +114,7 @@ class _SprungRingDamper(_RingDamper):
 class TunedDamper(_SprungRingDamper):
     """Tuned damper: a ring on springs with damping, ``tau = c phi_rel + d w_rel``.
 
-    It acts near ``w = sqrt(c / J_ring)``. Source: Den Hartog, Mechanical Vibrations (1956),
-    section 3.3.
+    It acts near ``w = sqrt(c / J_ring)``. Source: Den Hartog, Mechanical Vibrations (1956), ch. 3.
     """
 
     d: Param = param("N.m.s/rad", "viscous damping", min=0)

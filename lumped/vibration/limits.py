@@ -317,7 +317,8 @@ def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
 def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
     """A measure of a quantity at each speed."""
     if measure == "mean power":
-        return found.mean_power(key).sum(axis=1)
+        power: Real = found.mean_power(key).sum(axis=1)
+        return power
     both = found.synthesis(key)
     if measure == "with mean":
         (_, high), (_, low) = both.extremes

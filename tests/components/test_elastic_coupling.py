@@ -365,7 +365,7 @@ def test_limits_of_the_catalogue_are_judged():
     result = by_name["coupling heat"]
     assert result.permitted == 30.0
     assert result.value == response.mean_power("coupling.power").sum(axis=1).max()
-    assert set(by_name) == {"coupling heat", "coupling largest torque", "coupling vibrating torque"}
+    assert set(by_name) == {"coupling heat", "coupling largest torque", "coupling vibration"}
     assert by_name["coupling largest torque"].measure == "with mean"
 
 
