@@ -139,7 +139,8 @@ def simulate(
     StartError
         If the start values contradict each other.
     SolverError
-        If the run cannot be completed; its `partial` holds the run up to there.
+        If the run cannot be completed; its `partial` holds the run up to there. Or if it takes a
+        component beyond where its equations hold; `partial` is the whole run.
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
@@ -172,13 +173,13 @@ def simulate(
         try:
             run.go()
             found = run.trajectory()
-            refuse_run_outside(found)
         except KeyboardInterrupt:
             raise _interrupted(run) from None
         except SolverError as error:
             if used == "exact" or run.steps + run.rejected >= max_steps:
                 raise  # rounding and the number of steps are limits of ours, not of the drive
             raise SolverError(doubt(rtol) + str(error), error.partial) from None
+    refuse_run_outside(found)
     if not certify:
         return found
     closed, tight = isinstance(run, RunInClosedForm), max(1e-2 * rtol, 1e-13)

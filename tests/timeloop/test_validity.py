@@ -8,7 +8,6 @@ import pytest
 import lumped as lp
 from lumped.components import Fixed, Inertia, Torque
 from lumped.errors import EquationError, SolverError
-from lumped.language.validity import Range
 
 
 class Rubber(lp.Component):
@@ -28,7 +27,7 @@ class Rubber(lp.Component):
         yield self.flange_a.tau == -self.tau
 
     def valid(self):
-        yield Range(self.phi_rel, -self.most, 2 * self.most, "rad", "twist", "Take a larger one")
+        yield lp.Range(self.phi_rel, -self.most, 2 * self.most, "rad", "twist", "Take a larger one")
 
 
 def swing(begin=0.0, push=0.0, **rubber):
@@ -100,7 +99,7 @@ def test_a_range_of_a_quantity_of_another_component_is_refused():
         """A spring that asks for what it does not have: ``tau = c phi_rel``."""
 
         def valid(self):
-            yield Range(Fixed().flange.phi, 0, 1, "rad", "twist", "Do not")
+            yield lp.Range(Fixed().flange.phi, 0, 1, "rad", "twist", "Do not")
 
     model = lp.compose(
         wall=Fixed(),
