@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from lumped import Component, Equation, Expr, Flange, Param, Range, Var, der, param, var
+from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.stiffness_table import (
     Elasticity,
     ends,
@@ -16,6 +16,7 @@ from lumped.components.stiffness_table import (
 from lumped.errors import EquationError
 from lumped.language.component import path_of
 from lumped.language.declared import values_of
+from lumped.language.validity import Range
 from lumped.ops import pi
 
 if TYPE_CHECKING:

@@ -16,7 +16,6 @@ from lumped.language.expression import Equation, Expr
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
 from lumped.language.switch import Item
-from lumped.language.validity import Range
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
 from lumped.support.units import plain
@@ -149,10 +148,12 @@ class Component:
         """Connections between the component's parts; yielded one by one."""
         return ()
 
-    def valid(self) -> Iterable[Range]:
+    def valid(self) -> Iterable[tuple[Expr, float, float, str, str, str]]:
         """Where the equations hold; yielded one by one.
 
-        Runs, equilibria and responses that leave a range are errors.
+        Runs, equilibria and responses that leave a range are errors. A range is an expression of
+        the component's own quantities, the least and the largest value, their unit, what the
+        expression is, and what to do where a value lies outside, a sentence without its full stop.
         """
         return ()
 

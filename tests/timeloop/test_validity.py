@@ -27,7 +27,7 @@ class Rubber(lp.Component):
         yield self.flange_a.tau == -self.tau
 
     def valid(self):
-        yield lp.Range(self.phi_rel, -self.most, 2 * self.most, "rad", "twist", "Take a larger one")
+        yield self.phi_rel, -self.most, 2 * self.most, "rad", "twist", "Take a larger one"
 
 
 def swing(begin=0.0, push=0.0, **rubber):
@@ -99,7 +99,7 @@ def test_a_range_of_a_quantity_of_another_component_is_refused():
         """A spring that asks for what it does not have: ``tau = c phi_rel``."""
 
         def valid(self):
-            yield lp.Range(Fixed().flange.phi, 0, 1, "rad", "twist", "Do not")
+            yield Fixed().flange.phi, 0, 1, "rad", "twist", "Do not"
 
     model = lp.compose(
         wall=Fixed(),
@@ -108,4 +108,22 @@ def test_a_range_of_a_quantity_of_another_component_is_refused():
         connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
     )
     with pytest.raises(EquationError, match="rubber"):
+        lp.assemble(model)
+
+
+@pytest.mark.parametrize("given", [None, (1.0, 2.0), ("phi_rel", 0, 1, "rad", "twist", "Do not")])
+def test_a_range_that_is_none_is_refused(given):
+    class Vague(Rubber):
+        """A spring that does not say what it means: ``tau = c phi_rel``."""
+
+        def valid(self):
+            yield given
+
+    model = lp.compose(
+        wall=Fixed(),
+        rubber=Vague(c=100.0),
+        rotor=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
+    )
+    with pytest.raises(EquationError, match=r"rubber.*valid\(\) gave .* an advice are needed"):
         lp.assemble(model)
