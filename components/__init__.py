@@ -60,6 +60,7 @@ from lumped.components.control.sequence import (
 from lumped.components.control.signals import Constant, Expression, Ramp, Sine, Step, Table
 from lumped.components.crank import CrankSlider, RotatingMass, StrokeLoad
 from lumped.components.crankshaft import Engine
+from lumped.components.elastic_coupling import ElasticCoupling
 from lumped.components.electric.air_gap import AirGap
 from lumped.components.electric.circuit import (
     Capacitor,
@@ -140,6 +141,7 @@ from lumped.components.loads import (
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
+from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
 from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
@@ -159,6 +161,7 @@ from lumped.components.sources import (
     Torque,
 )
 from lumped.components.synchroniser import Synchroniser
+from lumped.components.torsional_dampers import TunedDamper, TunedLossDamper, ViscousDamper
 from lumped.components.tyre import Tyre
 from lumped.components.vehicle import Vehicle
 from lumped.components.winding import Coil, Strip, StripPath
@@ -178,6 +181,7 @@ __all__ = [
     "CamSwitch",
     "Capacitor",
     "CascadeControl",
+    "CentrifugalPendulum",
     "CircuitBreaker",
     "Clutch",
     "Coil",
@@ -195,6 +199,7 @@ __all__ = [
     "Eccentric",
     "EddyCurrentBrake",
     "EfficientGear",
+    "ElasticCoupling",
     "ElasticPlanetary",
     "ElastoBacklash",
     "EllipticalGear",
@@ -310,9 +315,12 @@ __all__ = [
     "ThreePhaseLine",
     "Torque",
     "TorqueSensor",
+    "TunedDamper",
+    "TunedLossDamper",
     "Tyre",
     "VariableResistor",
     "Vehicle",
+    "ViscousDamper",
     "VoltageSensor",
     "VoltageSource",
     "Weight",

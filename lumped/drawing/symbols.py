@@ -215,6 +215,30 @@ SYMBOLS: dict[str, Symbol] = {
         reach=0.68,
         height=0.72,
     ),
+    "ring_damper": _symbol(
+        _line(-0.7, 0.0, -0.1, 0.0),
+        *(
+            part
+            for y in (-1, 1)
+            for part in (
+                _line(-0.1, 0.0, -0.1, 0.15 * y, -0.4, 0.15 * y, -0.4, 0.75 * y, 0.4, 0.75 * y),
+                _line(0.4, 0.75 * y, 0.4, 0.15 * y, 0.1, 0.15 * y, 0.1, 0.0),
+                _box(-0.25, 0.28 * y, 0.25, 0.62 * y, GREY),
+            )
+        ),
+        _line(-0.1, 0.0, 0.1, 0.0),
+        reach=0.7,
+        height=0.75,
+    ),
+    "pendulum": _symbol(
+        _oval(0, -0.12, 0.55),
+        _oval(0, -0.12, 0.1, fill=WHITE),
+        _oval(0, 0.18, 0.06, fill=BLACK),
+        _line(0, 0.18, 0.25, 0.62),
+        _oval(0.25, 0.62, 0.14, fill=GREY),
+        reach=0.55,
+        height=0.76,
+    ),
     "rod": _symbol(
         _box(-0.68, -0.72, 0.68, 0.72),
         _line(-0.35, 0.5, 0.35, -0.5),

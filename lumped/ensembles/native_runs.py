@@ -24,6 +24,9 @@ from lumped.support.optional_packages import extra
 
 __all__ = ["Batch", "NativeRuns"]
 
+OUTSIDE = -2
+"""Status of a run that took a component beyond where its equations hold."""
+
 
 @dataclass(frozen=True, eq=False)
 class Batch:
@@ -166,7 +169,10 @@ class _Worker:
                 if runs.is_stopped:
                     break
                 self._go_alone(k, values[k])
-        return Batch(runs.watched.values(found), status, steps, rejected)
+        functionals = runs.watched.values(found)
+        beyond = (status == DONE) & runs.watched.outside(found)
+        status[beyond], functionals[beyond] = OUTSIDE, np.nan
+        return Batch(functionals, status, steps, rejected)
 
     def _go(self, end: int) -> None:
         """Run variants up to one."""

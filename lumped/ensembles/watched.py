@@ -26,6 +26,7 @@ from lumped.simulation.functional_kinds import (
     product,
 )
 from lumped.timeloop.holds import hold_words
+from lumped.timeloop.validity import ranges
 
 __all__ = ["POSITIONS", "Collected", "Watched"]
 
@@ -87,6 +88,7 @@ class Watched:
         self._matches: list[tuple[int, int, int, int]] = []
         self._timed: list[tuple[str, int]] = []
         self._places = {label: self._add(label, f) for label, f in self.of.items()}
+        self._ranges = [(held, self._swing(held.formula)) for held in ranges(system)]
         tables = {
             "integrand": self._integrals,
             "extreme": self._extremes,
@@ -115,8 +117,7 @@ class Watched:
             sign, part = _SIGNS[wanted.kind], self._part(wanted)
             return self._extremes.add(product(self.system, (wanted.name,)), *part, sign)
         if isinstance(wanted, Swing):
-            quantity, part = product(self.system, (wanted.name,)), (-math.inf, math.inf)
-            return self._extremes.add(quantity, *part, 1), self._extremes.add(quantity, *part, -1)
+            return self._swing(wanted.name)
         if isinstance(wanted, Integral):
             names = factors(self.system, wanted)
             return self._integrals.add(product(self.system, names), *self._part(wanted))
@@ -128,6 +129,11 @@ class Watched:
             f"{self.system.name}: of['{label}'] = {wanted!r:.60} is nothing that a run gives; take "
             "one of lumped.functionals, such as lumped.functionals.peak('shaft.tau')."
         )
+
+    def _swing(self, name: str) -> tuple[int, int]:
+        """Ask for the highest value and the lowest, the latter with its sign changed."""
+        quantity, part = product(self.system, (name,)), (-math.inf, math.inf)
+        return self._extremes.add(quantity, *part, 1), self._extremes.add(quantity, *part, -1)
 
     def _part(self, wanted: Peak | Integral) -> tuple[float, float]:
         if wanted.between is None:
@@ -252,6 +258,14 @@ class Watched:
         """Functionals of runs from what the loop gives, shape (n, len(of)); nan where missing."""
         columns = [self._value(f, self._places[label], found) for label, f in self.of.items()]
         return np.column_stack(columns)
+
+    def outside(self, found: np.ndarray) -> np.ndarray:
+        """Which runs took a component beyond where its equations hold, shape (n,)."""
+        first = self._first[1]
+        beyond = np.zeros(len(found), dtype=bool)
+        for held, (high, low) in self._ranges:
+            beyond |= held.outside(found[:, first + high]) | held.outside(-found[:, first + low])
+        return beyond
 
     def _value(
         self, wanted: Collected, place: int | tuple[int, int], found: np.ndarray

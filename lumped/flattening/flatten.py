@@ -22,6 +22,7 @@ from lumped.language.expression import Equation, Expr, Ref, text
 from lumped.language.formula import Formula
 from lumped.language.quantity import Input, Param, Var, param
 from lumped.language.switch import Hold, Item, Single, When
+from lumped.language.validity import borders, checked_ranges
 
 __all__ = ["FlatModel", "Group", "flatten", "numbered"]
 
@@ -271,6 +272,9 @@ def _group(
         )
     with told_by(scope.label, method):
         items = [e for item in found for e in (item if isinstance(item, tuple) else (item,))]
+    if own and not initial:
+        with told_by(scope.label, "valid()"):
+            items += borders(checked_ranges(scope.component.valid()))
     try:
         for item in items:
             if not isinstance(item, Equation | Hold | When):

@@ -182,6 +182,15 @@ class Component:
         """Connections between the component's parts; yielded one by one."""
         return ()
 
+    def valid(self) -> Iterable[tuple[Expr, float, float, str, str, str]]:
+        """Where the equations hold; yielded one by one.
+
+        Runs, equilibria and responses that leave a range are errors. A range is an expression of
+        the component's own quantities, the least and the largest value, their unit, what the
+        expression is, and what to do where a value lies outside, a sentence without its full stop.
+        """
+        return ()
+
     def outline(self) -> Iterable[Outline]:
         """Moving shapes in a plane, for pictures: a name, and the points of a line, or one point.
 

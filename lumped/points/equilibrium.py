@@ -24,6 +24,7 @@ from lumped.timeloop.holds import Holds
 from lumped.timeloop.positions import settled
 from lumped.timeloop.result import Kept, OperatingPoint
 from lumped.timeloop.settings import just_after, settings_at
+from lumped.timeloop.validity import refuse_point_outside
 
 __all__ = ["equilibrium"]
 
@@ -101,6 +102,7 @@ def equilibrium(
             fault = fault or error
             continue
         system.check_parameters(found.theta)
+        refuse_point_outside(found, "at the equilibrium")
         return found
     assert fault is not None
     raise fault

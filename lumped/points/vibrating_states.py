@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.validity import refuse_point_outside
 
 __all__ = ["finite", "moving", "stuck"]
 
@@ -32,7 +33,7 @@ def finite(point: OperatingPoint) -> OperatingPoint:
     Raises
     ------
     SolverError
-        If a state or parameter is no number there.
+        If a state or parameter is no number there, or equations of a component do not hold.
     """
     p = point.system.structure.parameters
     names = [*point.system.state_names, *(p.names[i] for i in p.free)]
@@ -43,4 +44,5 @@ def finite(point: OperatingPoint) -> OperatingPoint:
             f"{point.system.name}: the operating point is not finite: {names[bad[0]]} = "
             f"{values[bad[0]]}. Take one from start_point, equilibrium or a run."
         )
+    refuse_point_outside(point, "at the operating point")
     return point

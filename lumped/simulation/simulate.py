@@ -24,6 +24,7 @@ from lumped.timeloop.result import OperatingPoint, Statistics, Trajectory
 from lumped.timeloop.run import Simulation
 from lumped.timeloop.run_by_steps import RunBySteps
 from lumped.timeloop.run_in_closed_form import RunInClosedForm
+from lumped.timeloop.validity import refuse_run_outside
 
 __all__ = ["Method", "check_options", "simulate", "simulate_sparingly"]
 
@@ -141,7 +142,8 @@ def simulate(
     StartError
         If the start values contradict each other.
     SolverError
-        If the run cannot be completed; its `partial` holds the run up to there.
+        If the run cannot be completed; its `partial` holds the run up to there. Or if it takes a
+        component beyond where its equations hold; `partial` is the whole run.
     Interrupted
         If it is interrupted (Ctrl-C); with `partial` too.
     """
@@ -172,6 +174,7 @@ def simulate(
         else:
             run = RunBySteps(point, until, rtol, output, relative_atol, used, max_steps)
         found = _made(run, max_steps)
+    refuse_run_outside(found)
     if not certify:
         return found
     closed, tight = isinstance(run, RunInClosedForm), max(1e-2 * rtol, 1e-13)
@@ -233,7 +236,10 @@ def simulate_sparingly(
         else:
             output = SparingRecorder(0.0, until, most, progress)
         atol = max(rtol * 1e-3, 1e-12)
-        return _made(RunBySteps(point, until, rtol, output, atol, used, _MOST_STEPS), _MOST_STEPS)
+        run = RunBySteps(point, until, rtol, output, atol, used, _MOST_STEPS)
+        found = _made(run, _MOST_STEPS)
+    refuse_run_outside(found)
+    return found
 
 
 def _made(run: RunInClosedForm | RunBySteps, max_steps: int) -> Trajectory:

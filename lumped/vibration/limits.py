@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 Real = NDArray[np.float64]
-Measure = Literal["maximum", "half range", "sum", "with mean"]
+Measure = Literal["maximum", "half range", "sum", "with mean", "mean power"]
 Permitted = float | str | Sequence[Sequence[float]] | Callable[[Real], ArrayLike]
 """A number, a value with a unit, rows of speed (rad/s) and value, or a function of the speeds."""
 
@@ -47,9 +47,11 @@ class Limit:
         function of speeds, rad/s.
     name : str
         What the limit is called.
-    measure : {"maximum", "half range", "sum", "with mean"}
+    measure : {"maximum", "half range", "sum", "with mean", "mean power"}
         Of the synthesis over a cycle (see `lumped.vibration.Synthesis`); "with mean" is the largest
-        size of the whole, its mean included. Runs have their largest size.
+        size of the whole, its mean included, "mean power" the mean of a dissipated power, all
+        orders together (see `OrderResponse.mean_power`). Runs have their largest size, and for
+        "mean power" the mean over the run.
     clause, source : str
         Where it stands.
     speeds : tuple of float, optional
@@ -264,7 +266,7 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
     key = found.system.key(limit.quantity)
     unit = found.system.quantity(key).unit
     if isinstance(found, Trajectory):
-        speeds, values = np.array([np.nan]), np.array([np.abs(found[key]).max()])
+        speeds, values = np.array([np.nan]), np.array([_of_run(found, key, limit.measure)])
         if callable(limit.permitted) or (
             isinstance(limit.permitted, Sequence) and not isinstance(limit.permitted, str)
         ):
@@ -289,7 +291,9 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
         limit.name,
         key,
         unit,
-        limit.measure if isinstance(found, OrderResponse) else "largest",
+        "largest"
+        if isinstance(found, Trajectory) and limit.measure != "mean power"
+        else limit.measure,
         limit.clause,
         limit.source,
         float(values[k]),
@@ -300,8 +304,18 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
     )
 
 
+def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
+    """Largest size of a quantity, or its mean over the run."""
+    if measure == "mean power":
+        return float(np.trapezoid(found[key], found.t) / (found.t[-1] - found.t[0]))
+    return float(np.abs(found[key]).max())
+
+
 def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
     """A measure of a quantity at each speed."""
+    if measure == "mean power":
+        power: Real = found.mean_power(key).sum(axis=1)
+        return power
     both = found.synthesis(key)
     if measure == "with mean":
         (_, high), (_, low) = both.extremes

@@ -15,11 +15,14 @@ from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
+from lumped.timeloop.validity import ranges
+from lumped.vibration.mean_power import mean_power
 from lumped.vibration.order_solution import Excitations, order_solution
 from lumped.vibration.response import refuse_rates
 from lumped.vibration.rotation import Rotation, rotation
 from lumped.vibration.small_vibrations import small_vibrations
 from lumped.vibration.synthesis import Synthesis
+from lumped.vibration.validity import refuse_vibration_outside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,6 +76,7 @@ class OrderResponse:
     residual: float
     damping_ratio: float
     excitations: Excitations
+    _states: Complex
 
     @checked
     def __getitem__(self, output: Name) -> Complex:
@@ -133,6 +137,21 @@ class OrderResponse:
             self.orders[places],
             self[output][:, places],
         )
+
+    @checked
+    def mean_power(self, quantity: Name) -> Real:
+        """Mean of a quantity that is quadratic in the vibration, of each order, shape (k, o).
+
+        Such as the power that a coupling or a damper dissipates: ``(1/2) d |w_rel|^2`` of each
+        order; over the turns these add up. What the quantity is without vibration does not count.
+
+        Parameters
+        ----------
+        quantity : name
+            Any quantity or formula of the system, such as ``"coupling.power"``.
+        """
+        key = self.system.key(quantity)
+        return mean_power(self.rotation, self.orders, key, self._states, self.excitations)
 
     @checked
     def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
@@ -278,7 +297,8 @@ def order_response(
     UnknownNameError
         If a name does not exist.
     SolverError
-        If there is no steady rotation, or a vibration is unbounded.
+        If there is no steady rotation, a vibration is unbounded, or takes a component beyond where
+        its equations hold.
 
     Notes
     -----
@@ -308,19 +328,23 @@ def order_response(
     refuse_rates(system, inputs)
     found = rotation(system, over, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
-    small = small_vibrations(system, inputs, outputs)
+    watched = tuple(held.formula for held in ranges(system))
+    small = small_vibrations(system, inputs, outputs + watched)
     solved = order_solution(small, found, chosen, wanted, damping_ratio)
+    count = len(outputs)
+    refuse_vibration_outside(small, found, chosen, solved.means[:, count:], solved.y[:, :, count:])
     return OrderResponse(
         system,
         grid,
         chosen,
         outputs,
-        solved.y,
-        solved.means,
+        solved.y[:, :, :count],
+        solved.means[:, :count],
         found,
         solved.residual,
         damping_ratio,
         wanted,
+        solved.x,
     )
 
 

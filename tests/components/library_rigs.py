@@ -22,6 +22,7 @@ from lumped.components import (
     cams,
     crank,
     crankshaft,
+    elastic_coupling,
     engine,
     friction,
     gear_mesh,
@@ -49,6 +50,7 @@ TWISTS = ((-1.0, -3.0), (-0.4, -0.8), (0.5, 0.7), (1.2, 4.0))
 START = ((0.0, 0.8, 0.6), (0.5, 1.1, 0.7), (1.0, 0.0, 0.3))
 GAS = ((0.0, 2.0), (2.0, 5.0), (9.0, 1.0))
 MESH = ((1.0, 0.3, 0.2), (2.0, -0.1, 1.0))
+COUPLING = ((0.0, 0.0), (0.4, 0.8), (1.2, 4.0))
 MAP = ((0.0, 0.0, 1.0), (0.0, 0.6, 0.8), (2.0, 0.7, 0.9))
 FIELDS = {
     drives.MappedMotor: {"limits": ((0.0, 2.0), (1.0, 1.0)), "efficiency": MAP},
@@ -60,6 +62,7 @@ FIELDS = {
     propeller.Propeller: {"blades": MESH},
     rotation.NonlinearSpring: {"characteristic": TWISTS},
     translation.NonlinearSpring: {"characteristic": TWISTS},
+    elastic_coupling.ElasticCoupling: {"twist": COUPLING, "extrapolate": True},
     cams.HarmonicTorque: {"harmonics": HARMONICS},
     cams.PeriodicTorque: {"points": POINTS, "shape": "lines", "period": 5.0},
     signals.Table: {"times": (0.0, 1.0), "values": (2.0, 3.0)},

@@ -3,11 +3,19 @@
 import itertools
 
 import numpy as np
-from library_rigs import TWISTS
+from library_rigs import COUPLING, TWISTS
 from power_terms import Energy, Motion, Power
 
 import lumped as lp
-from lumped.components import Inertia, contact, impact, translation
+from lumped.components import (
+    Inertia,
+    contact,
+    elastic_coupling,
+    impact,
+    pendulum,
+    torsional_dampers,
+    translation,
+)
 from lumped.components import compliance as rotation
 from lumped.components.shafts import element, sections, shaft
 
@@ -28,12 +36,12 @@ def lossy(at: Motion) -> float:
     return at.p["c"] * at.p["eta"] / at.p["w_loss"] * at.rel(at.v) ** 2
 
 
-def by_rows(free_length: str) -> Energy:
+def by_rows(free_length: str | None, rows: tuple[tuple[float, float], ...] = TWISTS) -> Energy:
     """Energy of a spring by rows: the trapezoids under the lines from no stretch to this one."""
 
     def energy(at: Motion) -> complex:
-        x = at.rel(at.q) - at.p[free_length]
-        places, forces = np.transpose(TWISTS)
+        x = at.rel(at.q) - (at.p[free_length] if free_length else 0.0)
+        places, forces = np.transpose(rows)
         slopes = np.diff(forces) / np.diff(places)
 
         def force(y: complex) -> complex:
@@ -113,6 +121,41 @@ def shaft_energy(at: Motion) -> complex:
     return energy
 
 
+BOTH_WAYS = (*((-x, -tau) for x, tau in reversed(COUPLING[1:])), *COUPLING)
+
+
+def rubber_heat(at: Motion) -> float:
+    places, torques = np.transpose(BOTH_WAYS)
+    i = np.clip(np.searchsorted(places, at.rel(at.q)) - 1, 0, len(places) - 2)
+    c = np.diff(torques)[i] / np.diff(places)[i]
+    return at.p["psi"] * c / (2 * np.pi * at.p["w_loss"]) * at.rel(at.v) ** 2
+
+
+def swinging(at: Motion) -> complex:
+    """Energy of a mass by its velocity along the arm of the carrier and across it."""
+    a, w = at.x["phi_rel"], at.v["flange"]
+    turning = w + at.x["w_rel"]
+    along = -at.p["r"] * np.sin(a) * turning
+    across = at.p["R"] * w + at.p["r"] * np.cos(a) * turning
+    return at.p["m"] * (along**2 + across**2) / 2
+
+
+def ring(at: Motion) -> complex:
+    return at.p["J_ring"] * at.x["w"] ** 2 / 2
+
+
+def sprung_ring(at: Motion) -> complex:
+    return ring(at) + at.p["c"] * at.x["phi_rel"] ** 2 / 2
+
+
+def dragged(at: Motion) -> float:
+    return at.p["d"] * (at.v["flange"] - at.x["w"]) ** 2
+
+
+def dragged_by_rubber(at: Motion) -> float:
+    return at.p["c"] * at.p["eta"] / at.p["w_loss"] * (at.v["flange"] - at.x["w"]) ** 2
+
+
 STORED: dict[type[lp.Component], Energy] = {
     Inertia: kinetic("J"),
     **dict.fromkeys(
@@ -123,7 +166,12 @@ STORED: dict[type[lp.Component], Energy] = {
     sections.Taper: cone_energy,
     shaft.Shaft: shaft_energy,
     contact.ElastoBacklash: play_energy,
+    elastic_coupling.ElasticCoupling: by_rows(None, BOTH_WAYS),
     impact.PickUp: carried("J"),
+    pendulum.CentrifugalPendulum: swinging,
+    torsional_dampers.TunedDamper: sprung_ring,
+    torsional_dampers.TunedLossDamper: sprung_ring,
+    torsional_dampers.ViscousDamper: ring,
     rotation.NonlinearSpring: by_rows("phi_rel0"),
     translation.NonlinearSpring: by_rows("s_rel0"),
     rotation.Spring: elastic("phi_rel0"),
@@ -142,9 +190,14 @@ STORED: dict[type[lp.Component], Energy] = {
 
 DISSIPATED: dict[type[lp.Component], Power] = {
     contact.ElastoBacklash: play_heat,
+    elastic_coupling.ElasticCoupling: rubber_heat,
+    pendulum.CentrifugalPendulum: lambda at: at.p["d"] * at.x["w_rel"] ** 2,
     rotation.Damper: viscous,
     rotation.LossSpring: lossy,
     rotation.SpringDamper: viscous,
+    torsional_dampers.TunedDamper: dragged,
+    torsional_dampers.TunedLossDamper: dragged_by_rubber,
+    torsional_dampers.ViscousDamper: dragged,
     translation.Damper: viscous,
     translation.ElastoGap: gap_heat,
     translation.SpringDamper: viscous,

@@ -10,6 +10,7 @@ from lumped.errors import LumpedError
 from . import (
     connections,
     contact,
+    couplings,
     cranks,
     electric_drives,
     equilibria,
@@ -52,6 +53,7 @@ KINDS = (
     runs,
     contact,
     cranks,
+    couplings,
 )
 CASES = [case for kind in KINDS for case in kind.wrong.cases]
 

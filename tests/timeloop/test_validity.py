@@ -1,0 +1,129 @@
+"""Components that say where their equations hold."""
+
+import re
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Fixed, Inertia, Torque
+from lumped.errors import EquationError, SolverError
+
+
+class Rubber(lp.Component):
+    """A spring whose law holds up to a twist: ``tau = c phi_rel``."""
+
+    flange_a = lp.Flange()
+    flange_b = lp.Flange()
+    c: lp.Param = lp.param("N.m/rad", "stiffness", above=0)
+    most: float = 0.1
+    phi_rel: lp.Var = lp.var("rad", "twist", state="prefer")
+    tau: lp.Var = lp.var("N.m", "torque on flange b")
+
+    def equations(self):
+        yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
+        yield self.tau == self.c * self.phi_rel
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+    def valid(self):
+        yield self.phi_rel, -self.most, 2 * self.most, "rad", "twist", "Take a larger one"
+
+
+def swing(begin=0.0, push=0.0, **rubber):
+    """A rotor of inertia 1 on rubber of stiffness 100: 10 rad/s."""
+    model = lp.compose(
+        wall=Fixed(),
+        rubber=Rubber(c=100.0, phi_rel=begin, **rubber),
+        rotor=Inertia(J=1.0),
+        torque=Torque(tau=push),
+        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor, m.torque),
+    )
+    return lp.assemble(model)
+
+
+METHODS = ["explicit", "implicit", "taylor"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_within_the_range_is_as_without(method):
+    run = lp.simulate(swing(0.0999), until=1.0, method=method, rtol=1e-9)
+    assert run["rubber.phi_rel"] == pytest.approx(0.0999 * np.cos(10 * run.t), abs=1e-8)
+    assert not run.events
+
+
+@pytest.mark.parametrize("grid", [500, None, (0.0, 1.0), (0.0, 0.6, 1.0)])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_that_leaves_the_range_is_refused(grid, method):
+    # it begins at 0.1001 on the wide side and comes to -0.1 near the end of a half swing
+    with pytest.raises(SolverError, match=r"rubber \(Rubber\): twist = -0\.1") as refused:
+        lp.simulate(swing(0.1001), until=1.0, grid=grid, method=method, rtol=1e-9)
+    assert "-0.1 to 0.2 rad, for which its equations hold. Take a larger one." in str(refused.value)
+    assert refused.value.partial["rubber.phi_rel"][0] == 0.1001
+    (time,) = re.findall(r"at t = ([\d.]+) s", str(refused.value))
+    first = np.arccos(-0.1 / 0.1001) / 10
+    assert first - 1e-5 < float(time) < 2 * np.pi / 10 - first + 1e-5
+
+
+def test_a_run_that_begins_outside_is_refused():
+    with pytest.raises(SolverError, match=r"twist = -0\.3 rad at t = 0 s"):
+        lp.simulate(swing(-0.3), until=1.0)
+
+
+def test_points_outside_are_refused():
+    with pytest.raises(SolverError, match=r"twist = 0\.25 rad at the equilibrium"):
+        lp.equilibrium(swing(push=25.0))
+    assert lp.equilibrium(swing(push=19.9))["rubber.phi_rel"] == pytest.approx(0.199)
+    with pytest.raises(SolverError, match=r"twist = 0\.3 rad at the operating point"):
+        lp.modes(swing(0.3))
+
+
+def test_runs_of_an_ensemble_that_leave_the_range_fail():
+    found = lp.ensemble(
+        swing(),
+        over={"torque.tau": [4.0, 9.0, 11.0, -4.0, -6.0]},
+        until=1.0,
+        of=[lp.functionals.peak("rubber.phi_rel")],
+        rtol=1e-9,
+    )
+    # the largest twist is twice the static one
+    assert found.values[[0, 1, 3], 0] == pytest.approx([0.08, 0.18, 0.08], rel=1e-6)
+    assert np.isnan(found.values[[2, 4], 0]).all()
+    assert set(found.failures) == {2, 4}
+    assert "twist = -0.1" in found.failures[4]
+    assert "lies outside -0.1 to 0.2 rad" in found.failures[2]
+
+
+def test_a_range_of_a_quantity_of_another_component_is_refused():
+    class Stray(Rubber):
+        """A spring that asks for what it does not have: ``tau = c phi_rel``."""
+
+        def valid(self):
+            yield Fixed().flange.phi, 0, 1, "rad", "twist", "Do not"
+
+    model = lp.compose(
+        wall=Fixed(),
+        rubber=Stray(c=100.0),
+        rotor=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
+    )
+    with pytest.raises(EquationError, match="rubber"):
+        lp.assemble(model)
+
+
+@pytest.mark.parametrize("given", [None, (1.0, 2.0), ("phi_rel", 0, 1, "rad", "twist", "Do not")])
+def test_a_range_that_is_none_is_refused(given):
+    class Vague(Rubber):
+        """A spring that does not say what it means: ``tau = c phi_rel``."""
+
+        def valid(self):
+            yield given
+
+    model = lp.compose(
+        wall=Fixed(),
+        rubber=Vague(c=100.0),
+        rotor=Inertia(J=1.0),
+        connections=lambda m: lp.chain(m.wall, m.rubber, m.rotor),
+    )
+    with pytest.raises(EquationError, match=r"rubber.*valid\(\) gave .* an advice are needed"):
+        lp.assemble(model)
