@@ -15,7 +15,7 @@ from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
-from lumped.vibration.order_solution import Excitations, order_solution
+from lumped.vibration.order_solution import Excitations, OrderSolution, order_solution
 from lumped.vibration.response import refuse_rates
 from lumped.vibration.rotation import Rotation, rotation
 from lumped.vibration.small_vibrations import SmallVibrations, small_vibrations
@@ -158,6 +158,32 @@ class OrderResponse:
             curves["half range"] = both.half_range
             drawn[output] = self.system.quantity(output).unit, curves
         return order_response(self.system.name, self.rpm, drawn)
+
+    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution]:
+        """Steady rotation and amplitudes, those of the states too, at one of the speeds."""
+        over = self.rotation.at(k)
+        wanted = {
+            name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
+            for name, harmonics in self._excitations.items()
+        }
+        solved = order_solution(self._small, over, self.orders, wanted, self.damping_ratio)
+        return over, solved
+
+    def number_of(self, speed: float, caller: str) -> int:
+        """Which of the speeds one is.
+
+        Raises
+        ------
+        OptionError
+            If it was not computed.
+        """
+        k = int(np.abs(self.speeds - speed).argmin())
+        if not np.isclose(self.speeds[k], speed, rtol=1e-9):
+            raise OptionError(
+                f"{caller}: {speed:g} rad/s is none of the speeds of the response; the nearest is "
+                f"{self.speeds[k]:.9g}."
+            )
+        return k
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)

@@ -16,7 +16,7 @@ from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_solution import order_solution, samples_of
+from lumped.vibration.order_solution import samples_of
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
 __all__ = ["OrderSensitivity", "order_sensitivity"]
@@ -127,12 +127,7 @@ def order_sensitivity(
     if speed is None:
         k = int(sizes.argmax())
     else:
-        k = int(np.abs(response.speeds - speed).argmin())
-        if not np.isclose(response.speeds[k], speed, rtol=1e-9):
-            raise OptionError(
-                f"order_sensitivity: {speed:g} rad/s is none of the speeds of the response; the "
-                f"nearest is {response.speeds[k]:.9g}."
-            )
+        k = response.number_of(speed, "order_sensitivity")
     names, places = places_to(response.rotation.points[0], to)
     balancing = response.rotation.balancing
     if to is None and balancing is not None:
@@ -190,16 +185,11 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
 
 def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
     """Derivatives by all parameters, shape (p,)."""
-    small, orders = response._small, response.orders
-    over = response.rotation.at(k)
-    wanted = {
-        name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-        for name, harmonics in response._excitations.items()
-    }
-    solved = order_solution(small, over, orders, wanted)
+    small, orders, wanted = response._small, response.orders, response._excitations
+    over, solved = response.solution_at(k)
     n, count = over.x.shape[1], len(orders)
     u = np.array(
-        [[h[o][0] if o in h else 0 for h in wanted.values()] for o in orders.tolist()]
+        [[h[o][k] if o in h else 0 for h in wanted.values()] for o in orders.tolist()]
     ).reshape(count, len(wanted))
     x = solved.x[0]
     adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
