@@ -169,6 +169,13 @@ class OrderResponse:
         solved = order_solution(self._small, over, self.orders, wanted, self.damping_ratio)
         return over, solved
 
+    def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
+        """The same with other parameters, or at an operating point that has them."""
+        old = self.rotation
+        given = (at, None) if at is not None else (None, parameters)
+        over = rotation(self.system, old.over, self.speeds, old.turns, *given, old.balancing)
+        return _responded(self._small, over, self.orders, self._excitations, self.damping_ratio)
+
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.
 
@@ -334,15 +341,26 @@ def order_response(
     found = rotation(system, over, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
     small = small_vibrations(system, inputs, outputs)
-    solved = order_solution(small, found, chosen, wanted, damping_ratio)
+    return _responded(small, found, chosen, wanted, damping_ratio)
+
+
+def _responded(
+    small: SmallVibrations,
+    over: Rotation,
+    orders: Real,
+    wanted: Excitations,
+    damping_ratio: float,
+) -> OrderResponse:
+    """The vibration about a steady rotation."""
+    solved = order_solution(small, over, orders, wanted, damping_ratio)
     return OrderResponse(
-        system,
-        grid,
-        chosen,
-        outputs,
+        over.system,
+        over.speeds,
+        orders,
+        small.outputs,
         solved.y,
         solved.means,
-        found,
+        over,
         solved.residual,
         damping_ratio,
         small,

@@ -17,9 +17,17 @@ from lumped.support.text_table import number, table
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_solution import samples_of
+from lumped.vibration.rotation import Rotation
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
-__all__ = ["OrderSensitivity", "order_sensitivity"]
+__all__ = [
+    "OrderSensitivity",
+    "order_sensitivity",
+    "refuse_ratio",
+    "sizes_of",
+    "slope_of",
+    "swept",
+]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -116,14 +124,10 @@ def order_sensitivity(
     UnknownNameError
         If a name does not exist.
     """
-    if response.damping_ratio:
-        raise OptionError(
-            "order_sensitivity: a damping ratio of all modes is no parameter of the drive; give "
-            "its parts their dampers or loss factors."
-        )
+    refuse_ratio(response, "order_sensitivity")
     row = response._place(output)
     key = response.outputs[row]
-    sizes = _sizes(response, key, measure)
+    sizes = sizes_of(response, key, measure)
     if speed is None:
         k = int(sizes.argmax())
     else:
@@ -138,7 +142,7 @@ def order_sensitivity(
             f"{response.system.name}: {balancing} is free and follows from the "
             "others; leave it out of `to`."
         )
-    slope = _slope(response, row, k, _weights(response, key, k, measure))[places]
+    slope = slope_of(response, key, k, measure)[places]
     value, theta = float(sizes[k]), response.rotation.theta[k, places]
     return OrderSensitivity(
         key,
@@ -152,7 +156,16 @@ def order_sensitivity(
     )
 
 
-def _sizes(response: OrderResponse, output: str, measure: str | float) -> Real:
+def refuse_ratio(response: OrderResponse, caller: str) -> None:
+    """Refuse damping of which no parameter of the drive knows."""
+    if response.damping_ratio:
+        raise OptionError(
+            f"{caller}: a damping ratio of all modes is no parameter of the drive; give its parts "
+            "their dampers or loss factors."
+        )
+
+
+def sizes_of(response: OrderResponse, output: str, measure: str | float) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
         both = response.synthesis(output)
@@ -183,8 +196,9 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
     return found
 
 
-def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
-    """Derivatives by all parameters, shape (p,)."""
+def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
+    """Derivatives of the measure at a speed by all parameters, shape (p,)."""
+    row, weights = response._place(output), _weights(response, output, k, measure)
     small, orders, wanted = response._small, response.orders, response._excitations
     over, solved = response.solution_at(k)
     n, count = over.x.shape[1], len(orders)
@@ -203,20 +217,17 @@ def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
         )
     ]
     samples = samples_of(over, orders)
-    angle, points, settings = over.along(0, samples)
+    angle = 2 * np.pi * over.turns * np.arange(samples) / samples
     turning = np.zeros((samples, count), dtype=complex)
     if over.turns_matter:
         whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
         turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
     own = [(turning @ left).real, (turning @ output).real]
-    theta, time = over.theta[0], over.points[0].time
-    flat = [part.sum(axis=0) for part in by_order]
-    averaged = [np.tile(part / samples, (samples, 1)) for part in flat]
-    by_x, by_theta = small.slopes(Parts(*own, *averaged), points, theta, settings, time)
-    slope_x, slope = by_x.sum(axis=0), by_theta.sum(axis=0)
+    slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
     if small.places:
         still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
-        again = [np.repeat(part[:1], count, axis=0) for part in (points, settings)]
+        again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
+        theta, time = over.theta[0], over.points[0].time
         w = orders * over.speeds[0]
         for sign, frequency in ((1.0, w), (-1.0, None)):
             part = Parts(*still, *(sign * numbers for numbers in by_order))
@@ -224,6 +235,30 @@ def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
             slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
     total: Real = slope + moved_by(over, slope_x)
     return total
+
+
+def swept(
+    small: SmallVibrations, over: Rotation, own: list[Real], means: list[Real]
+) -> tuple[Real, Real]:
+    """One reverse sweep over the turns: derivatives by states and by parameters.
+
+    Parameters
+    ----------
+    over : Rotation
+        At one speed.
+    own : list of ndarray, shapes (samples, n) and (samples, q)
+        Weights of rates and outputs at each of the samples.
+    means : list of ndarray, shapes (numbers,)
+        Weights of the means of the numbers of A, B, C and D.
+    """
+    samples = len(own[0])
+    _, points, settings = over.along(0, samples)
+    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
+    weights = Parts(*own, *averaged)
+    by_x, by_theta = small.slopes(
+        weights, points, over.theta[0], settings, over.points[0].time
+    )
+    return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 
 def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:
