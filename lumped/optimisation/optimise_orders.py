@@ -9,7 +9,6 @@ import numpy as np
 
 from lumped.compiler.system import Name
 from lumped.errors import OptimisationError, OptionError
-from lumped.numerics.nlp import Solution
 from lumped.optimisation.design import Bounds, Optimum, bounds_of
 from lumped.optimisation.optimise_modes import equilibrium_again
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey

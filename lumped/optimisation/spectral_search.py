@@ -179,9 +179,7 @@ class SpectralSearch:
             self.system.name, self.names, self.box, self.objective, self.rows, lambda: self.count
         )
 
-    def found(
-        self, w: np.ndarray
-    ) -> tuple[dict[str, float], dict[str, float], dict[Key, float]]:
+    def found(self, w: np.ndarray) -> tuple[dict[str, float], dict[str, float], dict[Key, float]]:
         """Parameters, those at the start, and all numbers."""
         best = dict(zip(self.names, (w[: len(self.names)] * self.scale).tolist(), strict=True))
         begin = dict(zip(self.names, self.start.tolist(), strict=True))

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError
 from lumped.language.expression import Expr
 from lumped.orbits.guesses import (
     advances,

@@ -172,8 +172,8 @@ class OrderResponse:
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
         old = self.rotation
-        given = (at, None) if at is not None else (None, parameters)
-        over = rotation(self.system, old.over, self.speeds, old.turns, *given, old.balancing)
+        values = parameters if at is None else None
+        over = rotation(self.system, old.over, self.speeds, old.turns, at, values, old.balancing)
         return _responded(self._small, over, self.orders, self._excitations, self.damping_ratio)
 
     def number_of(self, speed: float, caller: str) -> int:

@@ -208,12 +208,12 @@ def slope_of(response: OrderResponse, output: str, k: int, measure: str | float)
     x = solved.x[0]
     adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
     left = weights[:, None] * adjoint
-    output = np.zeros((count, len(small.outputs)), dtype=complex)
-    output[:, row] = weights
+    direct = np.zeros((count, len(small.outputs)), dtype=complex)
+    direct[:, row] = weights
     by_order = [
         (side[:, rows] * given[:, columns]).real
         for side, given, (rows, columns) in zip(
-            (left, left, output, output), (x, u, x, u), small.patterns, strict=True
+            (left, left, direct, direct), (x, u, x, u), small.patterns, strict=True
         )
     ]
     samples = samples_of(over, orders)
@@ -222,7 +222,7 @@ def slope_of(response: OrderResponse, output: str, k: int, measure: str | float)
     if over.turns_matter:
         whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
         turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
-    own = [(turning @ left).real, (turning @ output).real]
+    own = [(turning @ left).real, (turning @ direct).real]
     slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
     if small.places:
         still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
@@ -255,9 +255,7 @@ def swept(
     _, points, settings = over.along(0, samples)
     averaged = [np.tile(part / samples, (samples, 1)) for part in means]
     weights = Parts(*own, *averaged)
-    by_x, by_theta = small.slopes(
-        weights, points, over.theta[0], settings, over.points[0].time
-    )
+    by_x, by_theta = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
     return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 
