@@ -96,9 +96,9 @@ def optimise(
     ----------
     run : Trajectory, PeriodicOrbit, Modes, OrderResponse or System
         From `simulate`, `inverse`, `periodic`, `modes` or `order_response`, with the parameters at
-        which the search begins; or a system, to be simulated for each design. A motion from `periodic` stays
-        periodic, of its period, or of one that is found where it is unknown; what its `free`
-        parameter shall be is found too if it is in `vary`.
+        which the search begins; or a system, to be simulated for each design. A motion from
+        `periodic` stays periodic, of its period, or of one that is found where it is unknown; what
+        its `free` parameter shall be is found too if it is in `vary`.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight

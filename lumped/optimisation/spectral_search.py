@@ -23,14 +23,18 @@ class Spectrum(Protocol):
     """Natural frequencies, Hz, and damping ratios, with derivatives by what varies."""
 
     @property
-    def hertz(self) -> np.ndarray: ...
+    def hertz(self) -> np.ndarray:
+        """Natural frequencies, Hz, shape (m,)."""
 
     @property
-    def damping(self) -> np.ndarray: ...
+    def damping(self) -> np.ndarray:
+        """Damping ratios, shape (m,)."""
 
-    def hertz_by(self, mode: int) -> np.ndarray: ...
+    def hertz_by(self, mode: int) -> np.ndarray:
+        """Derivatives of a frequency, shape (p,)."""
 
-    def damping_by(self, mode: int) -> np.ndarray: ...
+    def damping_by(self, mode: int) -> np.ndarray:
+        """Derivatives of a damping ratio, shape (p,)."""
 
 
 class SpectralSearch:

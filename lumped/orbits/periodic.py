@@ -29,7 +29,7 @@ from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["again", "of_speed", "periodic", "turning_problem"]
+__all__ = ["again", "at_guess", "of_speed", "periodic", "turning_problem"]
 
 
 @checked
@@ -173,7 +173,7 @@ def periodic(
             return _result(problem, orbit, search, used, grid)
     if names:
         return of_speed(problem, replace(first, period=wanted), names[0], grid)
-    return _result(problem, shoot(problem, first), "shooting", None, grid)
+    return at_guess(problem, first, grid)
 
 
 def _wanted(
@@ -250,10 +250,15 @@ def _from_response(
     return of_speed(problem, first, free, grid)
 
 
+def at_guess(problem: OrbitProblem, guess: Guess, grid: int) -> PeriodicOrbit:
+    """The motion near a guess, by shooting."""
+    return _result(problem, shoot(problem, guess), "shooting", None, grid)
+
+
 def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
     """The periodic motion near a guess, by shooting, as another was found."""
     grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
-    return _result(orbit.problem, shoot(orbit.problem, guess), "shooting", None, grid)
+    return at_guess(orbit.problem, guess, grid)
 
 
 def _result(

@@ -16,7 +16,7 @@ from lumped.support.text_table import number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.campbell import CriticalSpeed
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.order_amplitudes import OrderAmplitudes
 
 __all__ = [
     "BarredRange",
@@ -109,22 +109,23 @@ def _columns(rows: Sequence[Sequence[float]] | str, what: str) -> tuple[Real, Re
 
 
 @checked
-def torque_reversal(torque: Name, response: OrderResponse, share: float = 1.0) -> Limit:
+def torque_reversal(torque: Name, response: OrderAmplitudes, share: float = 1.0) -> Limit:
     """Limit against hammering: the torque of a mesh must not change its sign.
 
     Parameters
     ----------
     torque : name
         The torque; its vibration must stay below its mean.
-    response : OrderResponse
+    response : OrderResponse or OrbitRange
         That has the means.
     share : float
         Of the mean that is permitted.
     """
-    mean = share * np.abs(response.mean(torque))
+    ascending = np.argsort(response.speeds)
+    known, mean = response.speeds[ascending], share * np.abs(response.mean(torque))[ascending]
     return Limit(
         torque,
-        lambda speeds: np.maximum(np.interp(speeds, response.speeds, mean), 1e-300),
+        lambda speeds: np.maximum(np.interp(speeds, known, mean), 1e-300),
         name="torque reversal",
         measure="maximum",
     )
@@ -233,12 +234,12 @@ class Verdict:
 
 
 @checked
-def verdict(found: OrderResponse | Trajectory, limits: Iterable[Limit]) -> Verdict:
+def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit]) -> Verdict:
     """Whether vibrations keep limits, how far these are used, and where.
 
     Parameters
     ----------
-    found : OrderResponse or Trajectory
+    found : OrderResponse, OrbitRange or Trajectory
         Steady vibration over the speed, or a run.
     limits : iterable of Limit
         The limits.
@@ -263,7 +264,7 @@ def verdict(found: OrderResponse | Trajectory, limits: Iterable[Limit]) -> Verdi
     return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
 
 
-def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
+def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
     key = found.system.key(limit.quantity)
     unit = found.system.quantity(key).unit
     if isinstance(found, Trajectory):
@@ -275,7 +276,9 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
                 f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
             )
     else:
-        speeds, values = found.speeds, _measured(found, key, limit.measure)
+        ascending = np.argsort(found.speeds)
+        speeds = found.speeds[ascending]
+        values = _measured(found, key, limit.measure)[ascending]
         if limit.speeds is not None:
             inside = (speeds >= limit.speeds[0]) & (speeds <= limit.speeds[1])
             if not inside.any():
@@ -292,7 +295,7 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
         limit.name,
         key,
         unit,
-        limit.measure if isinstance(found, OrderResponse) else "largest",
+        limit.measure if isinstance(found, OrderAmplitudes) else "largest",
         limit.clause,
         limit.source,
         float(values[k]),
@@ -303,7 +306,7 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
     )
 
 
-def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
+def _measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
     """A measure of a quantity at each speed."""
     both = found.synthesis(key)
     if measure == "with mean":

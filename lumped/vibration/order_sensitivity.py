@@ -128,10 +128,7 @@ def order_sensitivity(
     row = response._place(output)
     key = response.outputs[row]
     sizes = sizes_of(response, key, measure)
-    if speed is None:
-        k = int(sizes.argmax())
-    else:
-        k = response.number_of(speed, "order_sensitivity")
+    k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
     names, places = places_to(response.rotation.points[0], to)
     balancing = response.rotation.balancing
     if to is None and balancing is not None:
