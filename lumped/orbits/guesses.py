@@ -172,7 +172,7 @@ def after_time(
 
 def after_response(problem: OrbitProblem, response: OrderResponse, k: int) -> Guess:
     """What an order response says of the motion at one of its speeds."""
-    over, solved = response.solution_at(k)
+    over, solved, _ = response.solution_at(k)
     x = over.x[0] + solved.x[0].real.sum(axis=0)
     point = OperatingPoint(problem.system, 0.0, x, over.theta[0], over.settings[0])
     leading = int(np.flatnonzero(problem.advance)[0])

@@ -92,7 +92,7 @@ class _Missing(NamedTuple):
 
 def linearity(
     small: SmallVibrations,
-    solution_at: Callable[[int], tuple[Rotation, OrderSolution]],
+    solution_at: Callable[[int], tuple[Rotation, OrderSolution, Complex]],
     speeds: Real,
     orders: Real,
     values: Complex,
@@ -104,7 +104,8 @@ def linearity(
     Parameters
     ----------
     solution_at : callable
-        Gives the steady rotation and the solution at one of the speeds, by its number.
+        Gives the steady rotation, the solution, and the amplitudes of the inputs at one of the
+        speeds, by its number.
     values : ndarray of complex, shape (k, o, outputs)
         Amplitudes of the outputs.
     """
@@ -149,6 +150,7 @@ class _Along:
         small: SmallVibrations,
         over: Rotation,
         solved: OrderSolution,
+        inputs: Complex,
         orders: Real,
         cycle: int,
     ) -> None:
@@ -158,6 +160,7 @@ class _Along:
         self.mean = over.x[0] + self.angle[:, None] * over.turning
         waves = np.exp(1j * self.angle[:, None] * orders)
         self.vibration: Real = (waves @ solved.x[0]).real
+        self.inputs: Real = (waves @ inputs).real
         self.waves = waves.conj() * (2 / samples)
         self.settings = settled(over.system, self.mean, over.theta[0], over.settings[0])
         self.rates, self.outputs = self._at(self.mean)
@@ -222,20 +225,31 @@ class _Along:
         switching = self.over.system.switching
         if not switching.names:
             return []
-        margins, rows = _margins(self.over.system)
+        margins, rows = _margins(self.over.system, self.small.inputs)
         time = np.full(len(self.angle), self.over.points[0].time)
         theta = self.over.theta[0]
-        moved = margins(self.mean + self.vibration, theta, time, self.settings)
-        still = margins(self.mean, theta, time, self.settings)
+        mean = np.hstack([self.mean, np.zeros_like(self.inputs)])
+        vibration = np.hstack([self.vibration, self.inputs])
+        moved = margins(mean + vibration, theta, time, self.settings)
+        still = margins(mean, theta, time, self.settings)
         lost = (moved < 0).any(axis=0) & (still >= 0).all(axis=0)
         return list(dict.fromkeys(switching.names[rows[i]] for i in np.flatnonzero(lost)))
 
 
 @made_once
-def _margins(system: System) -> tuple[ManyPoints, list[int]]:
-    """What is negative as soon as a hold changes, beyond its tolerance, and which holds."""
+def _margins(system: System, inputs: tuple[str, ...]) -> tuple[ManyPoints, list[int]]:
+    """What is negative as soon as a hold changes, beyond its tolerance, and which holds.
+
+    Of states, followed by what is added to inputs.
+    """
     margins, tolerances = system.switching.margins
     places = [i for i, (kind, _) in enumerate(system.switching.rows) if kind != "relation"]
     rows = [system.switching.rows[i][1] for i in places]
     found = system.structure.in_states((margins + tolerances)[places])
-    return ManyPoints(ca.Function("margins", system.inputs, [ca.densify(found)])), rows
+    x, theta, *others = system.inputs
+    added = ca.SX.sym("added", len(inputs))
+    if inputs:
+        own = theta[system.places(inputs)]
+        (found,) = ca.substitute([found], [own], [own + added])
+    given = [ca.vertcat(x, added), theta, *others]
+    return ManyPoints(ca.Function("margins", given, [ca.densify(found)])), rows

@@ -62,15 +62,19 @@ class OrderResponse(OrderAmplitudes):
             return None
         return linearity(self._small, self.solution_at, self.speeds, self.orders, self.values)
 
-    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution]:
-        """Steady rotation and amplitudes, those of the states too, at one of the speeds."""
+    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
+        """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
         over = self.rotation.at(k)
         wanted = {
             name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
             for name, harmonics in self._excitations.items()
         }
         solved = order_solution(self._small, over, self.orders, wanted, self.damping_ratio)
-        return over, solved
+        inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
+        for i, harmonics in enumerate(wanted.values()):
+            for order, amplitude in harmonics.items():
+                inputs[self.orders == order, i] = amplitude
+        return over, solved, inputs
 
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""

@@ -196,12 +196,9 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
 def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,)."""
     row, weights = response._place(output), _weights(response, output, k, measure)
-    small, orders, wanted = response._small, response.orders, response._excitations
-    over, solved = response.solution_at(k)
+    small, orders = response._small, response.orders
+    over, solved, u = response.solution_at(k)
     n, count = over.x.shape[1], len(orders)
-    u = np.array(
-        [[h[o][k] if o in h else 0 for h in wanted.values()] for o in orders.tolist()]
-    ).reshape(count, len(wanted))
     x = solved.x[0]
     adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
     left = weights[:, None] * adjoint
