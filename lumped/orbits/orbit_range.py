@@ -135,8 +135,10 @@ def periodic_range(
         Turns after which everything repeats; `guess` has its own.
     warm_up, parameters, start
         Without a `guess`, as for `periodic`, at the first speed.
-    rtol, iterations : float, int
-        As for `periodic`, at each speed.
+    rtol : float
+        As for `periodic`. Tighter than elsewhere: what is missing after a period adds up.
+    iterations : int
+        Newton steps at each speed after which to give up.
 
     Returns
     -------

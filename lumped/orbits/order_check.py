@@ -115,7 +115,7 @@ def check_orders(
     *,
     speeds: Iterable[float] | None = None,
     tolerance: float = 0.05,
-    rtol: float = 1e-9,
+    rtol: float = 1e-10,
     iterations: int = 20,
 ) -> OrderCheck:
     """Compare an order response with the periodic motions that it approximates.
@@ -132,8 +132,10 @@ def check_orders(
     tolerance : float
         Difference, over the largest amplitude of a quantity at a speed, up to which an amplitude is
         right.
-    rtol, iterations : float, int
-        As for `periodic`.
+    rtol : float
+        As for `periodic`. Tighter than elsewhere: what is missing after a period adds up.
+    iterations : int
+        Newton steps for each motion after which to give up.
 
     Returns
     -------

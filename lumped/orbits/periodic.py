@@ -222,9 +222,9 @@ def turning_problem(
             "torques, as a periodic motion does; name the torque that does, "
             "order_response(over=..., free=...)."
         )
-    if response._excitations:
+    if response.excitations:
         raise OptionError(
-            f"{system.name}: a run has no excitations= ({', '.join(response._excitations)}); make "
+            f"{system.name}: a run has no excitations= ({', '.join(response.excitations)}); make "
             "them part of the model, as torques over the angle of the shaft."
         )
     if needs_time(system, over.theta[0]):

@@ -13,9 +13,11 @@ from lumped.vibration.limits import Verdict as Verdict
 from lumped.vibration.limits import separation as separation
 from lumped.vibration.limits import torque_reversal as torque_reversal
 from lumped.vibration.limits import verdict as verdict
+from lumped.vibration.linearity import Linearity as Linearity
 from lumped.vibration.marine_rule import MarineShaft as MarineShaft
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
+from lumped.vibration.order_amplitudes import OrderAmplitudes as OrderAmplitudes
 from lumped.vibration.order_analysis import Order as Order
 from lumped.vibration.order_analysis import orders as orders
 from lumped.vibration.order_analysis import turns as turns

@@ -109,17 +109,26 @@ def _columns(rows: Sequence[Sequence[float]] | str, what: str) -> tuple[Real, Re
 
 
 @checked
-def torque_reversal(torque: Name, response: OrderAmplitudes, share: float = 1.0) -> Limit:
+def torque_reversal(response: OrderAmplitudes, torque: Name, *, share: float = 1.0) -> Limit:
     """Limit against hammering: the torque of a mesh must not change its sign.
 
     Parameters
     ----------
-    torque : name
-        The torque; its vibration must stay below its mean.
     response : OrderResponse or OrbitRange
         That has the means.
+    torque : name
+        The torque; its vibration must stay below its mean.
     share : float
         Of the mean that is permitted.
+
+    Returns
+    -------
+    Limit
+
+    Raises
+    ------
+    UnknownNameError
+        If the torque was not computed.
     """
     ascending = np.argsort(response.speeds)
     known, mean = response.speeds[ascending], share * np.abs(response.mean(torque))[ascending]
@@ -133,7 +142,13 @@ def torque_reversal(torque: Name, response: OrderAmplitudes, share: float = 1.0)
 
 @dataclass(frozen=True)
 class BarredRange:
-    """Speeds that must be passed quickly, rad/s."""
+    """Speeds that must be passed quickly.
+
+    Attributes
+    ----------
+    begin, end : float
+        First and last of them, rad/s.
+    """
 
     begin: float
     end: float

@@ -44,7 +44,7 @@ class MeanModes:
     """
 
     def __init__(self, response: OrderResponse, k: int) -> None:
-        self._small, self._over = response._small, response.rotation.at(k)
+        self._small, self._over = response.small, response.rotation.at(k)
         samples = samples_of(self._over, response.orders)
         _, x, settings = self._over.along(0, samples)
         theta, time = self._over.theta[0], self._over.points[0].time

@@ -43,13 +43,19 @@ class OrderResponse(OrderAmplitudes):
         Largest backward error of the equations solved.
     damping_ratio : float
         What was added to the damping of every elastic mode.
+    excitations : dict of str to dict of float to ndarray of complex, shape (k,)
+        Amplitudes that were given, by inputs and orders.
     """
 
     rotation: Rotation
     residual: float
     damping_ratio: float
-    _small: SmallVibrations
-    _excitations: Excitations
+    excitations: Excitations
+
+    @property
+    def small(self) -> SmallVibrations:
+        """The equations of small vibrations that were solved."""
+        return small_vibrations(self.system, tuple(self.excitations), self.outputs)
 
     @cached_property
     def linearity(self) -> Linearity | None:
@@ -60,16 +66,16 @@ class OrderResponse(OrderAmplitudes):
         """
         if self.damping_ratio:
             return None
-        return linearity(self._small, self.solution_at, self.speeds, self.orders, self.values)
+        return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
 
     def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
         """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
         over = self.rotation.at(k)
         wanted = {
             name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-            for name, harmonics in self._excitations.items()
+            for name, harmonics in self.excitations.items()
         }
-        solved = order_solution(self._small, over, self.orders, wanted, self.damping_ratio)
+        solved = order_solution(self.small, over, self.orders, wanted, self.damping_ratio)
         inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
         for i, harmonics in enumerate(wanted.values()):
             for order, amplitude in harmonics.items():
@@ -81,7 +87,7 @@ class OrderResponse(OrderAmplitudes):
         old = self.rotation
         values = parameters if at is None else None
         over = rotation(self.system, old.over, self.speeds, old.turns, at, values, old.balancing)
-        return _responded(self._small, over, self.orders, self._excitations, self.damping_ratio)
+        return _responded(self.small, over, self.orders, self.excitations, self.damping_ratio)
 
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.
@@ -233,7 +239,6 @@ def _responded(
         over,
         solved.residual,
         damping_ratio,
-        small,
         wanted,
     )
 

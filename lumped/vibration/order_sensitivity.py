@@ -196,7 +196,7 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
 def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
     """Derivatives of the measure at a speed by all parameters, shape (p,)."""
     row, weights = response._place(output), _weights(response, output, k, measure)
-    small, orders = response._small, response.orders
+    small, orders = response.small, response.orders
     over, solved, u = response.solution_at(k)
     n, count = over.x.shape[1], len(orders)
     x = solved.x[0]
