@@ -35,14 +35,14 @@ def best_orders(
     there are none (exchange method: Hettich and Kortanek, SIAM Review 35 (1993) 380).
     """
     search = _OrderSearch(begin, vary, weights, subject_to)
-    iterations = 0
+    iterations, seconds = 0, 0.0
     while True:
         solution, active = search.solved()
-        iterations += solution.iterations
+        iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
         if not search.extended(solution.w):
             break
         search.box[:, 0] = solution.w
-    solution = replace(solution, iterations=iterations)
+    solution = replace(solution, iterations=iterations, seconds=seconds)
     best, start, numbers = search.found(solution.w)
     own = search.response(solution.w)
     return Optimum(own, best, start, solution.objective, numbers, active, 0.0, solution)
