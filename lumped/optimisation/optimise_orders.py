@@ -13,7 +13,7 @@ from lumped.optimisation.design import Bounds, Optimum, bounds_of
 from lumped.optimisation.optimise_modes import equilibrium_again
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
 from lumped.simulation.functionals import OrderPeak
-from lumped.vibration.mean_modes import MeanModes
+from lumped.vibration.mean_spectrum import MeanSpectrum
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_sensitivity import refuse_ratio, sizes_of, slope_of
 
@@ -74,7 +74,7 @@ class _OrderSearch(SpectralSearch):
             )
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None
-        self.modes: tuple[bytes, MeanModes] | None = None
+        self.modes: tuple[bytes, MeanSpectrum] | None = None
         self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
         self.begin()
         self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
@@ -125,7 +125,7 @@ class _OrderSearch(SpectralSearch):
     def spectrum(self, w: np.ndarray) -> _Spectrum:
         found, u = self.response(w), w[: len(self.names)].tobytes()
         if self.modes is None or self.modes[0] != u:
-            own = MeanModes(found, 0)
+            own = MeanSpectrum(found, 0)
             if self.modes is not None and len(own.hertz) != len(self.modes[1].hertz):
                 raise OptimisationError(
                     f"{self.system.name}: at {self.text(w)} there are {len(own.hertz)} "
@@ -209,7 +209,7 @@ class _OrderSearch(SpectralSearch):
 class _Spectrum:
     """Modes of the mean equations, with derivatives by what varies."""
 
-    def __init__(self, modes: MeanModes, places: list[int]) -> None:
+    def __init__(self, modes: MeanSpectrum, places: list[int]) -> None:
         self.modes, self.places = modes, places
 
     @property

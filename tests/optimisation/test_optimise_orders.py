@@ -7,7 +7,7 @@ import lumped as lp
 from lumped import functionals as fun
 from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
 from lumped.errors import OptimisationError, OptionError, UnknownNameError
-from lumped.vibration.mean_modes import MeanModes
+from lumped.vibration.mean_spectrum import MeanSpectrum
 from tests.vibration.test_order_response import OPTIONS, ship
 
 J = (2.0, 0.6, 8.0)
@@ -175,7 +175,7 @@ def test_gradients_of_limits_equal_differences_of_dense_solutions(drive):
     c, D, k = 9e3, 0.06, 40
     response = response_of(drive, parameters={"shaft.D": D, "coupling.c": c})
     slopes = lp.vibration.order_sensitivity(response, "shaft.tau", speed=SPEEDS[k])
-    modes = MeanModes(response, 0)
+    modes = MeanSpectrum(response, 0)
     places = drive.places(["coupling.c", "shaft.D"])
     by = modes.hertz_by(0)[places]
     for name, mode, wanted, first in (
@@ -205,10 +205,10 @@ def test_natural_vibrations_follow_the_mean_torques(free):
     def at(name, change):
         parameters = {name: system.parameters[name] + change}
         found = lp.vibration.order_response(system, free=free, parameters=parameters, **OPTIONS)
-        modes = MeanModes(found, 3)
+        modes = MeanSpectrum(found, 3)
         return np.array([modes.hertz[0], modes.damping[0]])
 
-    modes = MeanModes(lp.vibration.order_response(system, free=free, **OPTIONS), 3)
+    modes = MeanSpectrum(lp.vibration.order_response(system, free=free, **OPTIONS), 3)
     by = np.array([modes.hertz_by(0), modes.damping_by(0)])
     for name in ("crank.J", "drive.m", "gear.ratio", "rubber.c", "water.d", "coupling.phi_rel0"):
         h = 1e-3 * max(abs(system.parameters[name]), 0.01)

@@ -12,7 +12,7 @@ from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_sensitivity import swept
 from lumped.vibration.order_solution import samples_of
 
-__all__ = ["MeanModes"]
+__all__ = ["MeanSpectrum"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -25,7 +25,7 @@ _REPEATED = 1e-6
 """Relative distance of eigenvalues below which they have no derivatives of their own."""
 
 
-class MeanModes:
+class MeanSpectrum:
     """Vibrations of the equations from which an order response was computed, at one of its speeds.
 
     Laws of the frequency hold at the frequencies that parameters state.
