@@ -10,11 +10,12 @@ import numpy as np
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError
 from lumped.numerics.nlp import Solution
-from lumped.simulation.functionals import Designed, Frequency, Functional, Modal
+from lumped.simulation.functionals import Designed, Frequency, Functional, OrderPeak, Vibrating
 from lumped.support.text_table import number, table
 from lumped.support.units import amount
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
 
 __all__ = [
     "Bounds",
@@ -30,7 +31,7 @@ __all__ = [
 Bounds = tuple[float | None, float | None]
 """Lower and upper bound; None is none."""
 
-Key = Designed | Modal | Functional
+Key = Designed | Vibrating | Functional
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +40,8 @@ class Optimum:
 
     Attributes
     ----------
-    run : Trajectory or Modes
-        The run, or the modes, with this design.
+    run : Trajectory, Modes or OrderResponse
+        The run, the modes or the vibration with this design.
     parameters, start : dict of str to float
         What was varied: its values now and at the start.
     objective : float
@@ -59,7 +60,7 @@ class Optimum:
         What searches from other starts found: objective and parameters, the best first.
     """
 
-    run: Trajectory | Modes
+    run: Trajectory | Modes | OrderResponse
     parameters: dict[str, float]
     start: dict[str, float]
     objective: float
@@ -139,7 +140,7 @@ def varied(
 
 def key_unit(system: System, key: Key) -> str:
     """Unit of what can be minimised or bounded."""
-    if isinstance(key, Functional):
+    if isinstance(key, Functional | OrderPeak):
         return key.unit(system)
     if isinstance(key, Designed):
         return system.quantity(key.name).unit

@@ -34,14 +34,16 @@ from lumped.optimisation.discretisation import (
     term,
 )
 from lumped.optimisation.optimise_modes import best_modes
+from lumped.optimisation.optimise_orders import best_orders
 from lumped.optimisation.optimise_runs import best_runs
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.simulation.functional_kinds import watching
-from lumped.simulation.functionals import Designed, Functional, Modal
+from lumped.simulation.functionals import Designed, Functional, Modal, Vibrating
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["DesignProblem", "Objective", "optimise"]
 
@@ -54,7 +56,7 @@ Objective = Key | str | Mapping[Key | str, float]
 
 @checked
 def optimise(
-    run: Trajectory | PeriodicOrbit | Modes | System,
+    run: Trajectory | PeriodicOrbit | Modes | OrderResponse | System,
     *,
     vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
     minimise: Objective,
@@ -81,6 +83,10 @@ def optimise(
     found anew for each design, with the same start values and free parameters; a point of a run is
     held.
 
+    Vibrations of an order response, with its natural frequencies at its first speed, have exact
+    gradients too (`order_sensitivity`). A limit of an `order_peak` holds at all its speeds: those
+    at which a design is worst are added to the search until none exceeds it.
+
     Long or stiff runs and those with events are simulated whole for each design (single shooting):
     give the system and `until` in place of a run. Gradients are those of `gradient`, and the
     search is the same as for modes. Kinks of a peak, where one crest overtakes another, may stop
@@ -88,16 +94,17 @@ def optimise(
 
     Parameters
     ----------
-    run : Trajectory, PeriodicOrbit, Modes or System
-        From `simulate`, `inverse`, `periodic` or `modes`, with the parameters at which the search
-        begins; or a system, to be simulated for each design. A motion from `periodic` stays
-        periodic, of its period, or of one that is found where it is unknown; what its `free`
-        parameter shall be is found too if it is in `vary`.
+    run : Trajectory, PeriodicOrbit, Modes, OrderResponse or System
+        From `simulate`, `inverse`, `periodic`, `modes` or `order_response`, with the parameters at
+        which the search begins; or a system, to be simulated for each design. A motion from
+        `periodic` stays periodic, of its period, or of one that is found where it is unknown; what
+        its `free` parameter shall be is found too if it is in `vary`.
     vary : mapping of name to (low, high)
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
         Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``; of modes
-        `frequency`, `damping` and `clearance`. A negative weight makes large.
+        `frequency`, `damping` and `clearance`; of an order response `order_peak` too. A negative
+        weight makes large.
     subject_to : mapping of functional or name to (low, high), optional
         Bounds of functionals, or of a quantity at all instants.
     intervals : int
@@ -141,6 +148,7 @@ def optimise(
         Trajectory: Designed,
         PeriodicOrbit: Designed,
         Modes: Modal,
+        OrderResponse: Vibrating,
         System: Functional,
     }
     if type(run) not in known_kinds:
@@ -159,7 +167,7 @@ def optimise(
             )
     if not isinstance(run, System) and (until, parameters, start) != (None, None, None):
         raise OptionError(
-            "optimise: until, parameters and start belong to a system; a run and modes have theirs."
+            "optimise: until, parameters and start belong to a system; others have theirs."
         )
     if starts < 1 or (starts > 1 and not isinstance(run, System)):
         raise OptionError(
@@ -168,6 +176,8 @@ def optimise(
         )
     if isinstance(run, Modes):
         return best_modes(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
+    if isinstance(run, OrderResponse):
+        return best_orders(run, vary, cast(Any, weights), cast(Any, subject_to or {}))
     if isinstance(run, System):
         if until is None:
             raise OptionError("optimise: a system is simulated for each design; give until=, s.")

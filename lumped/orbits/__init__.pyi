@@ -1,5 +1,9 @@
 from lumped.orbits.flywheel import Flywheel as Flywheel
 from lumped.orbits.flywheel import flywheel as flywheel
 from lumped.orbits.orbit import PeriodicOrbit as PeriodicOrbit
+from lumped.orbits.orbit_range import OrbitRange as OrbitRange
+from lumped.orbits.orbit_range import periodic_range as periodic_range
 from lumped.orbits.orbit_sensitivity import OrbitSensitivity as OrbitSensitivity
+from lumped.orbits.order_check import OrderCheck as OrderCheck
+from lumped.orbits.order_check import check_orders as check_orders
 from lumped.orbits.periodic import periodic as periodic

@@ -14,8 +14,9 @@ from lumped.simulation.simulate import simulate
 from lumped.support.units import plain
 from lumped.timeloop.instants import clocks
 from lumped.timeloop.result import OperatingPoint, Piece, Trajectory
+from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["advances", "after_cycles", "after_time", "drifting", "needs_time"]
+__all__ = ["advances", "after_cycles", "after_response", "after_time", "drifting", "needs_time"]
 
 _CYCLES = 10
 """Periods to settle unless a time is given."""
@@ -167,6 +168,16 @@ def after_time(
     rate = np.asarray(system.rhs(x, run.theta, now, longest.settings[middle])).ravel()
     phase = rate[problem.active] / size**2
     return Guess(_point(begin, later, longest, middle, advance), period, phase)
+
+
+def after_response(problem: OrbitProblem, response: OrderResponse, k: int) -> Guess:
+    """What an order response says of the motion at one of its speeds."""
+    over, solved, _ = response.solution_at(k)
+    x = over.x[0] + solved.x[0].real.sum(axis=0)
+    point = OperatingPoint(problem.system, 0.0, x, over.theta[0], over.settings[0])
+    leading = int(np.flatnonzero(problem.advance)[0])
+    period = 2 * np.pi * over.turns / float(over.speeds[0])
+    return Guess(point, period, (problem.active == leading).astype(float))
 
 
 def _refuse_charts(run: Trajectory) -> None:

@@ -9,9 +9,16 @@ from typing import Literal
 import numpy as np
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError, SolverError
+from lumped.errors import OptionError
 from lumped.language.expression import Expr
-from lumped.orbits.guesses import advances, after_cycles, after_time, drifting, needs_time
+from lumped.orbits.guesses import (
+    advances,
+    after_cycles,
+    after_response,
+    after_time,
+    drifting,
+    needs_time,
+)
 from lumped.orbits.harmonic import collocate
 from lumped.orbits.orbit import PeriodicOrbit
 from lumped.orbits.shooting import Guess, Orbit, OrbitProblem, closed, refuse_rest, shoot
@@ -19,9 +26,10 @@ from lumped.points.start import start_point
 from lumped.simulation.simulate import simulate
 from lumped.support.arguments import checked
 from lumped.support.units import in_seconds
-from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["again", "periodic"]
+__all__ = ["again", "at_guess", "of_speed", "periodic", "turning_problem"]
 
 
 @checked
@@ -33,6 +41,8 @@ def periodic(
     turn: Mapping[Name, float] | None = None,
     warm_up: float | None = None,
     free: Iterable[Name] = (),
+    guess: OrderResponse | None = None,
+    speed: float | None = None,
     parameters: Changes | None = None,
     start: Changes | None = None,
     search: Literal["shooting", "harmonic"] = "shooting",
@@ -47,7 +57,8 @@ def periodic(
     that is unknown (or known, if it is driven too); self-excited, of an unknown period `near` some
     value. The motion is first simulated for some time, then found by Newton's method. With a
     parameter in `free`, a motion of unknown period gets the one that is given: a motor finds the
-    torque with which its shaft turns at a given mean speed.
+    torque with which its shaft turns at a given mean speed. An order response as a `guess` says
+    what turns, how far, and what is free, and spares the simulation.
 
     Shooting takes any system, with friction, contact and impacts. Harmonic balance takes smooth
     ones: trigonometric collocation at ``2 harmonics + 1`` points (Krack and Gross, Harmonic Balance
@@ -69,6 +80,11 @@ def periodic(
     free : iterable of one name, optional
         Parameter that the motion determines, so that `period` is its period though no function of
         time prescribes it; the search begins at its value.
+    guess : OrderResponse, optional
+        From `order_response` with `over` and `free`; in place of the options above, `parameters`
+        and `start`.
+    speed : float, optional
+        One of its speeds, rad/s, the mean of the motion.
     parameters, start : mapping of name to float, optional
         As for `simulate`.
     search : {"shooting", "harmonic"}
@@ -96,6 +112,16 @@ def periodic(
     SolverError
         If no periodic motion is found, or more than one nearby; its `partial` is the last run.
     """
+    if guess is not None or speed is not None:
+        given = (period, near, turn, warm_up, parameters, start)
+        if guess is None or speed is None or any(v is not None for v in given) or tuple(free):
+            raise OptionError(
+                "periodic: an order response as a guess goes with one of its speeds: guess= and "
+                "speed=, without period, near, turn, warm_up, free, parameters and start, which it "
+                "has."
+            )
+        _check(system, None, 1.0, None, None, search, harmonics, grid, rtol)
+        return _from_response(system, guess, float(speed), grid, rtol, iterations)
     near = None if near is None else in_seconds(near, "near")
     warm_up = None if warm_up is None else in_seconds(warm_up, "warm_up")
     point = start_point(system, parameters=parameters, start=start)
@@ -135,18 +161,19 @@ def periodic(
         raise OptionError(f"periodic: no state of {system.name} has an effect; nothing repeats.")
     problem = OrbitProblem(system, advance, active, period is None, rtol, iterations, clock)
     if period is not None:
-        guess = after_cycles(problem, point, period, warm_up)
+        first = after_cycles(problem, point, period, warm_up)
     else:
-        guess = after_time(problem, point, near, warm_up)
+        first = after_time(problem, point, near, warm_up)
     used = None
     if search == "harmonic":
-        refined, used, steps, evaluations = collocate(problem, guess, harmonics)
-        orbit = closed(problem, refined)
-        orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
-    else:
-        orbit = shoot(problem, guess)
-    found = _result(problem, orbit, search, used, grid)
-    return _with_period(found, names[0], wanted) if names else found
+        first, used, steps, evaluations = collocate(problem, first, harmonics)
+        if not names:
+            orbit = closed(problem, first)
+            orbit = replace(orbit, iterations=steps, evaluations=orbit.evaluations + evaluations)
+            return _result(problem, orbit, search, used, grid)
+    if names:
+        return of_speed(problem, replace(first, period=wanted), names[0], grid)
+    return at_guess(problem, first, grid)
 
 
 def _wanted(
@@ -165,45 +192,73 @@ def _wanted(
     return period
 
 
-def _with_period(orbit: PeriodicOrbit, name: str, wanted: float) -> PeriodicOrbit:
-    """The motion for whose period a parameter is changed, by Newton's method on the period."""
-    system, problem = orbit.system, orbit.problem
-    (place,) = system.places([name])
-    state = next(n for n in system.state_names if "(" not in n)
-    iterations, evaluations = orbit.iterations, orbit.evaluations
-    for _ in range(problem.iterations):
-        if abs(orbit.period / wanted - 1) <= 10 * problem.rtol:
-            free = {name: float(orbit.run.theta[place])}
-            return replace(orbit, free=free, iterations=iterations, evaluations=evaluations)
-        slopes = orbit.sensitivity(of=[state], to=[name])
-        slope = slopes.period[name]
-        if not slope:
-            raise OptionError(
-                f"periodic: the period does not depend on {name}; free a parameter that changes it."
-            )
-        # no further than the orbit may be followed from its neighbour
-        change = float(np.clip(wanted - orbit.period, -0.3 * orbit.period, 0.3 * orbit.period))
-        old = orbit.found.guess
-        theta = old.point.theta.copy()
-        theta[place] += change / slope
-        system.check_parameters(theta)
-        x = old.point.x + slopes.start[:, 0] * change / slope
-        point = OperatingPoint(system, 0.0, x, theta, old.point.settings)
-        orbit = again(orbit, Guess(point, old.period + change, old.phase))
-        iterations += orbit.iterations
-        evaluations += orbit.evaluations + slopes.evaluations
-    raise SolverError(
-        f"{system.name}: no {name} for which the period is {wanted:.9g} s was found in "
-        f"{problem.iterations} iterations; for {orbit.run.theta[place]:.6g} it is "
-        f"{orbit.period:.9g} s. Begin with a value nearer to it.",
-        orbit.run,
+def of_speed(problem: OrbitProblem, guess: Guess, free: str, grid: int) -> PeriodicOrbit:
+    """The motion of the period of a guess, which determines a parameter, by shooting."""
+    (place,) = problem.system.places([free])
+    found = _result(
+        problem, shoot(replace(problem, parameter=place), guess), "shooting", None, grid
     )
+    return replace(found, free={free: float(found.run.theta[place])})
+
+
+def turning_problem(
+    system: System, response: OrderResponse, rtol: float, iterations: int
+) -> tuple[OrbitProblem, str]:
+    """What must repeat in the motion that an order response describes, and what is free.
+
+    Raises
+    ------
+    OptionError
+        If it is the response of another system, or tells too little of the motion.
+    """
+    over, free = response.rotation, response.rotation.balancing
+    if response.system is not system:
+        raise OptionError(
+            f"{system.name}: the order response is that of another system; give one of this."
+        )
+    if free is None:
+        raise OptionError(
+            f"{system.name}: an order response in which nothing is free does not balance the mean "
+            "torques, as a periodic motion does; name the torque that does, "
+            "order_response(over=..., free=...)."
+        )
+    if response.excitations:
+        raise OptionError(
+            f"{system.name}: a run has no excitations= ({', '.join(response.excitations)}); make "
+            "them part of the model, as torques over the angle of the shaft."
+        )
+    if needs_time(system, over.theta[0]):
+        raise OptionError(
+            f"periodic: functions of time act on {system.name}, so {free} is not determined by "
+            "the period. Give period= in place of an order response."
+        )
+    if not over.turns_matter:
+        raise OptionError(
+            f"periodic: nothing in {system.name} depends on the angle {over.over}, so that nothing "
+            "vibrates by itself."
+        )
+    advance = 2 * np.pi * over.turns * over.turning
+    active = np.flatnonzero(~drifting(system, advance))
+    return OrbitProblem(system, advance, active, True, rtol, iterations), free
+
+
+def _from_response(
+    system: System, guess: OrderResponse, speed: float, grid: int, rtol: float, iterations: int
+) -> PeriodicOrbit:
+    problem, free = turning_problem(system, guess, rtol, iterations)
+    first = after_response(problem, guess, guess.number_of(speed, "periodic"))
+    return of_speed(problem, first, free, grid)
+
+
+def at_guess(problem: OrbitProblem, guess: Guess, grid: int) -> PeriodicOrbit:
+    """The motion near a guess, by shooting."""
+    return _result(problem, shoot(problem, guess), "shooting", None, grid)
 
 
 def again(orbit: PeriodicOrbit, guess: Guess) -> PeriodicOrbit:
     """The periodic motion near a guess, by shooting, as another was found."""
     grid = max(sum(len(piece.t) for piece in orbit.run.pieces), 100)
-    return _result(orbit.problem, shoot(orbit.problem, guess), "shooting", None, grid)
+    return at_guess(orbit.problem, guess, grid)
 
 
 def _result(

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from lumped.compiler.system import System
-from lumped.errors import SolverError
+from lumped.errors import OptionError, ParameterError, SolverError
 from lumped.gradients.forward import Forward
 from lumped.gradients.steps import steps_of
 from lumped.numerics.damping import damped
@@ -47,13 +47,15 @@ class OrbitProblem:
     active : ndarray of int, shape (k,)
         States that must repeat; the others have no effect on them.
     free : bool
-        The period is unknown.
+        The period is unknown, or a parameter in its place.
     rtol : float
         Relative tolerance of runs, and of the residual.
     iterations : int
         Give up after so many.
     clock : int or None
         Place of the parameter that is the period.
+    parameter : int or None
+        Place of the parameter that is unknown in place of the period, while a motion is searched.
     """
 
     system: System
@@ -63,6 +65,7 @@ class OrbitProblem:
     rtol: float
     iterations: int
     clock: int | None = None
+    parameter: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,14 +157,17 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
 
     The Jacobian is the monodromy matrix less one (Parker and Chua, Practical Numerical Algorithms
     for Chaotic Systems, 1989, ch. 5), from the sensitivity equations, exact across events; an
-    unknown period adds the rates at the end as a column and the phase as a row.
+    unknown period adds the rates at the end as a column and the phase as a row, an unknown
+    parameter the derivatives by it.
 
     Raises
     ------
+    OptionError
+        If the motion does not depend on the unknown parameter.
     SolverError
         If it does not converge, or motions beside the one found are periodic too.
     """
-    forward = _forward(problem)
+    forward = _forward(problem, guess)
     shot = _Shot(problem, guess)
     evaluations = shot.run.statistics.evaluations
     for iteration in range(problem.iterations + 1):
@@ -169,8 +175,8 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
             return _finished(problem, shot, forward, iteration, evaluations)
         if iteration == problem.iterations:
             break
-        monodromy = _monodromy(problem, shot, forward)
-        step, change = _newton_step(problem, shot, monodromy)
+        slopes = _slopes(problem, shot, forward)
+        step, change = _newton_step(problem, shot, slopes, forward)
         tried: list[_Shot] = []
         trial = partial(_tried, problem, shot, step, change, tried)
         better = damped(trial, float(np.linalg.norm(shot.residuals)), _SHORTEST)
@@ -178,17 +184,18 @@ def shoot(problem: OrbitProblem, guess: Guess) -> Orbit:
         if better is not None:
             shot = better
         else:
-            amplified = problem.rtol * np.abs(monodromy * shot.size / shot.size[:, None]).max()
+            own = slopes[:, : len(shot.size)] * shot.size / shot.size[:, None]
+            amplified = problem.rtol * np.abs(own).max()
             if np.abs(shot.residuals).max() <= amplified:
                 return _finished(problem, shot, forward, iteration, evaluations)
-            shot = _Shot(problem, _moved(shot, shot.end - problem.advance, shot.guess.period))
+            shot = _Shot(problem, _moved(problem, shot, shot.end - problem.advance, 0.0))
             evaluations += shot.run.statistics.evaluations
     raise _refusal(problem, shot)
 
 
 def closed(problem: OrbitProblem, guess: Guess) -> Orbit:
     """The period that begins at a guess, as it is."""
-    forward = _forward(problem)
+    forward = _forward(problem, guess)
     shot = _Shot(problem, guess)
     return _finished(problem, shot, forward, 0, shot.run.statistics.evaluations)
 
@@ -202,31 +209,50 @@ def bordered(problem: OrbitProblem, orbit: Orbit, rate: np.ndarray) -> np.ndarra
     return found
 
 
-def _forward(problem: OrbitProblem) -> Forward:
-    """Sensitivity equations by the start states alone, with a count of evaluations of its own."""
-    return copy(_made_forward(problem.system, len(problem.active), problem.rtol))
+def _forward(problem: OrbitProblem, guess: Guess) -> Forward:
+    """Sensitivity equations by start states and unknown parameter, with a count of their own.
+
+    The parameter counts in units of the power of two near its value.
+    """
+    unit = 1.0
+    if problem.parameter is not None:
+        unit = float(2.0 ** np.rint(np.log2(abs(guess.point.theta[problem.parameter]) or 1.0)))
+    made = _made_forward(problem.system, len(problem.active), problem.rtol, problem.parameter, unit)
+    return copy(made)
 
 
 @made_once
-def _made_forward(system: System, varied: int, rtol: float) -> Forward:
-    seed = np.zeros((system.inputs[1].numel(), varied))
+def _made_forward(
+    system: System, varied: int, rtol: float, parameter: int | None, unit: float
+) -> Forward:
+    seed = np.zeros((system.inputs[1].numel(), varied + (parameter is not None)))
+    if parameter is not None:
+        seed[parameter, varied] = unit
     return Forward(steps_of(system, ()), seed, rtol)
 
 
-def _monodromy(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:
+def _slopes(problem: OrbitProblem, shot: _Shot, forward: Forward) -> np.ndarray:
+    """Derivatives of the active states after a period, by them and by an unknown parameter."""
     S = np.eye(len(problem.system.structure.states))[:, problem.active]
+    S = np.hstack([S, np.zeros((len(S), forward.k - S.shape[1]))])
     courses, _ = forward.sensitivities(shot.run, S)
     found: np.ndarray = courses[-1][-1][problem.active]
     return found
 
 
-def _moved(shot: _Shot, x: np.ndarray, period: float) -> Guess:
-    """A new guess that begins in the modes in which the last run ended."""
-    old = shot.guess.point
+def _moved(problem: OrbitProblem, shot: _Shot, x: np.ndarray, change: float) -> Guess:
+    """A new guess, in the modes in which the last run ended; period or parameter changed too."""
+    old, period = shot.guess.point, shot.guess.period
     count = len(old.settings) - len(old.system.structure.implicit)
     modes = np.concatenate([shot.settings[:count], old.settings[count:]])
-    point = OperatingPoint(old.system, 0.0, x, old.theta, modes)
-    return Guess(point, period, shot.guess.phase)
+    theta = old.theta
+    if problem.parameter is None:
+        period += change
+    else:
+        theta = theta.copy()
+        theta[problem.parameter] += change
+        old.system.check_parameters(theta)
+    return Guess(OperatingPoint(old.system, 0.0, x, theta, modes), period, shot.guess.phase)
 
 
 def _tried(
@@ -238,37 +264,45 @@ def _tried(
     part: float,
 ) -> tuple[_Shot | None, float]:
     """What a part of a step leads to, also noted in a list, and how far that misses."""
-    period = shot.guess.period + part * change
-    if not 0.3 < period / shot.guess.period < 3:
+    if problem.parameter is None and not 0.3 < 1 + part * change / shot.guess.period < 3:
         return None, np.inf
     x = shot.guess.point.x.copy()
     x[problem.active] += part * step
     try:
-        found = _Shot(problem, _moved(shot, x, period))
-    except SolverError:
+        found = _Shot(problem, _moved(problem, shot, x, part * change))
+    except (SolverError, ParameterError):
         return None, np.inf
     tried.append(found)
     return found, float(np.linalg.norm(found.residuals))
 
 
 def _newton_step(
-    problem: OrbitProblem, shot: _Shot, monodromy: np.ndarray
+    problem: OrbitProblem, shot: _Shot, slopes: np.ndarray, forward: Forward
 ) -> tuple[np.ndarray, float]:
-    """Changes of the active states and of the period."""
+    """Changes of the active states and of the period or the parameter."""
     k, size = len(problem.active), shot.size
-    (matrix, _), right = _scaled(problem, shot, monodromy), -shot.residuals
+    (matrix, _), right = _scaled(problem, shot, slopes), -shot.residuals
     if not problem.free:
         return scipy.linalg.solve(matrix, right) * size, 0.0
     found = scipy.linalg.solve(matrix, np.append(right, 0.0))
-    return found[:k] * size, float(found[k] * shot.guess.period)
+    place = problem.parameter
+    unit = shot.guess.period if place is None else forward.seed[place, k]
+    return found[:k] * size, float(found[k] * unit)
 
 
-def _scaled(problem: OrbitProblem, shot: _Shot, monodromy: np.ndarray) -> tuple[np.ndarray, float]:
-    """Jacobian in states over their size and period over its length, and its condition."""
+def _scaled(problem: OrbitProblem, shot: _Shot, slopes: np.ndarray) -> tuple[np.ndarray, float]:
+    """Jacobian in states over their size and the other unknown over its own, and its condition."""
     k, size = len(problem.active), shot.size
-    matrix = (monodromy - np.eye(k)) * size / size[:, None]
+    matrix = (slopes[:, :k] - np.eye(k)) * size / size[:, None]
     if problem.free:
         row, column = shot.guess.phase * size, shot.rate * shot.guess.period / size
+        if problem.parameter is not None:
+            column = slopes[:, k] / size
+            if not column.any():
+                raise OptionError(
+                    f"periodic: the period does not depend on {_parameter(problem)}; free a "
+                    "parameter that changes it."
+                )
         row = row / np.linalg.norm(row)
         matrix = np.block([[matrix, column[:, None]], [row[None, :], 0.0]])
     _, values, rows = scipy.linalg.svd(matrix)
@@ -299,8 +333,9 @@ def _finished(
             "phase (start values, or begin functions of time later).",
             shot.run,
         )
-    monodromy = _monodromy(problem, shot, forward)
-    _, condition = _scaled(problem, shot, monodromy)
+    slopes = _slopes(problem, shot, forward)
+    _, condition = _scaled(problem, shot, slopes)
+    monodromy = slopes[:, : len(problem.active)]
     evaluations += forward.evaluations
     cost = iterations, evaluations
     return Orbit(shot.guess, shot.run, monodromy, shot.residuals, condition, *cost)
@@ -312,6 +347,15 @@ def _refusal(problem: OrbitProblem, shot: _Shot) -> SolverError:
     name = problem.system.state_names[number]
     unit = "" if "(" in name else f" {problem.system.quantity(name).unit}"
     missed = shot.residuals[worst] * shot.size[worst]
+    if problem.parameter is not None:
+        value = shot.guess.point.theta[problem.parameter]
+        return SolverError(
+            f"{problem.system.name}: no {_parameter(problem)} for which the period is "
+            f"{shot.guess.period:.9g} s was found in {problem.iterations} iterations; for "
+            f"{value:.6g} {name} misses its value by {missed:.4g}{unit} after it. Begin with a "
+            "value nearer to it.",
+            shot.run,
+        )
     return SolverError(
         f"{problem.system.name}: no periodic motion found after {problem.iterations} iterations: "
         f"after T = {shot.guess.period:.9g} s {name} misses its value by {missed:.4g}{unit}, "
@@ -319,3 +363,10 @@ def _refusal(problem: OrbitProblem, shot: _Shot) -> SolverError:
         "warm up longer, give start values nearer to it, or check the period.",
         shot.run,
     )
+
+
+def _parameter(problem: OrbitProblem) -> str:
+    """Name of the unknown parameter."""
+    assert problem.parameter is not None
+    parameters = problem.system.structure.parameters
+    return parameters.names[parameters.free[problem.parameter]]

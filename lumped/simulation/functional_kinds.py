@@ -27,8 +27,10 @@ __all__ = [
     "Instant",
     "Integral",
     "Modal",
+    "OrderPeak",
     "Peak",
     "Swing",
+    "Vibrating",
     "factors",
     "product",
     "quantities",
@@ -306,6 +308,32 @@ class Clearance:
         return f"clearance({', '.join(f'{f:g}' for f in self.excitations)})"
 
 
+@dataclass(frozen=True)
+class OrderPeak:
+    """Largest vibration of a quantity over the speeds of an order response.
+
+    Attributes
+    ----------
+    measure : str or float
+        Of its synthesis over a cycle, or the order whose amplitude is meant.
+    speeds : (float, float), optional
+        First and last speed, rad/s.
+    """
+
+    name: str
+    measure: Literal["maximum", "half range", "sum"] | float
+    speeds: tuple[float, float] | None = None
+
+    def __str__(self) -> str:
+        what = self.measure if isinstance(self.measure, str) else f"order {self.measure:g}"
+        part = "" if self.speeds is None else f", {self.speeds[0]:g} to {self.speeds[1]:g} rad/s"
+        return f"order_peak({self.name}, {what}{part})"
+
+    def unit(self, system: System) -> str:
+        """Unit of its value."""
+        return system.quantity(self.name).unit
+
+
 def quantities(functional: object) -> tuple[str, ...]:
     """Names and formulas of what a functional looks at; none if it is something else."""
     if isinstance(functional, Integral | At | AtEvent):
@@ -332,6 +360,7 @@ def product(system: System, names: tuple[str, ...]) -> ca.SX:
 Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
 Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
+Vibrating = OrderPeak | Modal
 
 
 def _event(component: str, after: str, number: int | None) -> str:

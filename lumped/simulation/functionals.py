@@ -24,8 +24,10 @@ from lumped.simulation.functional_kinds import (
     Instant,
     Integral,
     Modal,
+    OrderPeak,
     Peak,
     Swing,
+    Vibrating,
 )
 from lumped.support.arguments import checked
 
@@ -43,8 +45,10 @@ __all__ = [
     "Instant",
     "Integral",
     "Modal",
+    "OrderPeak",
     "Peak",
     "Swing",
+    "Vibrating",
     "at",
     "at_event",
     "clearance",
@@ -59,6 +63,7 @@ __all__ = [
     "loss",
     "lowest",
     "mean",
+    "order_peak",
     "peak",
     "rms",
     "swing",
@@ -406,6 +411,44 @@ def clearance(excitations: Iterable[float]) -> Clearance:
         To be given to an analysis.
     """
     return Clearance(tuple(float(f) for f in excitations))
+
+
+@checked
+def order_peak(
+    name: Name,
+    *,
+    measure: Literal["maximum", "half range", "sum"] | float = "half range",
+    speeds: tuple[float, float] | None = None,
+) -> OrderPeak:
+    """Largest vibration of a quantity over the speeds of an order response.
+
+    Parameters
+    ----------
+    name : name
+        One of the outputs of the response.
+    measure : {"maximum", "half range", "sum"} or float
+        Of its synthesis over a cycle, or the order whose amplitude is meant.
+    speeds : (float, float), optional
+        First and last speed that count, rad/s; default is all of the response.
+
+    Returns
+    -------
+    OrderPeak
+        To be given to `lumped.optimise`.
+
+    Raises
+    ------
+    OptionError
+        If the order is not positive, or the speeds are not in order.
+    """
+    if not isinstance(measure, str) and not 0 < measure < math.inf:
+        raise OptionError(f"order_peak: order {measure!r} must be positive.")
+    if speeds is None:
+        return OrderPeak(key_of(name), measure)
+    low, high = map(float, speeds)
+    if not 0 < low <= high < math.inf:
+        raise OptionError(f"order_peak: speeds = {speeds!r}: the first and the last, rad/s.")
+    return OrderPeak(key_of(name), measure, (low, high))
 
 
 def _window(between: Between | None) -> Between | None:

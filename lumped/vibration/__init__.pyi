@@ -14,12 +14,14 @@ from lumped.vibration.limits import Verdict as Verdict
 from lumped.vibration.limits import separation as separation
 from lumped.vibration.limits import torque_reversal as torque_reversal
 from lumped.vibration.limits import verdict as verdict
+from lumped.vibration.linearity import Linearity as Linearity
 from lumped.vibration.marine_rule import MarineShaft as MarineShaft
 from lumped.vibration.mass_elastic import MassElastic as MassElastic
 from lumped.vibration.mass_elastic import mass_elastic as mass_elastic
 from lumped.vibration.mean_modes import mean_modes as mean_modes
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes
+from lumped.vibration.order_amplitudes import OrderAmplitudes as OrderAmplitudes
 from lumped.vibration.order_analysis import Order as Order
 from lumped.vibration.order_analysis import mesh_orders as mesh_orders
 from lumped.vibration.order_analysis import orders as orders

@@ -16,6 +16,7 @@ from lumped.support.text_table import number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.campbell import BarredRange, Campbell, CriticalSpeed
+from lumped.vibration.order_amplitudes import OrderAmplitudes
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = [
@@ -110,12 +111,12 @@ def _columns(rows: Sequence[Sequence[float]] | str, what: str) -> tuple[Real, Re
 
 
 @checked
-def torque_reversal(response: OrderResponse, torque: Name, *, share: float = 1.0) -> Limit:
+def torque_reversal(response: OrderAmplitudes, torque: Name, *, share: float = 1.0) -> Limit:
     """Limit against hammering: the torque of a mesh must not change its sign.
 
     Parameters
     ----------
-    response : OrderResponse
+    response : OrderResponse or OrbitRange
         That has the means.
     torque : name
         The torque; its vibration must stay below its mean.
@@ -131,10 +132,11 @@ def torque_reversal(response: OrderResponse, torque: Name, *, share: float = 1.0
     UnknownNameError
         If the torque was not computed.
     """
-    mean = share * np.abs(response.mean(torque))
+    ascending = np.argsort(response.speeds)
+    known, mean = response.speeds[ascending], share * np.abs(response.mean(torque))[ascending]
     return Limit(
         torque,
-        lambda speeds: np.maximum(np.interp(speeds, response.speeds, mean), 1e-300),
+        lambda speeds: np.maximum(np.interp(speeds, known, mean), 1e-300),
         name="torque reversal",
         measure="maximum",
     )
@@ -232,12 +234,12 @@ class Verdict:
 
 
 @checked
-def verdict(found: OrderResponse | Trajectory, limits: Iterable[Limit]) -> Verdict:
+def verdict(found: OrderAmplitudes | Trajectory, limits: Iterable[Limit]) -> Verdict:
     """Whether vibrations keep limits, how far these are used, and where.
 
     Parameters
     ----------
-    found : OrderResponse or Trajectory
+    found : OrderResponse, OrbitRange or Trajectory
         Steady vibration over the speed, or a run.
     limits : iterable of Limit
         The limits.
@@ -262,7 +264,7 @@ def verdict(found: OrderResponse | Trajectory, limits: Iterable[Limit]) -> Verdi
     return Verdict(tuple(sorted(results, key=lambda r: -r.utilisation)))
 
 
-def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
+def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
     key = found.system.key(limit.quantity)
     unit = found.system.quantity(key).unit
     if isinstance(found, Trajectory):
@@ -274,7 +276,9 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
                 f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
             )
     else:
-        speeds, values = found.speeds, _measured(found, key, limit.measure)
+        ascending = np.argsort(found.speeds)
+        speeds = found.speeds[ascending]
+        values = _measured(found, key, limit.measure)[ascending]
         if limit.speeds is not None:
             inside = (speeds >= limit.speeds[0]) & (speeds <= limit.speeds[1])
             if not inside.any():
@@ -311,9 +315,11 @@ def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
     return float(np.abs(found[key]).max())
 
 
-def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
+def _measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
     """A measure of a quantity at each speed."""
     if measure == "mean power":
+        if not isinstance(found, OrderResponse):
+            raise OptionError(f"limit of {key}: mean powers follow from order responses only.")
         power: Real = found.mean_power(key).sum(axis=1)
         return power
     both = found.synthesis(key)

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Changes, Name, System
-from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
-from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import ranges
+from lumped.vibration.linearity import Linearity, linearity
 from lumped.vibration.mean_power import mean_power
-from lumped.vibration.order_solution import Excitations, order_solution
+from lumped.vibration.order_amplitudes import OrderAmplitudes
+from lumped.vibration.order_solution import Excitations, OrderSolution, order_solution
 from lumped.vibration.response import refuse_rates
 from lumped.vibration.rotation import Rotation, rotation
-from lumped.vibration.small_vibrations import small_vibrations
-from lumped.vibration.synthesis import Synthesis
+from lumped.vibration.small_vibrations import SmallVibrations, small_vibrations
 from lumped.vibration.validity import refuse_vibration_outside
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["OrderResponse", "order_response"]
 
@@ -36,26 +33,13 @@ Amplitude = complex | ArrayLike | Callable[[Real], ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
-class OrderResponse:
-    """Complex amplitudes of quantities; ``response[output]`` has the shape (speeds, orders).
-
-    A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
-    from which orders count.
+class OrderResponse(OrderAmplitudes):
+    """Steady vibration over the speed; ``response[output]`` has the shape (speeds, orders).
 
     Attributes
     ----------
-    system : System
-        What vibrates.
-    speeds : ndarray, shape (k,)
-        Speeds of the shaft from which orders count, rad/s.
-    orders : ndarray, shape (o,)
-        Periods for each turn, ascending.
-    outputs : tuple of str
-        Names.
-    values : ndarray of complex, shape (k, o, outputs)
-        Amplitudes.
-    means : ndarray, shape (k, outputs)
-        Means over the turns.
+    system, speeds, orders, outputs, values, means
+        As in `OrderAmplitudes`.
     rotation : Rotation
         Steady rotation about which it vibrates.
     residual : float
@@ -66,76 +50,56 @@ class OrderResponse:
         Amplitudes that were given, by inputs and orders.
     """
 
-    system: System
-    speeds: Real
-    orders: Real
-    outputs: tuple[str, ...]
-    values: Complex
-    means: Real
     rotation: Rotation
     residual: float
     damping_ratio: float
     excitations: Excitations
     _states: Complex
 
-    @checked
-    def __getitem__(self, output: Name) -> Complex:
-        found: Complex = self.values[:, :, self._place(output)]
-        return found
-
     @property
-    def rpm(self) -> Real:
-        """Speeds in turns for each minute, shape (k,)."""
-        return self.speeds * 30 / np.pi
+    def small(self) -> SmallVibrations:
+        """The equations of small vibrations that were solved."""
+        return small_vibrations(self.system, tuple(self.excitations), self.outputs)
 
-    @checked
-    def mean(self, output: Name) -> Real:
-        """Mean of a quantity over the turns, shape (k,)."""
-        found: Real = self.means[:, self._place(output)]
-        return found
+    @cached_property
+    def linearity(self) -> Linearity | None:
+        """Where the vibration leaves the range in which its linearisation holds, at some speeds.
 
-    @checked
-    def magnitude(self, output: Name, order: float) -> Real:
-        """Amplitude of one order, shape (k,).
-
-        Raises
-        ------
-        OptionError
-            If the order was not computed.
+        None if the equations are linear, the orders have no common cycle, or there is a damping
+        ratio of all modes, of which the equations do not know.
         """
-        found: Real = np.abs(self[output][:, self._order(order)])
-        return found
+        if self.damping_ratio:
+            return None
+        return linearity(self.small, self.solution_at, self.speeds, self.orders, self.values)
 
-    @checked
-    def phase(self, output: Name, order: float) -> Real:
-        """Phase of one order against the angle of the shaft, rad, shape (k,)."""
-        return np.angle(self[output][:, self._order(order)])
+    def solution_at(self, k: int) -> tuple[Rotation, OrderSolution, Complex]:
+        """Steady rotation, solution, and amplitudes of the inputs, (o, inputs), at one speed."""
+        over = self.rotation.at(k)
+        wanted = {
+            name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
+            for name, harmonics in self.excitations.items()
+        }
+        solved = order_solution(self.small, over, self.orders, wanted, self.damping_ratio)
+        inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
+        for i, harmonics in enumerate(wanted.values()):
+            for order, amplitude in harmonics.items():
+                inputs[self.orders == order, i] = amplitude
+        return over, solved, inputs
 
-    @checked
-    def synthesis(self, output: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
-        """All orders together over a cycle.
-
-        Parameters
-        ----------
-        output : name
-            The quantity.
-        orders : iterable of float, optional
-            Orders that take part; default is all.
-
-        Returns
-        -------
-        Synthesis
-            Its maximum, half range and sum of amplitudes over the speed.
-        """
-        chosen = range(len(self.orders)) if orders is None else [self._order(o) for o in orders]
-        places = sorted(set(chosen))
-        key = self.outputs[self._place(output)]
-        return Synthesis(
-            key,
-            self.system.quantity(key).unit,
-            self.speeds,
-            self.orders[places],
-            self[output][:, places],
+    def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
+        """The same with other parameters, or at an operating point that has them."""
+        old = self.rotation
+        values = parameters if at is None else None
+        over = rotation(self.system, old.over, self.speeds, old.turns, at, values, old.balancing)
+        inputs = tuple(self.excitations)
+        return _responded(
+            self.system,
+            inputs,
+            self.outputs,
+            over,
+            self.orders,
+            self.excitations,
+            self.damping_ratio,
         )
 
     @checked
@@ -153,49 +117,21 @@ class OrderResponse:
         key = self.system.key(quantity)
         return mean_power(self.rotation, self.orders, key, self._states, self.excitations)
 
-    @checked
-    def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
-        """Largest orders and their synthesis over the speed, a panel for each output.
+    def number_of(self, speed: float, caller: str) -> int:
+        """Which of the speeds one is.
 
-        Parameters
-        ----------
-        outputs : iterable of names, optional
-            Outputs to draw; default is all.
-        most : int
-            Orders to draw in each panel, the largest.
+        Raises
+        ------
+        OptionError
+            If it was not computed.
         """
-        from lumped.vibration.pictures import order_response
-
-        chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
-        if not chosen:
-            raise OptionError(f"{self.system.name}: name at least one output to draw.")
-        drawn = {}
-        for output in chosen:
-            size = np.abs(self[output])
-            order = np.argsort(-size.max(axis=0), kind="stable")[:most]
-            curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
-            if len(self.orders) > 1:
-                curves["half range"] = self.synthesis(output).half_range
-            drawn[output] = self.system.quantity(output).unit, curves
-        return order_response(self.system.name, self.rpm, drawn)
-
-    def _place(self, output: Name) -> int:
-        key = self.system.key(output)
-        if key not in self.outputs:
-            raise UnknownNameError(
-                f"'{key}' is no output of this response. {nearest(key, self.outputs)}"
-            )
-        return self.outputs.index(key)
-
-    def _order(self, order: float) -> int:
-        found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))
-        if not len(found):
-            listed = ", ".join(f"{o:g}" for o in self.orders[:12])
+        k = int(np.abs(self.speeds - speed).argmin())
+        if not np.isclose(self.speeds[k], speed, rtol=1e-9):
             raise OptionError(
-                f"{self.system.name}: order {order:g} was not computed; computed are {listed}"
-                f"{', ...' if len(self.orders) > 12 else ''}."
+                f"{caller}: {speed:g} rad/s is none of the speeds of the response; the nearest is "
+                f"{self.speeds[k]:.9g}."
             )
-        return int(found[0])
+        return k
 
     def __repr__(self) -> str:
         head = (
@@ -203,27 +139,8 @@ class OrderResponse:
             f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min; residual {self.residual:.1e}"
             f"{situation(self.rotation.points[0])}"
         )
-        rows = []
-        for output in self.outputs:
-            size, both = np.abs(self[output]), self.synthesis(output)
-            k, o = np.unravel_index(int(size.argmax()), size.shape)
-            top = int(both.half_range.argmax())
-            rows.append(
-                (
-                    output,
-                    self.system.quantity(output).unit,
-                    f"{self.orders[o]:g}",
-                    number(self.rpm[k]),
-                    number(size[k, o]),
-                    number(self.rpm[top]),
-                    number(both.half_range[top]),
-                )
-            )
-        columns = (
-            *("quantity", "unit", "largest order", "at, 1/min", "amplitude"),
-            *("worst at, 1/min", "half range"),
-        )
-        return f"{head}\n" + table(columns, rows)
+        note = "" if self.linearity is None else self.linearity.note
+        return "\n".join([head, self._largest(), *([note] if note else [])])
 
 
 @checked
@@ -328,19 +245,32 @@ def order_response(
     refuse_rates(system, inputs)
     found = rotation(system, over, grid, turns, at, parameters, free)
     chosen = _orders(orders, wanted, found)
+    return _responded(system, inputs, outputs, found, chosen, wanted, damping_ratio)
+
+
+def _responded(
+    system: System,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    over: Rotation,
+    orders: Real,
+    wanted: Excitations,
+    damping_ratio: float,
+) -> OrderResponse:
+    """The vibration about a steady rotation."""
     watched = tuple(held.formula for held in ranges(system))
     small = small_vibrations(system, inputs, outputs + watched)
-    solved = order_solution(small, found, chosen, wanted, damping_ratio)
+    solved = order_solution(small, over, orders, wanted, damping_ratio)
     count = len(outputs)
-    refuse_vibration_outside(small, found, chosen, solved.means[:, count:], solved.y[:, :, count:])
+    refuse_vibration_outside(small, over, orders, solved.means[:, count:], solved.y[:, :, count:])
     return OrderResponse(
         system,
-        grid,
-        chosen,
+        over.speeds,
+        orders,
         outputs,
         solved.y[:, :, :count],
         solved.means[:, :count],
-        found,
+        over,
         solved.residual,
         damping_ratio,
         wanted,

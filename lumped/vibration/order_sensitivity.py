@@ -17,10 +17,17 @@ from lumped.support.text_table import number, table
 from lumped.vibration.harmonics import samples_of
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.order_solution import order_solution
-from lumped.vibration.small_vibrations import Parts, SmallVibrations, small_vibrations
+from lumped.vibration.rotation import Rotation
+from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
-__all__ = ["OrderSensitivity", "order_sensitivity"]
+__all__ = [
+    "OrderSensitivity",
+    "order_sensitivity",
+    "refuse_ratio",
+    "sizes_of",
+    "slope_of",
+    "swept",
+]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -117,23 +124,11 @@ def order_sensitivity(
     UnknownNameError
         If a name does not exist.
     """
-    if response.damping_ratio:
-        raise OptionError(
-            "order_sensitivity: a damping ratio of all modes is no parameter of the drive; give "
-            "its parts their dampers or loss factors."
-        )
+    refuse_ratio(response, "order_sensitivity")
     row = response._place(output)
     key = response.outputs[row]
-    sizes = _sizes(response, key, measure)
-    if speed is None:
-        k = int(sizes.argmax())
-    else:
-        k = int(np.abs(response.speeds - speed).argmin())
-        if not np.isclose(response.speeds[k], speed, rtol=1e-9):
-            raise OptionError(
-                f"order_sensitivity: {speed:g} rad/s is none of the speeds of the response; the "
-                f"nearest is {response.speeds[k]:.9g}."
-            )
+    sizes = sizes_of(response, key, measure)
+    k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
     names, places = places_to(response.rotation.points[0], to)
     balancing = response.rotation.balancing
     if to is None and balancing is not None:
@@ -144,7 +139,7 @@ def order_sensitivity(
             f"{response.system.name}: {balancing} is free and follows from the "
             "others; leave it out of `to`."
         )
-    slope = _slope(response, row, k, _weights(response, key, k, measure))[places]
+    slope = slope_of(response, key, k, measure)[places]
     value, theta = float(sizes[k]), response.rotation.theta[k, places]
     return OrderSensitivity(
         key,
@@ -158,7 +153,16 @@ def order_sensitivity(
     )
 
 
-def _sizes(response: OrderResponse, output: str, measure: str | float) -> Real:
+def refuse_ratio(response: OrderResponse, caller: str) -> None:
+    """Refuse damping of which no parameter of the drive knows."""
+    if response.damping_ratio:
+        raise OptionError(
+            f"{caller}: a damping ratio of all modes is no parameter of the drive; give its parts "
+            "their dampers or loss factors."
+        )
+
+
+def sizes_of(response: OrderResponse, output: str, measure: str | float) -> Real:
     """The measure at each speed."""
     if isinstance(measure, str):
         both = response.synthesis(output)
@@ -189,46 +193,35 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
     return found
 
 
-def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
-    """Derivatives by all parameters, shape (p,)."""
-    inputs, orders = tuple(response.excitations), response.orders
-    small = small_vibrations(response.system, inputs, response.outputs)
-    over = response.rotation.at(k)
-    wanted = {
-        name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
-        for name, harmonics in response.excitations.items()
-    }
-    solved = order_solution(small, over, orders, wanted)
+def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
+    """Derivatives of the measure at a speed by all parameters, shape (p,)."""
+    row, weights = response._place(output), _weights(response, output, k, measure)
+    small, orders = response.small, response.orders
+    over, solved, u = response.solution_at(k)
     n, count = over.x.shape[1], len(orders)
-    u = np.array(
-        [[h[o][0] if o in h else 0 for h in wanted.values()] for o in orders.tolist()]
-    ).reshape(count, len(wanted))
     x = solved.x[0]
     adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
     left = weights[:, None] * adjoint
-    output = np.zeros((count, len(small.outputs)), dtype=complex)
-    output[:, row] = weights
+    direct = np.zeros((count, len(small.outputs)), dtype=complex)
+    direct[:, row] = weights
     by_order = [
         (side[:, rows] * given[:, columns]).real
         for side, given, (rows, columns) in zip(
-            (left, left, output, output), (x, u, x, u), small.patterns, strict=True
+            (left, left, direct, direct), (x, u, x, u), small.patterns, strict=True
         )
     ]
     samples = samples_of(over, orders)
-    angle, points, settings = over.along(0, samples)
+    angle = 2 * np.pi * over.turns * np.arange(samples) / samples
     turning = np.zeros((samples, count), dtype=complex)
     if over.turns_matter:
         whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
         turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
-    own = [(turning @ left).real, (turning @ output).real]
-    theta, time = over.theta[0], over.points[0].time
-    flat = [part.sum(axis=0) for part in by_order]
-    averaged = [np.tile(part / samples, (samples, 1)) for part in flat]
-    by_x, by_theta = small.slopes(Parts(*own, *averaged), points, theta, settings, time)
-    slope_x, slope = by_x.sum(axis=0), by_theta.sum(axis=0)
+    own = [(turning @ left).real, (turning @ direct).real]
+    slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
     if small.places:
         still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
-        again = [np.repeat(part[:1], count, axis=0) for part in (points, settings)]
+        again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
+        theta, time = over.theta[0], over.points[0].time
         w = orders * over.speeds[0]
         for sign, frequency in ((1.0, w), (-1.0, None)):
             part = Parts(*still, *(sign * numbers for numbers in by_order))
@@ -236,6 +229,28 @@ def _slope(response: OrderResponse, row: int, k: int, weights: Complex) -> Real:
             slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
     total: Real = slope + moved_by(over, slope_x)
     return total
+
+
+def swept(
+    small: SmallVibrations, over: Rotation, own: list[Real], means: list[Real]
+) -> tuple[Real, Real]:
+    """One reverse sweep over the turns: derivatives by states and by parameters.
+
+    Parameters
+    ----------
+    over : Rotation
+        At one speed.
+    own : list of ndarray, shapes (samples, n) and (samples, q)
+        Weights of rates and outputs at each of the samples.
+    means : list of ndarray, shapes (numbers,)
+        Weights of the means of the numbers of A, B, C and D.
+    """
+    samples = len(own[0])
+    _, points, settings = over.along(0, samples)
+    averaged = [np.tile(part / samples, (samples, 1)) for part in means]
+    weights = Parts(*own, *averaged)
+    by_x, by_theta = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
+    return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 
 def _adjoint(small: SmallVibrations, matrices: list[Real], w: Real, row: int, n: int) -> Complex:

@@ -26,12 +26,14 @@ FIRST = (0, 4, 2, 5, 1, 3)
 """Positions of the cylinders in the firing order 1-5-3-6-2-4."""
 
 
-def columns(case: str, name: str) -> dict[str, np.ndarray]:
-    """Columns of a table by their heads; what is not defined is nan."""
+def columns(case: str, name: str, texts: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
+    """Columns of a table by their heads, numbers but for `texts`; what is not defined is nan."""
     with (DATA / case / name).open() as file:
         head, *rows = list(csv.reader(file))
-    values = np.array([[float(v) if v else np.nan for v in row] for row in rows])
-    return dict(zip(head, values.T, strict=True))
+    return {
+        name: np.array(column if name in texts else [float(v) if v else np.nan for v in column])
+        for name, column in zip(head, zip(*rows, strict=True), strict=True)
+    }
 
 
 def marine(*, damped: bool) -> lp.System:

@@ -1,0 +1,237 @@
+"""Parameters for which vibrations of an order response keep limits at all its speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from lumped.compiler.system import Name
+from lumped.errors import OptimisationError, OptionError
+from lumped.optimisation.design import Bounds, Optimum, bounds_of
+from lumped.optimisation.optimise_modes import equilibrium_again
+from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
+from lumped.simulation.functionals import OrderPeak
+from lumped.vibration.mean_spectrum import MeanSpectrum
+from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.order_sensitivity import refuse_ratio, sizes_of, slope_of
+
+__all__ = ["best_orders"]
+
+_OVER = 1e-9
+"""Share by which a limit may be exceeded at a speed that the search does not know."""
+
+
+def best_orders(
+    begin: OrderResponse,
+    vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+    weights: Mapping[VibratingKey, float],
+    subject_to: Mapping[VibratingKey, Bounds],
+) -> Optimum:
+    """The part of `optimise` for order responses.
+
+    The limits hold at some speeds; those at which the best design exceeds them are added, until
+    there are none (exchange method: Hettich and Kortanek, SIAM Review 35 (1993) 380).
+    """
+    search = _OrderSearch(begin, vary, weights, subject_to)
+    iterations, seconds = 0, 0.0
+    while True:
+        solution, active = search.solved()
+        iterations, seconds = iterations + solution.iterations, seconds + solution.seconds
+        if not search.extended(solution.w):
+            break
+        search.box[:, 0] = solution.w
+    solution = replace(solution, iterations=iterations, seconds=seconds)
+    best, start, numbers = search.found(solution.w)
+    own = search.response(solution.w)
+    return Optimum(own, best, start, solution.objective, numbers, active, 0.0, solution)
+
+
+class _OrderSearch(SpectralSearch):
+    """With one margin more for each peak that is made small."""
+
+    def __init__(
+        self,
+        begin: OrderResponse,
+        vary: Mapping[str, Bounds] | Mapping[Name, Bounds],
+        weights: Mapping[VibratingKey, float],
+        subject_to: Mapping[VibratingKey, Bounds],
+    ) -> None:
+        self.first, over = begin, begin.rotation
+        refuse_ratio(begin, "optimise")
+        if over.is_given and len(over.points) > 1:
+            raise OptionError(
+                "optimise: operating points that are given at each speed, at=, do not follow the "
+                "parameters; let a parameter balance the mean torques, order_response(free=...)."
+            )
+        point = over.points[0]
+        super().__init__(begin.system, point.theta, point.parameters, vary, weights, subject_to)
+        if over.balancing in self.names:
+            raise OptionError(
+                f"optimise: {over.balancing} is free in the order response, so that it follows "
+                "from the others; leave it out of `vary`."
+            )
+        self.places = self.system.places(self.names)
+        self.last: tuple[bytes, OrderResponse] | None = None
+        self.modes: tuple[bytes, MeanSpectrum] | None = None
+        self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
+        self.begin()
+        self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
+        self.inside = {key: self._inside(key) for key in self.peaks}
+        sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
+        self.watched = {key: _crests(sizes[key]) for key in self.peaks}
+        self.minimised: dict[OrderPeak, int] = {}
+        self.size = {key: float(sizes[key].max()) for key in self.peaks}
+        for key in self.peaks:
+            self._check_peak(key)
+            if key in self.weights:
+                self.minimised[key] = len(self.box)
+                self.add_unknown(1.0)
+
+    def _check_peak(self, key: OrderPeak) -> None:
+        low, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
+        if np.isfinite(low) or high <= 0 or self.weights.get(key, 0.0) < 0:
+            raise OptionError(
+                f"optimise: {key} can be made small or bounded above by a positive value."
+            )
+        if not self.size[key]:
+            raise OptionError(f"optimise: {key} is zero: this quantity does not vibrate.")
+
+    def _inside(self, key: OrderPeak) -> np.ndarray:
+        """Which speeds of the response count."""
+        speeds = self.first.speeds
+        low, high = key.speeds or (speeds[0], speeds[-1])
+        found = np.flatnonzero((speeds >= low) & (speeds <= high))
+        if not len(found):
+            raise OptionError(f"optimise: {key}: no speed between these was computed.")
+        return found
+
+    def response(self, w: np.ndarray) -> OrderResponse:
+        """Vibration of a design."""
+        u = w[: len(self.names)]
+        if self.last is None or self.last[0] != u.tobytes():
+            values, old = self.values_at(u), self.first.rotation
+            at = None
+            if old.is_given:
+                (point,) = old.points
+                moved = replace(point, theta=self.system.theta(values))
+                at = moved if point.kept is None else equilibrium_again(point, values)
+            found = self.first.again(values, at)
+            self.last, self.count = (u.tobytes(), found), self.count + 1
+            self.slopes = {}
+        return self.last[1]
+
+    def spectrum(self, w: np.ndarray) -> _Spectrum:
+        found, u = self.response(w), w[: len(self.names)].tobytes()
+        if self.modes is None or self.modes[0] != u:
+            own = MeanSpectrum(found, 0)
+            if self.modes is not None and len(own.hertz) != len(self.modes[1].hertz):
+                raise OptimisationError(
+                    f"{self.system.name}: at {self.text(w)} there are {len(own.hertz)} "
+                    f"oscillating modes instead of {len(self.modes[1].hertz)}: one became a decay "
+                    "or the reverse. Narrow `vary`.",
+                    "modes lost",
+                )
+            self.modes = u, own
+        return _Spectrum(self.modes[1], self.places)
+
+    def value(self, key: VibratingKey, w: np.ndarray) -> tuple[float, np.ndarray]:
+        if not isinstance(key, OrderPeak):
+            return super().value(key, w)
+        slope = np.zeros(len(w))
+        if key not in self.minimised:
+            return float(self._sizes(key, w).max()), slope
+        place, size = self.minimised[key], self.size[key]
+        slope[place] = size
+        return float(w[place] * size), slope
+
+    def bounded_rows(self, key: VibratingKey, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+        if not isinstance(key, OrderPeak):
+            return super().bounded_rows(key, w)
+        _, high = bounds_of(str(key), self.bounds[key])
+        limit = np.zeros(len(w))
+        return self._below(key, w, high, limit) if np.isfinite(high) else []
+
+    def rows(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
+        values, slopes, labels = super().rows(w)
+        for key, place in self.minimised.items():
+            limit = np.zeros(len(w))
+            limit[place] = self.size[key]
+            for value, slope, label in self._below(key, w, w[place] * self.size[key], limit):
+                values = np.append(values, value)
+                slopes = np.vstack([slopes, slope])
+                labels.append(label)
+        return values, slopes, labels
+
+    def _below(
+        self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray
+    ) -> list[tuple[float, np.ndarray, str]]:
+        """How far a vibration stays below a limit, which has a gradient, at the speeds watched."""
+        sizes, found = self._sizes(key, w), []
+        unit, n = self.first.system.quantity(key.name).unit, len(self.names)
+        for k in self.watched[key]:
+            own = slope.copy()
+            own[:n] -= self._slope(key, w, k) * self.scale
+            rpm = self.first.rpm[self.inside[key][k]]
+            text = f"{key} at {rpm:.6g} 1/min = {sizes[k]:.6g} {unit}, at most {limit:.6g}"
+            found.append(((limit - sizes[k]) / self.size[key], own / self.size[key], text))
+        return found
+
+    def _sizes(self, key: OrderPeak, w: np.ndarray) -> np.ndarray:
+        """What a peak is the largest of."""
+        found: np.ndarray = sizes_of(self.response(w), key.name, key.measure)[self.inside[key]]
+        return found
+
+    def _slope(self, key: OrderPeak, w: np.ndarray, k: int) -> np.ndarray:
+        """Derivatives at one of these speeds by what varies."""
+        found = self.response(w)
+        if (key, k) not in self.slopes:
+            place = int(self.inside[key][k])
+            by = slope_of(found, self.system.key(key.name), place, key.measure)[self.places]
+            self.slopes[key, k] = by
+        return self.slopes[key, k]
+
+    def extended(self, w: np.ndarray) -> bool:
+        """Watch the speeds, too, at which a design exceeds limits; whether there are any."""
+        more = False
+        for key in self.peaks:
+            sizes = self._sizes(key, w)
+            limits = [bounds_of(str(key), self.bounds.get(key, (None, None)))[1]]
+            limits += [w[self.minimised[key]] * self.size[key]] if key in self.minimised else []
+            beyond = [k for k in _crests(sizes) if sizes[k] > min(limits) * (1 + _OVER)]
+            new = [k for k in beyond if k not in self.watched[key]]
+            self.watched[key] += new
+            more = more or bool(new)
+        return more
+
+
+class _Spectrum:
+    """Modes of the mean equations, with derivatives by what varies."""
+
+    def __init__(self, modes: MeanSpectrum, places: list[int]) -> None:
+        self.modes, self.places = modes, places
+
+    @property
+    def hertz(self) -> np.ndarray:
+        return self.modes.hertz
+
+    @property
+    def damping(self) -> np.ndarray:
+        return self.modes.damping
+
+    def hertz_by(self, mode: int) -> np.ndarray:
+        found: np.ndarray = self.modes.hertz_by(mode)[self.places]
+        return found
+
+    def damping_by(self, mode: int) -> np.ndarray:
+        found: np.ndarray = self.modes.damping_by(mode)[self.places]
+        return found
+
+
+def _crests(sizes: np.ndarray) -> list[int]:
+    """Where a curve is at least as high as on both sides."""
+    high = np.concatenate([[-np.inf], sizes, [-np.inf]])
+    inner = high[1:-1]
+    found: list[int] = np.flatnonzero((inner >= high[:-2]) & (inner >= high[2:])).tolist()
+    return found

@@ -1,0 +1,361 @@
+"""Periodic motions over a range of speeds, each begun from the one before."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import Changes, Name, System
+from lumped.errors import OptionError, ParameterError, SolverError
+from lumped.orbits.guesses import advances, after_cycles, after_response, drifting, needs_time
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.order_harmonics import angle_of, order_harmonics
+from lumped.orbits.periodic import at_guess, of_speed, turning_problem
+from lumped.orbits.shooting import Guess, OrbitProblem
+from lumped.points.start import start_point
+from lumped.support.arguments import checked
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.order_amplitudes import OrderAmplitudes
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["OrbitRange", "periodic_range"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_GRID = 200
+"""Output intervals of the motions."""
+_HALVINGS = 8
+"""How often a step of the speed is halved before the range ends."""
+_NEAR = 0.3
+"""Part of a vibration by which it may change in a step; more is another motion."""
+_ORDERS = 8
+"""Periods up to the highest order, where none is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitRange(OrderAmplitudes):
+    """Periodic motions over the speed; ``found[output]`` has the shape (speeds, orders).
+
+    Attributes
+    ----------
+    system, speeds, orders, outputs, values, means
+        As in `OrderAmplitudes`; the speeds that were reached, in the order in which they were.
+    orbits : tuple of PeriodicOrbit
+        The motions.
+    ended : str
+        Where and why the motions end before the last speed; empty if they do not.
+    """
+
+    orbits: tuple[PeriodicOrbit, ...]
+    ended: str
+
+    @property
+    def multipliers(self) -> Complex:
+        """Floquet multipliers, the largest first, shape (k, m)."""
+        return np.array([orbit.multipliers for orbit in self.orbits])
+
+    @property
+    def largest(self) -> Real:
+        """Magnitude of the largest multiplier, shape (k,)."""
+        return np.array([orbit.largest for orbit in self.orbits])
+
+    @checked
+    def greatest(self, output: Name) -> Real:
+        """Greatest value of a quantity over the motion, shape (k,)."""
+        return np.array([orbit.greatest(output).value for orbit in self.orbits])
+
+    @checked
+    def least(self, output: Name) -> Real:
+        """Least value of a quantity over the motion, shape (k,)."""
+        return np.array([orbit.least(output).value for orbit in self.orbits])
+
+    def __repr__(self) -> str:
+        head = (
+            f"{self.system.name}: periodic motions at {len(self.speeds)} speeds from "
+            f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min"
+        )
+        free = {name for orbit in self.orbits for name in orbit.free}
+        if free:
+            held = [(name, [orbit.free[name] for orbit in self.orbits]) for name in sorted(free)]
+            head += "".join(f"; {n} from {v[0]:.6g} to {v[-1]:.6g}" for n, v in held)
+        unstable = self.rpm[[not orbit.stable for orbit in self.orbits]]
+        if len(unstable):
+            head += (
+                f"; {len(unstable)} unstable, from {unstable.min():g} to {unstable.max():g} 1/min"
+            )
+        return "\n".join([head, self._largest(), *([self.ended] if self.ended else [])])
+
+
+@checked
+def periodic_range(
+    system: System,
+    *,
+    speeds: ArrayLike,
+    guess: OrderResponse | None = None,
+    speed: Name | None = None,
+    of: Iterable[Name] | None = None,
+    orders: Iterable[float] | None = None,
+    turns: int = 1,
+    warm_up: float | None = None,
+    parameters: Changes | None = None,
+    start: Changes | None = None,
+    rtol: float = 1e-10,
+    iterations: int = 10,
+) -> OrbitRange:
+    """Periodic motions over a range of speeds, up or down, each begun from those before.
+
+    Of a drive that turns, the mean speed is given and a torque is found, as an order response as a
+    `guess` says. Of a system that functions of time drive, a parameter is the `speed` of these, so
+    that it repeats after ``2 pi turns / speed``.
+
+    Where no motion is found near the last, the step is halved. Where steps become too short, as at
+    a fold, the range ends with the last motion that was found; a range in the other direction finds
+    the motions beyond.
+
+    Parameters
+    ----------
+    system : System
+        From `assemble`.
+    speeds : array_like, shape (k,)
+        Ascending or descending, rad/s.
+    guess : OrderResponse, optional
+        From `order_response` with `over` and `free`; the search begins at its nearest speed.
+    speed : name, optional
+        Parameter that is the speed, rad/s.
+    of : iterable of names, optional
+        Quantities to observe; default is those of `guess`.
+    orders : iterable of float, optional
+        Periods for each turn to tell; default is those of `guess`, or the first eight.
+    turns : int
+        Turns after which everything repeats; `guess` has its own.
+    warm_up, parameters, start
+        Without a `guess`, as for `periodic`, at the first speed.
+    rtol : float
+        As for `periodic`. Tighter than elsewhere: what is missing after a period adds up.
+    iterations : int
+        Newton steps at each speed after which to give up.
+
+    Returns
+    -------
+    OrbitRange
+
+    Raises
+    ------
+    OptionError
+        If options contradict each other or make no sense.
+    SolverError
+        If no motion is found at the first speed.
+    """
+    grid = _monotonic(speeds)
+    if (guess is None) == (speed is None):
+        raise OptionError(
+            "periodic_range: give an order response as a guess=, or the parameter that is the "
+            "speed=, which functions of time have."
+        )
+    if guess is not None:
+        if turns != 1 or any(v is not None for v in (warm_up, parameters, start)):
+            raise OptionError(
+                "periodic_range: an order response has its turns, parameters and start; leave "
+                "these out, and warm_up."
+            )
+        turns = guess.rotation.turns
+        outputs = guess.outputs if of is None else tuple(system.key(name) for name in of)
+        problem, free = turning_problem(system, guess, rtol, iterations)
+        k = int(np.abs(guess.speeds - grid[0]).argmin())
+        march = _March(problem, turns, free, None)
+        march.begin(float(guess.speeds[k]), after_response(problem, guess, k))
+        march.reach(float(grid[0]), float(abs(grid[0] - guess.speeds[k])))
+        if march.ended:
+            raise SolverError(f"{system.name}: {march.ended}")
+        angle = angle_of(guess, k)
+    else:
+        assert speed is not None
+        outputs = tuple(system.key(name) for name in of or ())
+        march = _driven(
+            system,
+            system.key(speed),
+            float(grid[0]),
+            turns,
+            warm_up,
+            parameters,
+            start,
+            rtol,
+            iterations,
+        )
+        angle = None
+    if not outputs:
+        raise OptionError("periodic_range: name at least one quantity to observe, of=[...].")
+    chosen = _orders(orders, guess, turns)
+    found = [march.orbit]
+    for before, target in itertools.pairwise(grid):
+        march.reach(float(target), float(abs(target - before)))
+        if march.ended:
+            break
+        found.append(march.orbit)
+    each = [order_harmonics(orbit, outputs, chosen, turns, angle) for orbit in found]
+    return OrbitRange(
+        system,
+        grid[: len(found)],
+        chosen,
+        outputs,
+        np.array([values for values, _ in each]),
+        np.array([means for _, means in each]),
+        tuple(found),
+        march.ended,
+    )
+
+
+class _March:
+    """From motion to motion over the speed.
+
+    Parameters
+    ----------
+    free : str or None
+        Parameter that a motion determines.
+    prescribed : int or None
+        Place of the parameter that is the speed.
+    """
+
+    def __init__(
+        self, problem: OrbitProblem, turns: int, free: str | None, prescribed: int | None
+    ) -> None:
+        self.problem, self.turns, self.free, self.prescribed = problem, turns, free, prescribed
+        self.known: list[tuple[float, PeriodicOrbit]] = []
+        self.ended = ""
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The last motion."""
+        return self.known[-1][1]
+
+    def begin(self, speed: float, guess: Guess) -> None:
+        """The first motion."""
+        self.known = [(speed, self._found(speed, guess))]
+
+    def reach(self, target: float, whole: float) -> None:
+        """Go to a speed, in shorter steps where there is no motion near the last."""
+        step = target - self.known[-1][0]
+        least = max(whole, abs(step)) * 2.0**-_HALVINGS
+        fault = ""
+        while self.known[-1][0] != target:
+            now, last = self.known[-1]
+            speed = target if abs(target - now) <= abs(step) * (1 + 1e-9) else now + step
+            try:
+                orbit = self._found(speed, self._predicted(speed))
+                fault = "the motions found there are others" * (_apart(last, orbit) > _NEAR)
+            except (SolverError, ParameterError) as error:
+                fault = str(error).partition(": ")[2].partition(". ")[0]
+            if not fault:
+                self.known = [*self.known[-1:], (speed, orbit)]
+                continue
+            step = 0.5 * (speed - now)
+            if abs(step) < least:
+                self.ended = (
+                    f"ends at {now * 30 / np.pi:.6g} 1/min, where the largest multiplier is "
+                    f"{last.largest:.4g}: no motion near the last was found in steps down to "
+                    f"{abs(2 * step) * 30 / np.pi:.2g} 1/min ({fault})"
+                )
+                return
+
+    def _found(self, speed: float, guess: Guess) -> PeriodicOrbit:
+        guess = replace(guess, period=2 * np.pi * self.turns / speed)
+        if self.free is not None:
+            return of_speed(self.problem, guess, self.free, _GRID)
+        return at_guess(self.problem, guess, _GRID)
+
+    def _predicted(self, speed: float) -> Guess:
+        """On a straight line through the last two motions."""
+        now, last = self.known[-1]
+        point = last.found.guess.point
+        x, theta = point.x.copy(), point.theta.copy()
+        if len(self.known) > 1:
+            before, other = self.known[0]
+            part = (speed - now) / (now - before)
+            x += part * (point.x - other.found.guess.point.x)
+            theta += part * (theta - other.found.guess.point.theta)
+        if self.prescribed is not None:
+            theta[self.prescribed] = speed
+        self.problem.system.check_parameters(theta)
+        moved = OperatingPoint(point.system, 0.0, x, theta, point.settings)
+        return replace(last.found.guess, point=moved)
+
+
+def _driven(
+    system: System,
+    name: str,
+    speed: float,
+    turns: int,
+    warm_up: float | None,
+    parameters: Changes | None,
+    start: Changes | None,
+    rtol: float,
+    iterations: int,
+) -> _March:
+    """The first motion of a system that functions of time drive."""
+    if isinstance(turns, bool) or turns < 1:
+        raise OptionError(f"periodic_range: turns = {turns!r}: a whole number is needed.")
+    (place,) = system.places([name])
+    given = {system.key(n): value for n, value in (parameters or {}).items()}
+    point = start_point(system, parameters={**given, name: speed}, start=start)
+    if not needs_time(system, point.theta):
+        raise OptionError(
+            f"periodic_range: no function of time acts on {system.name}; give an order response "
+            "as a guess=."
+        )
+    period = 2 * np.pi * turns / speed
+    advance = advances(point, {}, period)
+    active = np.flatnonzero(~drifting(system, advance))
+    problem = OrbitProblem(system, advance, active, False, rtol, iterations)
+    march = _March(problem, turns, None, place)
+    march.begin(speed, after_cycles(problem, point, period, warm_up))
+    return march
+
+
+def _apart(one: PeriodicOrbit, other: PeriodicOrbit) -> float:
+    """Difference of two vibrations, of the state where it is largest, over their size."""
+    a, b = (_vibration(orbit) for orbit in (one, other))
+    size = np.maximum(np.abs(a).max(axis=0), np.abs(b).max(axis=0))
+    least = 1e-6 * np.maximum(np.abs(one.run.x).max(axis=0), 1e-300)[one.problem.active]
+    return float((np.abs(a - b).max(axis=0) / np.maximum(size, least)).max())
+
+
+def _vibration(orbit: PeriodicOrbit) -> Real:
+    """States over the period, without their means and what they gain, shape (points, n)."""
+    run, problem = orbit.run, orbit.problem
+    share = np.linspace(0, 1, _GRID, endpoint=False)
+    x = np.column_stack([np.interp(share * orbit.period, run.t, column) for column in run.x.T])
+    x = (x - share[:, None] * problem.advance)[:, problem.active]
+    found: Real = x - x.mean(axis=0)
+    return found
+
+
+def _monotonic(speeds: ArrayLike) -> Real:
+    grid = np.asarray(speeds, dtype=float).ravel()
+    steps = np.diff(grid)
+    good = np.isfinite(grid).all() and (grid > 0).all() and ((steps > 0).all() or (steps < 0).all())
+    if not len(grid) or not good:
+        raise OptionError(
+            "periodic_range: speeds must ascend or descend, finite and above zero, rad/s."
+        )
+    return grid
+
+
+def _orders(orders: Iterable[float] | None, guess: OrderResponse | None, turns: int) -> Real:
+    if orders is None and guess is not None:
+        return guess.orders
+    if orders is None:
+        return np.arange(1, _ORDERS + 1) / turns
+    chosen = np.array(sorted({float(order) for order in orders}))
+    cycles = chosen * turns
+    good = np.isfinite(chosen).all() and (chosen > 0).all()
+    if not len(chosen) or not good or (np.abs(cycles - np.rint(cycles)) > 1e-9).any():
+        raise OptionError(
+            f"periodic_range: orders must be positive, with whole numbers of periods in {turns} "
+            f"turn{'s' * (turns > 1)}."
+        )
+    return chosen

@@ -1,0 +1,178 @@
+"""Order responses against the periodic motions that they approximate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.errors import OptionError, SolverError
+from lumped.orbits.guesses import after_response
+from lumped.orbits.orbit import PeriodicOrbit
+from lumped.orbits.order_harmonics import angle_of, order_harmonics
+from lumped.orbits.periodic import of_speed, turning_problem
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["OrderCheck", "check_orders"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_GRID = 200
+"""Output intervals of the motions."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrderCheck:
+    """How amplitudes of an order response differ from those of periodic motions.
+
+    Attributes
+    ----------
+    response : OrderResponse
+        What was checked.
+    speeds : ndarray, shape (k,)
+        Where, rad/s.
+    values : ndarray of complex, shape (k, o, outputs)
+        Amplitudes of the periodic motions; nan where none was found.
+    differences : ndarray, shape (k, o, outputs)
+        Size of the difference of the amplitudes, over the largest amplitude of the quantity at that
+        speed.
+    orbits : tuple of PeriodicOrbit or None
+        The motions.
+    faults : dict of float to str
+        Why there is none, by speed.
+    tolerance : float
+        Difference up to which the response is right.
+    """
+
+    response: OrderResponse
+    speeds: Real
+    values: Complex
+    differences: Real
+    orbits: tuple[PeriodicOrbit | None, ...]
+    faults: dict[float, str]
+    tolerance: float
+
+    @property
+    def exceeding(self) -> tuple[tuple[float, str, float, float], ...]:
+        """Speed, quantity, order and difference where that exceeds the tolerance; largest first."""
+        rows = [
+            (float(self.speeds[k]), self.response.outputs[i], float(self.response.orders[o]), d)
+            for k, o, i in np.argwhere(self.differences > self.tolerance).tolist()
+            for d in [float(self.differences[k, o, i])]
+        ]
+        return tuple(sorted(rows, key=lambda row: -row[3]))
+
+    @property
+    def holds(self) -> bool:
+        """Whether a motion was found at all speeds and no amplitude differs by more."""
+        return not self.faults and not self.exceeding
+
+    def __repr__(self) -> str:
+        found = [k for k, orbit in enumerate(self.orbits) if orbit is not None]
+        count = len(self.exceeding)
+        head = (
+            f"{self.response.system.name}: order response against {len(found)} periodic motions: "
+            f"{count or 'no'} amplitude{'s' * (count != 1)} differ{'s' * (count == 1)} by more "
+            f"than {self.tolerance:.3g} of the largest"
+        )
+        rows = []
+        for k in found:
+            for i, output in enumerate(self.response.outputs):
+                own = self.differences[k, :, i]
+                o = int(own.argmax())
+                rows.append(
+                    (
+                        number(self.speeds[k] * 30 / np.pi),
+                        output,
+                        f"{self.response.orders[o]:g}",
+                        number(abs(self.response.values[self._place(k), o, i])),
+                        number(abs(self.values[k, o, i])),
+                        self.response.system.quantity(output).unit,
+                        f"{own[o]:.2%}",
+                        "NO" if own[o] > self.tolerance else "yes",
+                    )
+                )
+        columns = (
+            *("at, 1/min", "quantity", "order", "response", "motion", "unit"),
+            *("difference", "holds"),
+        )
+        lines = [head, table(columns, rows)] if rows else [head]
+        lines += [f"at {w * 30 / np.pi:.6g} 1/min: {text}" for w, text in self.faults.items()]
+        return "\n".join(lines)
+
+    def _place(self, k: int) -> int:
+        return self.response.number_of(float(self.speeds[k]), "check_orders")
+
+
+@checked
+def check_orders(
+    response: OrderResponse,
+    *,
+    speeds: Iterable[float] | None = None,
+    tolerance: float = 0.05,
+    rtol: float = 1e-10,
+    iterations: int = 20,
+) -> OrderCheck:
+    """Compare an order response with the periodic motions that it approximates.
+
+    These have friction, play, progressive couplings and inertias that vary with the angle as they
+    are. Laws of the frequency hold in a motion at the frequencies that parameters state.
+
+    Parameters
+    ----------
+    response : OrderResponse
+        From `order_response` with `over` and `free`.
+    speeds : iterable of float, optional
+        Some of its speeds, rad/s; default is where its quantities vibrate most.
+    tolerance : float
+        Difference, over the largest amplitude of a quantity at a speed, up to which an amplitude is
+        right.
+    rtol : float
+        As for `periodic`. Tighter than elsewhere: what is missing after a period adds up.
+    iterations : int
+        Newton steps for each motion after which to give up.
+
+    Returns
+    -------
+    OrderCheck
+
+    Raises
+    ------
+    OptionError
+        If a speed was not computed, or the response does not determine a motion.
+    """
+    if not 0 < tolerance < np.inf:
+        raise OptionError(f"check_orders: tolerance = {tolerance:g} must be positive.")
+    if speeds is None:
+        places = sorted(set(np.abs(response.values).sum(axis=1).argmax(axis=0).tolist()))
+    else:
+        places = [response.number_of(float(w), "check_orders") for w in speeds]
+    if not places:
+        raise OptionError("check_orders: give at least one speed.")
+    problem, free = turning_problem(response.system, response, rtol, iterations)
+    turns = response.rotation.turns
+    shape = len(places), len(response.orders), len(response.outputs)
+    values, faults = np.full(shape, np.nan, dtype=complex), {}
+    orbits: list[PeriodicOrbit | None] = []
+    for row, k in enumerate(places):
+        try:
+            orbit = of_speed(problem, after_response(problem, response, k), free, _GRID)
+        except SolverError as fault:
+            faults[float(response.speeds[k])] = str(fault)
+            orbits.append(None)
+            continue
+        values[row], _ = order_harmonics(
+            orbit, response.outputs, response.orders, turns, angle_of(response, k)
+        )
+        orbits.append(orbit)
+    size = np.abs(values).max(axis=1, keepdims=True)
+    missed = np.abs(values - response.values[places])
+    differences = missed / np.where(size > 0, size, np.inf)
+    return OrderCheck(
+        response, response.speeds[places], values, differences, tuple(orbits), faults, tolerance
+    )

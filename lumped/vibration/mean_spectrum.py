@@ -1,0 +1,101 @@
+"""Natural vibrations of a drive that turns, by the means of its equations over the turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from lumped.errors import SolverError
+from lumped.vibration.harmonics import samples_of
+from lumped.vibration.moved_rotation import moved_by
+from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.order_sensitivity import swept
+
+__all__ = ["MeanSpectrum"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_VIBRATES = 1e-6
+"""Imaginary part of an eigenvalue, relative to its size, above which it belongs to a vibration."""
+_SLOWEST = 1e-6
+"""Size of an eigenvalue, relative to the largest, below which it is a zero with rounding."""
+_REPEATED = 1e-6
+"""Relative distance of eigenvalues below which they have no derivatives of their own."""
+
+
+class MeanSpectrum:
+    """Vibrations of the equations from which an order response was computed, at one of its speeds.
+
+    Laws of the frequency hold at the frequencies that parameters state.
+
+    Parameters
+    ----------
+    response : OrderResponse
+        From `order_response`.
+    k : int
+        Which of its speeds.
+
+    Attributes
+    ----------
+    eigenvalues : ndarray of complex, shape (m,)
+        One of each conjugate pair, the slowest first, 1/s.
+    """
+
+    def __init__(self, response: OrderResponse, k: int) -> None:
+        self._small, self._over = response.small, response.rotation.at(k)
+        samples = samples_of(self._over, response.orders)
+        _, x, settings = self._over.along(0, samples)
+        theta, time = self._over.theta[0], self._over.points[0].time
+        self._shapes = samples, x.shape[1]
+        matrix: Real = np.zeros((x.shape[1], x.shape[1]))
+        matrix[self._small.patterns[0]] = self._small(x, theta, settings, time).A.mean(axis=0)
+        values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
+        fastest = np.abs(values).max(initial=0.0)
+        chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
+        chosen = chosen[np.abs(values[chosen]) > _SLOWEST * fastest]
+        chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
+        self.eigenvalues: Complex = values[chosen]
+        self._all, self._chosen = values, chosen
+
+    @property
+    def hertz(self) -> Real:
+        """Natural frequencies, Hz, shape (m,)."""
+        return np.abs(self.eigenvalues) / (2 * np.pi)
+
+    @property
+    def damping(self) -> Real:
+        """Damping ratios, shape (m,)."""
+        return 0.0 - self.eigenvalues.real / np.abs(self.eigenvalues)
+
+    def hertz_by(self, mode: int) -> Real:
+        """Derivatives of a natural frequency by all parameters, shape (p,)."""
+        value = self.eigenvalues[mode]
+        return self._slope(mode, value.conjugate() / np.abs(value) / (2 * np.pi))
+
+    def damping_by(self, mode: int) -> Real:
+        """Derivatives of a damping ratio by all parameters, shape (p,)."""
+        value = self.eigenvalues[mode]
+        size = np.abs(value)
+        return self._slope(mode, value.real * value.conjugate() / size**3 - 1 / size)
+
+    def _slope(self, mode: int, weight: complex) -> Real:
+        """Derivatives of the real part of an eigenvalue times a weight."""
+        place = self._chosen[mode]
+        value, small = self._all[place], self._small
+        near = np.abs(np.delete(self._all, place) - value).min(initial=np.inf)
+        if near <= _REPEATED * np.abs(value):
+            raise SolverError(
+                f"{small.system.name}: mode {mode} ({np.abs(value) / (2 * np.pi):.6g} Hz) "
+                "coincides with another and has no derivative. Change a parameter a little."
+            )
+        rows, columns = small.patterns[0]
+        left, right = self._left[:, place].conj(), self._right[:, place]
+        own = (weight * left[rows] * right[columns] / (left @ right)).real
+        samples, n = self._shapes
+        means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:])]
+        still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
+        by_x, slope = swept(small, self._over, still, means)
+        total: Real = slope + moved_by(self._over, by_x)
+        return total

@@ -1,0 +1,183 @@
+"""Amplitudes of quantities of a drive that turns, order by order over the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lumped.compiler.system import Name, System
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.support.arguments import checked
+from lumped.support.text_table import number, table
+from lumped.vibration.synthesis import Synthesis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["OrderAmplitudes"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class OrderAmplitudes:
+    """Complex amplitudes of quantities; ``found[output]`` has the shape (speeds, orders).
+
+    A quantity vibrates as ``sum Re(amplitude exp(j order angle))``, with the angle of the shaft
+    from which orders count.
+
+    Attributes
+    ----------
+    system : System
+        What vibrates.
+    speeds : ndarray, shape (k,)
+        Speeds of the shaft from which orders count, rad/s.
+    orders : ndarray, shape (o,)
+        Periods for each turn, ascending.
+    outputs : tuple of str
+        Names.
+    values : ndarray of complex, shape (k, o, outputs)
+        Amplitudes.
+    means : ndarray, shape (k, outputs)
+        Means over the turns.
+    """
+
+    system: System
+    speeds: Real
+    orders: Real
+    outputs: tuple[str, ...]
+    values: Complex
+    means: Real
+
+    @checked
+    def __getitem__(self, output: Name) -> Complex:
+        found: Complex = self.values[:, :, self._place(output)]
+        return found
+
+    @property
+    def rpm(self) -> Real:
+        """Speeds in turns for each minute, shape (k,)."""
+        return self.speeds * 30 / np.pi
+
+    @checked
+    def mean(self, output: Name) -> Real:
+        """Mean of a quantity over the turns, shape (k,)."""
+        found: Real = self.means[:, self._place(output)]
+        return found
+
+    @checked
+    def magnitude(self, output: Name, order: float) -> Real:
+        """Amplitude of one order, shape (k,).
+
+        Raises
+        ------
+        OptionError
+            If the order was not computed.
+        """
+        found: Real = np.abs(self[output][:, self._order(order)])
+        return found
+
+    @checked
+    def phase(self, output: Name, order: float) -> Real:
+        """Phase of one order against the angle of the shaft, rad, shape (k,)."""
+        return np.angle(self[output][:, self._order(order)])
+
+    @checked
+    def synthesis(self, output: Name, *, orders: Iterable[float] | None = None) -> Synthesis:
+        """All orders together over a cycle.
+
+        Parameters
+        ----------
+        output : name
+            The quantity.
+        orders : iterable of float, optional
+            Orders that take part; default is all.
+
+        Returns
+        -------
+        Synthesis
+            Its maximum, half range and sum of amplitudes over the speed.
+        """
+        chosen = range(len(self.orders)) if orders is None else [self._order(o) for o in orders]
+        places = sorted(set(chosen))
+        key = self.outputs[self._place(output)]
+        return Synthesis(
+            key,
+            self.system.quantity(key).unit,
+            self.speeds,
+            self.orders[places],
+            self[output][:, places],
+        )
+
+    @checked
+    def plot(self, outputs: Iterable[Name] | None = None, *, most: int = 6) -> Figure:
+        """Largest orders and their synthesis over the speed, a panel for each output.
+
+        Parameters
+        ----------
+        outputs : iterable of names, optional
+            Outputs to draw; default is all.
+        most : int
+            Orders to draw in each panel, the largest.
+        """
+        from lumped.vibration.pictures import order_response
+
+        chosen = self.outputs if outputs is None else [self.system.key(name) for name in outputs]
+        if not chosen:
+            raise OptionError(f"{self.system.name}: name at least one output to draw.")
+        drawn = {}
+        for output in chosen:
+            size = np.abs(self[output])
+            order = np.argsort(-size.max(axis=0), kind="stable")[:most]
+            curves = {f"order {self.orders[o]:g}": size[:, o] for o in sorted(order.tolist())}
+            if len(self.orders) > 1:
+                curves["half range"] = self.synthesis(output).half_range
+            drawn[output] = self.system.quantity(output).unit, curves
+        return order_response(self.system.name, self.rpm, drawn)
+
+    def _place(self, output: Name) -> int:
+        key = self.system.key(output)
+        if key not in self.outputs:
+            raise UnknownNameError(
+                f"'{key}' is no output of this response. {nearest(key, self.outputs)}"
+            )
+        return self.outputs.index(key)
+
+    def _order(self, order: float) -> int:
+        found = np.flatnonzero(np.isclose(self.orders, order, rtol=1e-12, atol=0))
+        if not len(found):
+            listed = ", ".join(f"{o:g}" for o in self.orders[:12])
+            raise OptionError(
+                f"{self.system.name}: order {order:g} was not computed; computed are {listed}"
+                f"{', ...' if len(self.orders) > 12 else ''}."
+            )
+        return int(found[0])
+
+    def _largest(self) -> str:
+        """A table of the largest order and the synthesis of each output."""
+        rows = []
+        for output in self.outputs:
+            size, both = np.abs(self[output]), self.synthesis(output)
+            k, o = np.unravel_index(int(size.argmax()), size.shape)
+            top = int(both.half_range.argmax())
+            rows.append(
+                (
+                    output,
+                    self.system.quantity(output).unit,
+                    f"{self.orders[o]:g}",
+                    number(self.rpm[k]),
+                    number(size[k, o]),
+                    number(self.rpm[top]),
+                    number(both.half_range[top]),
+                )
+            )
+        columns = (
+            *("quantity", "unit", "largest order", "at, 1/min", "amplitude"),
+            *("worst at, 1/min", "half range"),
+        )
+        return table(columns, rows)

@@ -1,0 +1,253 @@
+"""Couplings and shafts whose vibrations keep limits at all speeds, against dense solutions."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped import functionals as fun
+from lumped.components import Damper, Fixed, Inertia, Spring, SpringDamper, Torque
+from lumped.errors import OptimisationError, OptionError, UnknownNameError
+from lumped.vibration.mean_spectrum import MeanSpectrum
+from tests.vibration.test_order_response import OPTIONS, ship
+
+J = (2.0, 0.6, 8.0)
+G, L, D_COUPLING, D_WATER, D_GEAR = 80e9, 1.5, 30.0, 40.0, 6.0
+HARMONICS = {3: 400.0, 6: 150.0 * np.exp(0.4j)}
+SPEEDS = np.linspace(30.0, 120.0, 91)
+
+
+class RoundShaft(Spring):
+    """Shaft of a diameter."""
+
+    G: lp.Param = lp.param("Pa", "shear modulus", G)
+    L: lp.Param = lp.param("m", "length", L)
+    D: lp.Param = lp.param("m", "diameter", 0.07, above=0)
+    c: lp.Param = lp.param("N.m/rad", "torsional stiffness", np.pi / 32 * G * D**4 / L)
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return lp.assemble(
+        lp.compose(
+            engine=Inertia(J=J[0]),
+            coupling=SpringDamper(c=12e3, d=D_COUPLING),
+            gear=Inertia(J=J[1]),
+            friction=Damper(d=D_GEAR),
+            shaft=RoundShaft(),
+            propeller=Inertia(J=J[2]),
+            water=Damper(d=D_WATER),
+            torque=Torque(tau=0.0),
+            ground=Fixed(),
+            connections=lambda m: [
+                *lp.chain(m.engine, m.coupling, m.gear, m.shaft, m.propeller, m.water, m.ground),
+                *lp.chain(m.gear, m.friction, m.ground),
+                lp.connect(m.torque.flange, m.engine.flange_a),
+            ],
+        )
+    )
+
+
+def response_of(drive, **more):
+    return lp.vibration.order_response(
+        drive,
+        speeds=SPEEDS,
+        of=["shaft.tau", "coupling.tau"],
+        excitations={"torque.tau": HARMONICS},
+        **more,
+    )
+
+
+def stiff(D):
+    return np.pi / 32 * G * D**4 / L
+
+
+def matrices(c, D):
+    k = np.array([[c, -c, 0], [-c, c + stiff(D), -stiff(D)], [0, -stiff(D), stiff(D)]])
+    d = D_COUPLING * np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]) + np.diag([0, D_GEAR, D_WATER])
+    return np.diag(J), d, k
+
+
+def torques(c, D):
+    """Half range of the shaft's torque at all speeds, from dense solutions and many angles."""
+    m, d, k = matrices(c, D)
+    found = []
+    for speed in SPEEDS:
+        twists = {}
+        for order, amplitude in HARMONICS.items():
+            w = order * speed
+            x = np.linalg.solve(k + 1j * w * d - w**2 * m, [amplitude, 0, 0])
+            twists[order] = stiff(D) * (x[2] - x[1])
+        found.append((_highest(twists, 1) + _highest(twists, -1)) / 2)
+    return np.array(found)
+
+
+def _highest(twists, sign):
+    """Highest value over a cycle, on finer and finer angles."""
+    middle, width = np.pi / 3, np.pi / 3
+    for _ in range(5):
+        angle = middle + np.linspace(-width, width, 401)
+        wave = sign * sum((t * np.exp(1j * o * angle)).real for o, t in twists.items())
+        middle, width = angle[wave.argmax()], width / 50
+    return wave.max()
+
+
+def first_hertz(c, D):
+    m, d, k = matrices(c, D)
+    A = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(m, k), -np.linalg.solve(m, d)]])
+    values = np.linalg.eigvals(A)
+    return np.sort(np.abs(values[values.imag > 1e-3]))[0] / (2 * np.pi)
+
+
+PEAK = fun.order_peak("shaft.tau", speeds=(50.0, 120.0))
+CLEAR = fun.clearance((3 * 30.0 / (2 * np.pi),))
+CLEAR_AT = CLEAR.excitations[0]
+VARY = {"coupling.c": (2e3, 4e4), "shaft.D": (0.05, 0.12)}
+WEIGHTS = {"shaft.D": 1.0, "coupling.c": -3e-6}
+INSIDE = SPEEDS >= 50
+
+
+def began(drive):
+    return response_of(drive, parameters={"shaft.D": 0.1, "coupling.c": 5e3})
+
+
+def test_torque_and_separation_are_kept_at_once_by_the_thinnest_shaft(drive):
+    """The limit holds at 71 speeds; 20 % lie between the first critical speed and the range."""
+    limit = 130.0
+    found = lp.optimise(
+        began(drive),
+        vary=VARY,
+        minimise=WEIGHTS,
+        subject_to={PEAK: (None, limit), CLEAR: (0.2, None)},
+    )
+    design = np.array([found.parameters[name] for name in ("coupling.c", "shaft.D")])
+    torque, share = torques(*design)[INSIDE].max() / limit, first_hertz(*design) / CLEAR_AT
+    print(f"torque {torque - 1:.1e}, separation {share - 0.8:.1e}")
+    assert torque == pytest.approx(1, abs=1e-8)
+    assert share == pytest.approx(0.8, abs=1e-8)
+    assert found.run.synthesis("shaft.tau").half_range[INSIDE].max() == pytest.approx(limit)
+    assert any(text.startswith("order_peak(shaft.tau") for text in found.active)
+    assert str(CLEAR) in found.active
+    rng, better, kept = np.random.default_rng(3), 0, 0
+    for _ in range(200):
+        c, D = design * (1 + 0.01 * rng.standard_normal(2))
+        if torques(c, D)[INSIDE].max() <= limit and first_hertz(c, D) <= 0.8 * CLEAR_AT:
+            kept += 1
+            better += D - 3e-6 * c < found.objective - 1e-9
+    print(f"{kept} of 200 designs nearby keep the limits")
+    assert kept > 10
+    assert not better
+
+
+def test_a_limit_that_is_reached_at_several_speeds_holds_between_them(drive):
+    limit = 95.0
+    found = lp.optimise(
+        began(drive),
+        vary=VARY,
+        minimise=WEIGHTS,
+        subject_to={PEAK: (None, limit), fun.frequency(0): (None, 0.8 * CLEAR_AT)},
+    )
+    received = torques(*found.parameters.values())
+    assert received[INSIDE].max() == pytest.approx(limit, rel=1e-8)
+    at_limit = np.flatnonzero((received > limit * (1 - 1e-7)) & INSIDE)
+    print(f"reached at {SPEEDS[at_limit]}")
+    assert len(at_limit) == 2
+
+
+def test_a_peak_is_made_small(drive):
+    """Against the least of a fine grid of stiffnesses."""
+    found = lp.optimise(
+        began(drive), vary={"coupling.c": (4e3, 4e4)}, minimise={PEAK: 1.0, "coupling.c": -8e-3}
+    )
+    stiffnesses = np.linspace(4e3, 12e3, 161)
+    values = [torques(c, 0.1)[INSIDE].max() - 8e-3 * c for c in stiffnesses]
+    print(found.parameters, stiffnesses[int(np.argmin(values))])
+    assert found.objective <= min(values) + 1e-6 * abs(min(values))
+    assert abs(found.parameters["coupling.c"] - stiffnesses[int(np.argmin(values))]) <= 50.0
+
+
+def differences(value, x, h):
+    """Slope by central differences of the fourth order."""
+    near, far = value(x + h) - value(x - h), value(x + 2 * h) - value(x - 2 * h)
+    return (8 * near - far) / (12 * h)
+
+
+def test_gradients_of_limits_equal_differences_of_dense_solutions(drive):
+    c, D, k = 9e3, 0.06, 40
+    response = response_of(drive, parameters={"shaft.D": D, "coupling.c": c})
+    slopes = lp.vibration.order_sensitivity(response, "shaft.tau", speed=SPEEDS[k])
+    modes = MeanSpectrum(response, 0)
+    places = drive.places(["coupling.c", "shaft.D"])
+    by = modes.hertz_by(0)[places]
+    for name, mode, wanted, first in (
+        (
+            "coupling.c",
+            by[0],
+            differences(lambda x: torques(x, D)[k], c, 20.0),
+            differences(lambda x: first_hertz(x, D), c, 20.0),
+        ),
+        (
+            "shaft.D",
+            by[1],
+            differences(lambda x: torques(c, x)[k], D, 2e-5),
+            differences(lambda x: first_hertz(c, x), D, 2e-5),
+        ),
+    ):
+        print(f"{name}: torque {slopes[name] / wanted - 1:.1e}, mode {mode / first - 1:.1e}")
+        assert slopes[name] == pytest.approx(wanted, rel=1e-7)
+        assert mode == pytest.approx(first, rel=1e-7)
+
+
+@pytest.mark.parametrize("free", [None, "load.tau"])
+def test_natural_vibrations_follow_the_mean_torques(free):
+    """A progressive coupling, a crank drive and a material; derivatives equal differences."""
+    system = ship()
+
+    def at(name, change):
+        parameters = {name: system.parameters[name] + change}
+        found = lp.vibration.order_response(system, free=free, parameters=parameters, **OPTIONS)
+        modes = MeanSpectrum(found, 3)
+        return np.array([modes.hertz[0], modes.damping[0]])
+
+    modes = MeanSpectrum(lp.vibration.order_response(system, free=free, **OPTIONS), 3)
+    by = np.array([modes.hertz_by(0), modes.damping_by(0)])
+    for name in ("crank.J", "drive.m", "gear.ratio", "rubber.c", "water.d", "coupling.phi_rel0"):
+        h = 1e-3 * max(abs(system.parameters[name]), 0.01)
+        near, far = at(name, h) - at(name, -h), at(name, 2 * h) - at(name, -2 * h)
+        wanted = (8 * near - far) / (12 * h)
+        least = 1e-7 * np.array([modes.hertz[0], modes.damping[0]]) / (h * 1e3)
+        received = by[:, system.places([name])[0]]
+        assert np.abs(received - wanted).max() <= np.maximum(1e-7 * np.abs(wanted), least).max()
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"minimise": fun.peak("shaft.tau")}, "nothing that orderresponse has"),
+        ({"minimise": {PEAK: -1.0}}, "made small or bounded above"),
+        ({"subject_to": {PEAK: (1.0, None)}}, "made small or bounded above"),
+        ({"subject_to": {fun.frequency(7): (1.0, None)}}, "modes at the start are 0 to 1"),
+        ({"minimise": fun.order_peak("gear.w")}, "no output of this response"),
+        ({"minimise": fun.order_peak("shaft.tau", measure=4)}, "order 4 was not computed"),
+        ({"minimise": fun.order_peak("shaft.tau", speeds=(1.0, 2.0))}, "no speed between these"),
+    ],
+)
+def test_what_an_order_response_does_not_have_is_named(drive, options, text):
+    given = {"vary": VARY, "minimise": {"shaft.D": 1.0}, **options}
+    with pytest.raises((OptionError, UnknownNameError), match=text):
+        lp.optimise(began(drive), **given)
+
+
+def test_a_limit_out_of_reach_is_told_with_its_speed(drive):
+    with pytest.raises(OptimisationError, match=r"order_peak.* at .* 1/min = .* N.m, at most 20"):
+        lp.optimise(
+            began(drive), vary=VARY, minimise={"shaft.D": 1.0}, subject_to={PEAK: (None, 20.0)}
+        )
+
+
+def test_damping_that_no_parameter_has_is_refused(drive):
+    with pytest.raises(OptionError, match="a damping ratio of all modes is no parameter"):
+        lp.optimise(response_of(drive, damping_ratio=0.01), vary=VARY, minimise=PEAK)
+    at = lp.start_point(drive)
+    given = response_of(drive, at=lambda w: at)
+    with pytest.raises(OptionError, match="do not follow the parameters"):
+        lp.optimise(given, vary=VARY, minimise=PEAK)

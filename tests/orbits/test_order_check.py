@@ -1,0 +1,92 @@
+"""Order responses against periodic motions, both against closed forms and independent turns."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import lumped as lp
+from lumped.errors import OptionError
+from tests.orbits.test_orbit_range import Rotor, rotor_torque, rotor_turn
+from tests.vibration.test_order_response import OPTIONS, ship
+
+SPEEDS = np.array([5.0, 8.0, 16.0])
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return lp.vibration.order_response(
+        lp.assemble(Rotor()), speeds=SPEEDS, of=["w"], over="phi", free="tau", orders=[1]
+    )
+
+
+def first_order(speed):
+    """Amplitude of the rotor's speed over its mean angle, by a turn over the angle."""
+    tau = rotor_torque(speed)
+    w = speed
+    for _ in range(8):
+        missed, other = (rotor_turn(np.array([v, tau]), speed)[0] for v in (w, w + 1e-4))
+        w -= missed * 1e-4 / (other - missed)
+
+    def rates(phi, y):
+        return [(tau - 0.5 * y[0] - 2.0 * np.sin(phi)) / y[0], 1 / y[0]]
+
+    phi = np.linspace(0, 2 * np.pi, 20_001)
+    w, t = solve_ivp(rates, (0, 2 * np.pi), [w, 0.0], "DOP853", phi, rtol=1e-12, atol=1e-13).y
+    offset = np.trapezoid(phi - speed * t, t) / t[-1]
+    return np.trapezoid(w * np.exp(-1j * (speed * t + offset)), t) * 2 / t[-1]
+
+
+def test_differences_are_those_of_turns_over_the_angle(rotor):
+    check = lp.orbits.check_orders(rotor, speeds=SPEEDS, tolerance=1e-3)
+    linear = 2j / (0.5 + 1j * SPEEDS)  # J der(w) + d w == -G sin(phi), sin = Re(-j e^(j phi))
+    exact = np.array([first_order(w) for w in SPEEDS])
+    wanted = np.abs(linear - exact) / np.abs(exact)
+    print(f"{wanted}, {np.abs(check.values[:, 0, 0] / exact - 1).max():.1e}")
+    assert rotor["w"][:, 0] == pytest.approx(linear, rel=1e-9)
+    assert check.values[:, 0, 0] == pytest.approx(exact, rel=1e-7)
+    assert check.differences[:, 0, 0] == pytest.approx(wanted, abs=1e-7)
+    assert [row[0] for row in check.exceeding] == SPEEDS[wanted > 1e-3].tolist()
+    assert 0 < len(check.exceeding) < len(SPEEDS)
+    assert not check.holds
+    assert "NO" in repr(check)
+    assert lp.orbits.check_orders(rotor, speeds=SPEEDS[2:], tolerance=1e-3).holds
+
+
+def test_what_the_response_expects_to_leave_out_is_what_motions_have():
+    """One more step of the perturbation against the motions, where it is not small."""
+    orders = (np.arange(16) + 1) / 2
+    for cubic in (0.0, 1e5):
+        response = lp.vibration.order_response(
+            ship(cubic),
+            free="load.tau",
+            parameters={"drive.m": 0.002},
+            **{**OPTIONS, "orders": orders, "speeds": [20.0, 98.0, 150.0]},
+        )
+        told = response.linearity
+        check = lp.orbits.check_orders(response, speeds=[told.speed])
+        o = int(np.flatnonzero(orders == told.order)[0])
+        print(f"told {told.share:.3f}, motion {check.differences[0, o, 0]:.3f}")
+        assert check.differences[0, o, 0] == pytest.approx(told.share, rel=0.1)
+        assert told.share > 0.1
+        assert check.exceeding[0][2] == told.order
+
+
+def test_a_motion_that_is_not_found_is_told():
+    response = lp.vibration.order_response(
+        ship(), free="load.tau", **{**OPTIONS, "speeds": [72.0, 150.0]}
+    )
+    check = lp.orbits.check_orders(response, speeds=response.speeds, iterations=4)
+    assert list(check.faults) == [72.0]
+    assert "at 687.549 1/min: Model: no load.tau" in repr(check)
+    assert np.isnan(check.values[0]).all()
+    assert not check.holds
+
+
+def test_slips_of_a_check_are_named(rotor):
+    for options, text in (
+        ({"tolerance": 0.0}, "tolerance = 0 must be positive"),
+        ({"speeds": []}, "at least one speed"),
+        ({"speeds": [7.0]}, "7 rad/s is none of the speeds"),
+    ):
+        with pytest.raises(OptionError, match=text):
+            lp.orbits.check_orders(rotor, **options)

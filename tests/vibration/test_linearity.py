@@ -1,0 +1,81 @@
+"""Vibrations that leave the range in which their linearisation holds, against closed forms."""
+
+import numpy as np
+import pytest
+
+import lumped as lp
+from lumped.components import Clutch, Damper, Fixed, Inertia, NonlinearSpring, Spring, Torque
+
+J, C, D, K3, P = 2.0, 8e3, 12.0, 4e6, 60.0
+
+
+def swing(cubic=K3):
+    """Disc on a progressive spring."""
+    return lp.assemble(
+        lp.compose(
+            disc=Inertia(J=J),
+            spring=NonlinearSpring(characteristic=lambda x: C * x + cubic * x**3),
+            air=Damper(d=D),
+            torque=Torque(tau=0.0),
+            ground=Fixed(),
+            connections=lambda m: [
+                *lp.chain(m.disc, m.spring, m.ground),
+                *lp.chain(m.disc, m.air, m.ground),
+                lp.connect(m.torque.flange, m.disc.flange_a),
+            ],
+        )
+    )
+
+
+def test_what_a_cubic_spring_leaves_out_is_its_first_harmonic():
+    """``cos^3 a = 3/4 cos a + ...``: torque ``3/4 k3 A^3`` more, over the dynamic stiffness."""
+    speeds = np.linspace(20.0, 40.0, 8)
+    response = lp.vibration.order_response(
+        swing(), speeds=speeds, of=["disc.phi"], excitations={"torque.tau": {1: P}}
+    )
+    stiff = C - J * speeds**2 + 1j * D * speeds
+    amplitude = P / np.abs(stiff)
+    wanted = 0.75 * K3 * amplitude**2 / np.abs(stiff)
+    found = response.linearity
+    k = int(wanted.argmax())
+    print(f"{found.share:.4f} at {found.speed:g} rad/s, {found.share / wanted[k] - 1:.1e}")
+    assert found.speed == speeds[k]
+    assert found.share == pytest.approx(wanted[k], rel=1e-9)
+    assert (found.output, found.order) == ("disc.phi", 1.0)
+    assert f"wrong by about {wanted[k]:.0%}" in repr(response)
+    assert found.states == ("spring.phi_rel",)
+
+
+def test_what_is_small_or_linear_is_not_told():
+    speeds = [10.0, 20.0]
+    for system, torque in ((swing(0.0), 1e6), (swing(), 1.0)):
+        response = lp.vibration.order_response(
+            system, speeds=speeds, of=["disc.phi"], excitations={"torque.tau": {1: torque}}
+        )
+        assert "not linear" not in repr(response)
+
+
+@pytest.mark.parametrize(("amplitude", "slips"), [(29.5, False), (30.5, True)])
+def test_a_clutch_that_slips_along_the_vibration_is_named(amplitude, slips):
+    """It sticks up to 20 N.m; far below the elastic mode two thirds of the torque pass it."""
+    system = lp.assemble(
+        lp.compose(
+            engine=Inertia(J=1.0),
+            clutch=Clutch(f_max=40.0, u=1.0),
+            drum=Inertia(J=1.0),
+            shaft=Spring(c=1e5),
+            load=Inertia(J=1.0),
+            torque=Torque(tau=0.0),
+            connections=lambda m: [
+                *lp.chain(m.engine, m.clutch, m.drum, m.shaft, m.load),
+                lp.connect(m.torque.flange, m.engine.flange_a),
+            ],
+        )
+    )
+    response = lp.vibration.order_response(
+        system, speeds=[5.0, 10.0], of=["clutch.tau"], excitations={"torque.tau": {1: amplitude}}
+    )
+    assert response.magnitude("clutch.tau", 1) == pytest.approx(2 / 3 * amplitude, rel=1e-3)
+    found = response.linearity
+    assert (found is not None and "clutch" in found.released) == slips
+    assert ("clutch (from 47.746 1/min)" in repr(response)) == slips
