@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import matplotlib as mpl
@@ -39,7 +39,11 @@ OTHER = ("#5b2a86", 1.0, "other")
 
 @checked
 def schematic(
-    model: Component | System, path: str | Path | None = None, *, depth: int | None = None
+    model: Component | System,
+    path: str | Path | None = None,
+    *,
+    depth: int | None = None,
+    values: Mapping[str, str] | None = None,
 ) -> Figure:
     """Drive-train schematic: symbols along the shaft line, frames around composites.
 
@@ -54,6 +58,8 @@ def schematic(
         File to write: .svg, .png, .pdf.
     depth : int, optional
         Composites at this depth are drawn as one symbol; 1 shows the parts of the model only.
+    values : mapping of str to str, optional
+        Texts above symbols, by the paths of their components, such as ``{"rotor": "3 kg.m2"}``.
 
     Returns
     -------
@@ -78,7 +84,7 @@ def schematic(
                 f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
                 f"Known: {', '.join(SYMBOLS)}."
             )
-    figure = draw(plan, route(plan, place(plan)))
+    figure = draw(plan, route(plan, place(plan)), values or {})
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
@@ -94,8 +100,8 @@ def _is_svg(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".svg"
 
 
-def draw(plan: Netlist, routed: Routed) -> Figure:
-    """Draw the items and wires."""
+def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
+    """Draw the items with their values, and the wires."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
     figure = Figure((width, height))
@@ -118,6 +124,9 @@ def draw(plan: Netlist, routed: Routed) -> Figure:
         ends[port.item].append((port, point))
     for item, centre in routed.centres.items():
         _symbol(axes, item, centre, ends[item])
+        if item.path in values:
+            text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
+            axes.text(centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO)
     _texts(axes, plan, routed)
     return figure
 

@@ -21,8 +21,10 @@ from lumped.vibration.order_response import OrderResponse
 __all__ = [
     "BarredRange",
     "Limit",
+    "Measure",
     "Result",
     "Verdict",
+    "measured",
     "separation",
     "torque_reversal",
     "verdict",
@@ -64,6 +66,12 @@ class Limit:
     clause: str = ""
     source: str = ""
     speeds: tuple[float, float] | None = None
+
+    def holding(self, speeds: Real) -> Real:
+        """Those of some speeds, rad/s, at which it holds."""
+        if self.speeds is None:
+            return speeds
+        return speeds[(speeds >= self.speeds[0]) & (speeds <= self.speeds[1])]
 
     def at(self, speeds: Real, unit: str) -> Real:
         """Permitted values at speeds, rad/s, in a unit.
@@ -275,15 +283,13 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
                 f"limit '{limit.name}' of {key} depends on the speed; a run needs one value."
             )
     else:
-        speeds, values = found.speeds, _measured(found, key, limit.measure)
-        if limit.speeds is not None:
-            inside = (speeds >= limit.speeds[0]) & (speeds <= limit.speeds[1])
-            if not inside.any():
-                raise OptionError(
-                    f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
-                    f"{limit.speeds[1]:g} rad/s, where no speed was computed."
-                )
-            speeds, values = speeds[inside], values[inside]
+        speeds = limit.holding(found.speeds)
+        if limit.speeds is not None and not len(speeds):
+            raise OptionError(
+                f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
+                f"{limit.speeds[1]:g} rad/s, where no speed was computed."
+            )
+        values = measured(found, key, limit.measure)[np.isin(found.speeds, speeds)]
     permitted = limit.at(speeds, unit)
     used = values / permitted
     k = int(used.argmax())
@@ -303,8 +309,8 @@ def _result(found: OrderResponse | Trajectory, limit: Limit) -> Result:
     )
 
 
-def _measured(found: OrderResponse, key: str, measure: Measure) -> Real:
-    """A measure of a quantity at each speed."""
+def measured(found: OrderResponse, key: str, measure: Measure) -> Real:
+    """A measure of a quantity at each speed, see `Limit`."""
     both = found.synthesis(key)
     if measure == "with mean":
         (_, high), (_, low) = both.extremes
