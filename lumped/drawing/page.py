@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SourceNumber", "Told", "report_html"]
 
+
 class SourceNumber(Protocol):
     """A number of a source; `float` gives its value."""
 

@@ -39,21 +39,18 @@ def _model(study: Study) -> Iterator[str]:
             f"{rotation.over} count with their means over {_turns(rotation.turns)}, and what "
             "varies excites (first order in the variation)."
         )
-    wanted = study.point[rotation.over] if rotation.turns_matter and rotation.over else None
-    where = "" if wanted is None else f", where {rotation.over} is {np.degrees(wanted):.4g} deg"
+    where = f" and one angle of {rotation.over}" if rotation.turns_matter else ""
     yield (
-        f"Natural frequencies are those of the drive linearised at {study.first.rpm[study.place]:.5g} 1/min{where}"
-        f"{situation(study.modes.point)}."
+        "Natural frequencies are those of the drive linearised at "
+        f"{first.rpm[study.place]:.5g} 1/min{where}{situation(study.modes.point)}."
     )
     if side := one_sided(study.modes.point):
         yield f"{side[0].upper()}{side[1:]}."
     parameters = system.structure.parameters
     every = parameters.all(study.point.theta)
     laws = [
-        f"{name} = {number(value)} rad/s"
-        for name, p, value in zip(
-            parameters.names, parameters.declared, every, strict=True
-        )
+        f"{name} of {number(0.5 * value / np.pi)} Hz"
+        for name, p, value in zip(parameters.names, parameters.declared, every, strict=True)
         if p.vibrates
     ]
     if laws:
@@ -62,8 +59,11 @@ def _model(study: Study) -> Iterator[str]:
             "order response; natural frequencies and runs take the frequencies of the data: "
             f"{listed(laws, 4)}."
         )
-    if system.left_out:
-        yield f"Left out of the equations: {listed([item.what for item in system.left_out], 8)}."
+    tree = system.structure.tree
+    if not any(
+        q.kind == "potential" and q.unit == "m" for n in tree.instances for q in n.layout.quantities
+    ):
+        yield "Bending and axial vibration, and their coupling with torsion, are left out."
 
 
 def _response(response: OrderResponse) -> Iterator[str]:

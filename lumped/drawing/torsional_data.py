@@ -27,6 +27,7 @@ class Datum(NamedTuple):
     text: str
     low: float
     high: float
+    vibrates: bool
 
     @property
     def column(self) -> str | None:
@@ -35,10 +36,15 @@ class Datum(NamedTuple):
             return self.unit
         return "" if self.unit == "1" and self.name.startswith("ratio") else None
 
+    @property
+    def shown(self) -> tuple[str, float]:
+        """Unit to show, and factor; frequencies of vibrations are in Hz."""
+        return ("Hz", 0.5 / np.pi) if self.vibrates else engineering(self.unit)
+
     def told(self, digits: int = 6) -> str:
         """The value, or its range."""
-        _, factor = engineering(self.unit)
-        ends = dict.fromkeys((number(factor * x, digits) for x in (self.low, self.high)))
+        _, factor = self.shown
+        ends = dict.fromkeys(number(factor * x, digits) for x in (self.low, self.high))
         return " to ".join(ends)
 
 
@@ -53,7 +59,8 @@ def data(response: OrderResponse) -> list[Datum]:
     found = []
     for name, quantity, a, b in zip(parameters.names, parameters.declared, low, high, strict=True):
         path, _, own = name.rpartition(".")
-        found.append(Datum(path, own, quantity.unit, quantity.text, a, b))
+        kind = quantity.unit, quantity.text
+        found.append(Datum(path, own, *kind, a, b, quantity.vibrates))
     return found
 
 
@@ -63,10 +70,10 @@ def mass_elastic_table(every: list[Datum]) -> str:
     for datum in every:
         if datum.column is not None:
             rows.setdefault(datum.path, {}).setdefault(datum.column, []).append(datum)
+    used = {unit: text for unit, text in _COLUMNS.items() if any(unit in r for r in rows.values())}
     head = ["component"]
-    for unit, text in _COLUMNS.items():
-        head.append(f"{text}, {engineering(unit)[0]}" if unit else text)
-    cells = [(path, *(_cell(row.get(unit, [])) for unit in _COLUMNS)) for path, row in rows.items()]
+    head += [f"{text}, {engineering(unit)[0]}" if unit else text for unit, text in used.items()]
+    cells = [(path, *(_cell(row.get(unit, [])) for unit in used)) for path, row in rows.items()]
     return table(head, cells, range(1, len(head)))
 
 
@@ -83,7 +90,7 @@ def values(every: list[Datum]) -> dict[str, str]:
         if datum.column == "":
             text = f"i = {datum.told(4)}"
         elif datum.unit in ("kg.m2", "N.m/rad"):
-            text = f"{datum.told(4)} {engineering(datum.unit)[0]}"
+            text = f"{datum.told(4)} {datum.shown[0]}"
         else:
             continue
         found.setdefault(datum.path, []).append(text)
@@ -92,16 +99,24 @@ def values(every: list[Datum]) -> dict[str, str]:
 
 def others_table(every: list[Datum]) -> str:
     """All other parameters; equal ones of parts that differ by their number only share a row."""
-    groups: dict[tuple[str, str, str, str, str], list[str]] = {}
+    groups: dict[tuple[str, ...], list[str]] = {}
     for datum in every:
         if datum.column is None:
             shape = re.sub(r"\[\d+\]", "[]", datum.path)
-            key = (shape, datum.name, datum.told(), engineering(datum.unit)[0], datum.text)
+            key = (datum.text, shape, datum.name, datum.told(), datum.shown[0])
             groups.setdefault(key, []).append(datum.path)
-    rows = [
-        (text, listed(paths, 12), name, value, unit)
-        for (_, name, value, unit, text), paths in groups.items()
-    ]
+    rows = [(key[0], _together(paths), *key[2:]) for key, paths in groups.items()]
     if not rows:
         return "<p>None.</p>"
     return table(("what it is", "of", "parameter", "value", "unit"), rows, (3,))
+
+
+def _together(paths: list[str]) -> str:
+    """Paths that differ by a number, such as "shaft[0 to 7]" or "shaft[0, 2]"."""
+    counted = [re.findall(r"\[(\d+)\]", path) for path in paths]
+    if len(paths) == 1 or any(len(numbers) != 1 for numbers in counted):
+        return listed(paths, 12)
+    numbers = [int(own[0]) for own in counted]
+    is_run = numbers == list(range(numbers[0], numbers[-1] + 1))
+    told = f"{numbers[0]} to {numbers[-1]}" if is_run else ", ".join(map(str, numbers))
+    return re.sub(r"\[\d+\]", f"[{told}]", paths[0])

@@ -5,23 +5,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lumped.drawing.engineering_units import engineering
 from lumped.drawing.torsional_study import MOST_ORDERS, Study
 from lumped.timeloop.result import Trajectory
-from lumped.vibration.limits import Limit, Measure, measured
+from lumped.vibration.limits import Measure, measured
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["campbell_figure", "heat_figure", "order_figure", "run_figure", "synthesis_figure"]
+__all__ = [
+    "PAGE_WIDTH",
+    "campbell_figure",
+    "heat_figure",
+    "order_figure",
+    "run_figures",
+    "synthesis_figure",
+]
 
 Real = np.ndarray
 Style = tuple[str, str | tuple[int, tuple[int, ...]], float]
 
-_WIDTH = 7.2  # inch, of a page A4 between its margins
+PAGE_WIDTH = 7.2  # inch, of a page A4 between its margins
 _PAIR = 2
 """Responses side by side."""
+_PANELS = 4
+"""Quantities of a run in a figure."""
 _STYLES: tuple[Style, ...] = (
     ("black", "-", 1.3),
     ("#1f4fd8", "--", 1.3),
@@ -50,7 +60,7 @@ def _plain(text: str) -> str:
 
 
 def _panels(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]:
-    figure = Figure((_WIDTH, 0.7 + height * rows), layout="constrained")
+    figure = Figure((PAGE_WIDTH, 0.7 + height * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, axes
 
@@ -58,7 +68,7 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]
 def _finished(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
     """Texts, grid and one legend below all panels."""
     shown = axes.ravel()[:used]
-    labels = {}
+    labels: dict[str, Artist] = {}
     for axis in shown:
         axis.grid(alpha=0.4)
         for line, label in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -68,12 +78,13 @@ def _finished(figure: Figure, axes: np.ndarray, used: int, text: str) -> None:
         above = axes[-2, -1]
         above.tick_params(labelbottom=True)
         above.set_xlabel(axes[-1, 0].get_xlabel())
+    axes[0, 0].set_ylim(bottom=0)  # once all curves have set the common scale
     for row in axes:
         row[0].set_ylabel(text)
     if labels:
         figure.legend(
-            labels.values(),
-            labels.keys(),
+            list(labels.values()),
+            list(labels),
             loc="outside lower center",
             ncols=3,
             frameon=False,
@@ -138,8 +149,8 @@ def synthesis_figure(study: Study, output: str) -> Figure:
         kinds: list[Measure] = ["maximum", "sum"]
         kinds += [limit.measure for limit in limits]
         for kind, style in zip(dict.fromkeys(kinds), _STYLES, strict=False):
-            label = "sum of amplitudes" if kind == "sum" else kind
-            _line(axis, response.rpm, factor * measured(response, output, kind), style, label)
+            text = "sum of amplitudes" if kind == "sum" else kind
+            _line(axis, response.rpm, factor * measured(response, output, kind), style, text)
         for i, limit in enumerate(limits):
             speeds = limit.holding(response.speeds)
             permitted = limit.at(speeds, study.unit(output))
@@ -154,7 +165,6 @@ def _framed(axis: Axes, caption: str, response: OrderResponse) -> None:
     axis.set_title(_plain(caption), fontsize="medium")
     if len(response.speeds) > 1:
         axis.set_xlim(response.rpm[0], response.rpm[-1])
-    axis.set_ylim(bottom=0)
 
 
 def heat_figure(study: Study) -> Figure:
@@ -170,8 +180,8 @@ def heat_figure(study: Study) -> Figure:
     return figure
 
 
-def run_figure(run: Trajectory, names: Mapping[str, str]) -> Figure:
-    """Quantities of a run over the time, a panel for each unit.
+def run_figures(run: Trajectory, names: Mapping[str, str]) -> list[Figure]:
+    """Quantities of a run over the time, a panel for each.
 
     Parameters
     ----------
@@ -180,18 +190,18 @@ def run_figure(run: Trajectory, names: Mapping[str, str]) -> Figure:
     names : mapping of str to str
         Quantities and their units.
     """
-    panels: dict[str, list[str]] = {}
-    for name, unit in names.items():
-        panels.setdefault(unit, []).append(name)
-    figure = Figure((_WIDTH, 0.7 + 2.4 * len(panels)), layout="constrained")
-    axes = figure.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
-    for axis, (unit, members) in zip(axes, panels.items(), strict=True):
-        shown, factor = engineering(unit)
-        for i, name in enumerate(members):
-            _line(axis, run.t, factor * run[name], _STYLES[i % len(_STYLES)], name)
-        axis.set_ylabel(shown)
-        axis.grid(alpha=0.4)
-        axis.legend(loc="upper right", fontsize="small", handlelength=4)
-    axes[-1].set_xlabel("time, s")
-    axes[-1].set_xlim(run.t[0], run.t[-1])
-    return figure
+    found, every = [], list(names.items())
+    for first in range(0, len(every), _PANELS):
+        members = every[first : first + _PANELS]
+        figure = Figure((PAGE_WIDTH, 0.7 + 1.8 * len(members)), layout="constrained")
+        axes = figure.subplots(len(members), sharex=True, squeeze=False)[:, 0]
+        for axis, (name, unit) in zip(axes, members, strict=True):
+            shown, factor = engineering(unit)
+            _line(axis, run.t, factor * run[name], _STYLES[0], name)
+            axis.set_title(name, fontsize="medium")
+            axis.set_ylabel(shown)
+            axis.grid(alpha=0.4)
+        axes[-1].set_xlabel("time, s")
+        axes[-1].set_xlim(run.t[0], run.t[-1])
+        found.append(figure)
+    return found

@@ -64,7 +64,7 @@ def torsional_report(
     margin : float, optional
         Least distance of the critical speeds of `orders` from the operation, as a share.
     orders : iterable of float, optional
-        Orders of the Campbell diagram; default is the six largest of the first response.
+        Orders of the Campbell diagram; default is the eight largest.
     modes : Modes, optional
         Default is those at the mean state in the middle of the operation.
     campbell : Campbell, optional

@@ -15,10 +15,11 @@ from lumped.drawing.schematic import schematic
 from lumped.drawing.torsional_assumptions import assumptions
 from lumped.drawing.torsional_data import data, mass_elastic_table, others_table, values
 from lumped.drawing.torsional_figures import (
+    PAGE_WIDTH,
     campbell_figure,
     heat_figure,
     order_figure,
-    run_figure,
+    run_figures,
     synthesis_figure,
 )
 from lumped.drawing.torsional_study import Study
@@ -28,8 +29,10 @@ from lumped.vibration.limits import Result
 __all__ = ["lead", "sections"]
 
 _RPM = 30 / np.pi
-_SHAPES = 8
+_SHAPES = 6
 """Mode shapes of a figure."""
+_STILL = 1e-9
+"""Amplitude in every mode, that of the largest being 1, below which an angle is not drawn."""
 _SMALL = 0.01
 """Amplitude over that of the largest order, from which on an order is listed."""
 
@@ -52,7 +55,10 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     if study.verdicts:
         yield "Verdict", _verdict(study)
     name = f"Schematic of {study.system.name}"
-    yield "Schematic", inline(schematic(study.system, values=values(every)), name, "schematic")
+    picture = schematic(study.system, values=values(every))
+    wide = picture.get_size_inches()[0] > PAGE_WIDTH
+    drawn = inline(picture, name, "schematic")
+    yield "Schematic", f'<div class="landscape">{drawn}</div>' if wide else drawn
     yield "Inertias, stiffnesses and ratios", mass_elastic_table(every)
     yield "Natural frequencies and mode shapes", _modes(study)
     yield "Critical speeds", _critical(study)
@@ -111,10 +117,12 @@ def _modes(study: Study) -> str:
     ]
     head = ("mode", "natural frequency, Hz", "1/min", "damping ratio")
     parts = [table(head, rows, (0, 1, 2, 3))]
+    moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
     for first in range(0, count, _SHAPES):
         drawn = range(first, min(first + _SHAPES, count))
-        caption = f"Shapes of modes {first + 1} to {drawn[-1] + 1}"
-        parts.append(inline(found.plot(modes=drawn), caption, f"shapes-{first}"))
+        last = drawn[-1] + 1
+        caption = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
+        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
     return "\n".join(parts)
 
 
@@ -216,7 +224,10 @@ def _runs(study: Study) -> str:
         head = ("quantity", "unit", "greatest", "at, s", "least", "at, s")
         parts.append(
             f"<h3>{escape(caption)}</h3>\n"
-            + inline(run_figure(run, names), caption, f"run-{i}")
+            + "\n".join(
+                inline(figure, caption, f"run-{i}-{k}")
+                for k, figure in enumerate(run_figures(run, names))
+            )
             + table(head, rows, range(2, 6))
         )
         if run.events:

@@ -24,7 +24,9 @@ Real = NDArray[np.float64]
 Limits = Iterable[Limit] | Mapping[str, Iterable[Limit]]
 
 MOST_ORDERS = 6
-"""Orders that are drawn, the largest of a quantity."""
+"""Orders of a quantity that are drawn, the largest."""
+MOST_CRITICAL = 8
+"""Orders of the Campbell diagram, the largest of any quantity."""
 _SAME = 1e-9
 """Relative difference of natural frequencies over the speed that is rounding."""
 
@@ -93,8 +95,8 @@ class Study:
         return next(iter(self.having(output).values())).system.quantity(output).unit
 
     def limits_of(self, caption: str, output: str) -> list[Limit]:
-        """Limits of a quantity in a response or run."""
-        system = {**self.responses, **self.runs}[caption].system
+        """Limits of a quantity in a response."""
+        system = self.responses[caption].system
         return [x for x in self.limits.get(caption, ()) if system.key(x.quantity) == output]
 
     def watched(self, caption: str) -> list[str]:
@@ -166,7 +168,7 @@ def study(
     between = None if operation is None else _operation(operation, first)
     if margin is not None and between is None:
         raise OptionError("torsional_report: a margin needs the speeds of operation, operation=.")
-    drawn = _orders(orders, first)
+    drawn = _orders(orders, given)
     middle = first.speeds[-1] if between is None else 0.5 * (between[0] + between[1])
     place = int(np.abs(first.speeds - middle).argmin())
     point = _point(first, place)
@@ -203,17 +205,23 @@ def _operation(given: tuple[float | str, float | str], first: OrderResponse) -> 
     return low, high
 
 
-def _orders(given: Iterable[float] | None, first: OrderResponse) -> tuple[float, ...]:
+def _orders(
+    given: Iterable[float] | None, responses: Mapping[str, OrderResponse]
+) -> tuple[float, ...]:
     """Orders of the Campbell diagram: as given, or the largest of any quantity."""
+    first = next(iter(responses.values()))
     if given is not None:
         wanted = tuple(sorted({float(order) for order in given}))
         for order in wanted:
             first.magnitude(first.outputs[0], order)
         return wanted
-    size = np.abs(first.values).max(axis=0)
-    share = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
-    largest = np.argsort(-share, kind="stable")[:MOST_ORDERS]
-    return tuple(first.orders[np.sort(largest)].tolist())
+    shares: dict[float, float] = {}
+    for response in responses.values():
+        size = np.abs(response.values).max(axis=0)
+        largest = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
+        for order, share in zip(response.orders.tolist(), largest.tolist(), strict=True):
+            shares[order] = max(share, shares.get(order, 0.0))
+    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
 
 
 def _point(response: OrderResponse, k: int) -> OperatingPoint:
@@ -229,10 +237,10 @@ def _campbell(
 ) -> Campbell:
     """Natural frequencies at the mean states, which between the speeds are on lines."""
     system, speeds = response.system, response.speeds
-    ends = [modes(system, at=_point(response, k)).hertz for k in (0, len(speeds) - 1)]
+    low, high = (modes(system, at=_point(response, k)).hertz for k in (0, len(speeds) - 1))
     if len(speeds) == 1:
         speeds = np.array([0.5, 1.0]) * speeds[0]
-    if len(ends[0]) == len(ends[1]) and np.allclose(*ends, rtol=_SAME, atol=0):
+    if len(low) == len(high) and np.allclose(low, high, rtol=_SAME, atol=0):
         return campbell(system, speeds=speeds[[0, -1]], orders=orders, at=point)
     rotation = response.rotation
 

@@ -13,7 +13,7 @@ from lumped.errors import OptionError, SolverError
 from lumped.numerics.shifted_solutions import elimination, pivots, solved_singly
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
-from lumped.vibration.rotation import Rotation
+from lumped.vibration.rotation import Rotation, settled
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
 __all__ = ["Excitations", "OrderSolution", "order_solution", "samples_of"]
@@ -140,16 +140,26 @@ def _cycle(
     means = np.empty((count, q))
     matrices: list[list[Real]] = []
     for k in range(count):
-        _, x, settings = over.along(k, samples)
+        angle, x, settings = over.along(k, samples)
         parts = small(x, over.theta[k], settings, time)
-        spectra = [np.fft.rfft(part, axis=0) * (2 / samples) for part in parts[:2]]
+        y = parts.outputs - angle[:, None] * _growth(small, over, k, parts.outputs[0])
+        spectra = [np.fft.rfft(part, axis=0) * (2 / samples) for part in (parts.rates, y)]
         for held, spectrum, part in zip((rates, outputs), spectra, parts[:2], strict=True):
             own = spectrum[numbers[whole]]
             noise = 1e-13 * np.abs(part).max(axis=0, initial=0.0)
             held[k, whole] = np.where(np.abs(own) > noise, own, 0)
-        means[k] = parts.outputs.mean(axis=0)
+        means[k] = y.mean(axis=0)
         matrices.append([part.mean(axis=0) for part in parts[2:]])
     return rates, outputs, means, [np.array(each) for each in zip(*matrices, strict=True)]
+
+
+def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:
+    """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
+    cycle = 2 * np.pi * over.turns
+    x = over.x[k : k + 1] + cycle * over.turning
+    m = settled(over.system, x, over.theta[k], over.settings[k])
+    found: Real = (small(x, over.theta[k], m, over.points[0].time).outputs[0] - begin) / cycle
+    return found
 
 
 def samples_of(over: Rotation, orders: Real) -> int:
