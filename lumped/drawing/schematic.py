@@ -13,7 +13,7 @@ from matplotlib.path import Path as Outline
 
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
-from lumped.drawing.placing import place
+from lumped.drawing.placing import WIDEST, place
 from lumped.drawing.routing import CELL, Point, Routed, route
 from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
@@ -43,6 +43,7 @@ def schematic(
     path: str | Path | None = None,
     *,
     depth: int | None = None,
+    columns: int = WIDEST,
     values: Mapping[str, str] | None = None,
 ) -> Figure:
     """Drive-train schematic: symbols along the shaft line, frames around composites.
@@ -58,6 +59,8 @@ def schematic(
         File to write: .svg, .png, .pdf.
     depth : int, optional
         Composites at this depth are drawn as one symbol; 1 shows the parts of the model only.
+    columns : int
+        Parts side by side before a chain is continued below.
     values : mapping of str to str, optional
         Texts above symbols, by the paths of their components, such as ``{"rotor": "3 kg.m2"}``.
 
@@ -68,8 +71,8 @@ def schematic(
     Raises
     ------
     OptionError
-        If the depth is less than 1, a component names a symbol that does not exist, or the ending
-        of the path is no format of pictures.
+        If the depth or the number of columns is less than 1, a component names a symbol that does
+        not exist, or the ending of the path is no format of pictures.
     ConnectError
         If connections are faulty.
     """
@@ -77,6 +80,8 @@ def schematic(
         raise OptionError(
             f"schematic: depth = {depth!r}; 1 shows the parts of the model, 2 theirs too."
         )
+    if columns < 1:
+        raise OptionError(f"schematic: columns = {columns}; at least one part stands in a row.")
     plan = netlist(model, depth)
     for item in plan.top.all_items():
         if item.symbol not in SYMBOLS:
@@ -84,7 +89,7 @@ def schematic(
                 f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
                 f"Known: {', '.join(SYMBOLS)}."
             )
-    figure = draw(plan, route(plan, place(plan)), values or {})
+    figure = draw(plan, route(plan, place(plan, columns)), values or {})
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():

@@ -16,7 +16,7 @@ from lumped.vibration.limits import Measure, measured
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = [
-    "PAGE_WIDTH",
+    "_WIDTH",
     "campbell_figure",
     "heat_figure",
     "order_figure",
@@ -27,7 +27,7 @@ __all__ = [
 Real = np.ndarray
 Style = tuple[str, str | tuple[int, tuple[int, ...]], float]
 
-PAGE_WIDTH = 7.2  # inch, of a page A4 between its margins
+_WIDTH = 7.2  # inch, of a page A4 between its margins
 _PAIR = 2
 """Responses side by side."""
 _PANELS = 4
@@ -60,7 +60,7 @@ def _plain(text: str) -> str:
 
 
 def _panels(rows: int, columns: int, height: float) -> tuple[Figure, np.ndarray]:
-    figure = Figure((PAGE_WIDTH, 0.7 + height * rows), layout="constrained")
+    figure = Figure((_WIDTH, 0.7 + height * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, axes
 
@@ -193,7 +193,7 @@ def run_figures(run: Trajectory, names: Mapping[str, str]) -> list[Figure]:
     found, every = [], list(names.items())
     for first in range(0, len(every), _PANELS):
         members = every[first : first + _PANELS]
-        figure = Figure((PAGE_WIDTH, 0.7 + 1.8 * len(members)), layout="constrained")
+        figure = Figure((_WIDTH, 0.7 + 1.8 * len(members)), layout="constrained")
         axes = figure.subplots(len(members), sharex=True, squeeze=False)[:, 0]
         for axis, (name, unit) in zip(axes, members, strict=True):
             shown, factor = engineering(unit)

@@ -15,7 +15,6 @@ from lumped.drawing.schematic import schematic
 from lumped.drawing.torsional_assumptions import assumptions
 from lumped.drawing.torsional_data import data, mass_elastic_table, others_table, values
 from lumped.drawing.torsional_figures import (
-    PAGE_WIDTH,
     campbell_figure,
     heat_figure,
     order_figure,
@@ -29,6 +28,8 @@ from lumped.vibration.limits import Result
 __all__ = ["lead", "sections"]
 
 _RPM = 30 / np.pi
+_COLUMNS = 6
+"""Parts side by side in the schematic, which then needs the width of a page."""
 _SHAPES = 6
 """Mode shapes of a figure."""
 _STILL = 1e-9
@@ -55,10 +56,8 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     if study.verdicts:
         yield "Verdict", _verdict(study)
     name = f"Schematic of {study.system.name}"
-    picture = schematic(study.system, values=values(every))
-    wide = picture.get_size_inches()[0] > PAGE_WIDTH
-    drawn = inline(picture, name, "schematic")
-    yield "Schematic", f'<div class="landscape">{drawn}</div>' if wide else drawn
+    picture = schematic(study.system, columns=_COLUMNS, values=values(every))
+    yield "Schematic", inline(picture, name, "schematic")
     yield "Inertias, stiffnesses and ratios", mass_elastic_table(every)
     yield "Natural frequencies and mode shapes", _modes(study)
     yield "Critical speeds", _critical(study)

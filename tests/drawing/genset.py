@@ -1,6 +1,5 @@
 """The genset of a fresh user: from its data to the printed report."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,9 @@ RPM = np.pi / 30
 POSITIONS = (0, 4, 2, 5, 1, 3)  # of the cylinders in the firing order 1-5-3-6-2-4
 INERTIAS = (0.017, 0.009, 0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487, 2.075)  # kg.m2
 STIFFNESSES = (1.106e6, 1.631e6, 1.253e6, 1.253e6, 1.678e6, 1.253e6, 1.253e6, 1.976e6)  # N.m/rad
-SIZES = {"bore": 0.105, "r": 0.0685, "L": 0.207, "m": 2.521, "load": 0.9}
+SIZES = {"bore": 0.105, "r": 0.0685, "L": 0.207, "m": 2.521, "masses": "excitation"}
 COUPLING = {"c": 4e4, "eta": 0.15, "w_loss": 150.0}
 RATED = 1000.0  # N.m
-STEP = 2 * np.pi / 3  # rad, between firings
 
 
 class Shaft(LossSpring):
@@ -32,15 +30,14 @@ class Shaft(LossSpring):
 
 
 def genset(misfire="none", load=-RATED):
-    rows = list(csv.reader(TABLE.open()))[1:]
-    pressure = [(np.radians(float(angle)), 1e6 * float(p)) for angle, p in rows]
-    fires = [misfire, *5 * ["none"]]
+    degrees, megapascals = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
+    pressure = list(zip(np.radians(degrees), 1e6 * megapascals, strict=True))
     model = lp.compose(
         mass=[Inertia(J=J) for J in INERTIAS],
         shaft=[Shaft(c=c, eta=0.035, w_loss=1300.0) for c in STIFFNESSES],
         cylinder=[
-            Cylinder(pressure=pressure, masses="excitation", misfire=f, phase=p * STEP, **SIZES)
-            for f, p in zip(fires, POSITIONS, strict=True)
+            Cylinder(pressure=pressure, misfire=f, phase=2 * np.pi / 3 * p, **SIZES)
+            for f, p in zip([misfire, *5 * ["none"]], POSITIONS, strict=True)
         ],
         oil=[Damper(d=0.2) for _ in POSITIONS],
         block=[Fixed() for _ in POSITIONS],
@@ -76,7 +73,7 @@ def report(path, parameters=None):
         Limit("shaft[7].stress", "40 MPa", "crankshaft", measure="sum", source="rules of hall 3"),
     ]
     peak = [Limit("coupling.tau", "5 kN.m", "largest torque", source="maker")]
-    titles = {"title": "Torsional vibrations of a genset", "about": {"Plant": "Hall 3", "By": "me"}}
     limited = {**dict.fromkeys(responses, limits), **dict.fromkeys(runs, peak)}
-    more = {"operation": ("1450 rpm", "1550 rpm"), "heat": heat, "runs": runs, **titles}
+    more = {"title": "Genset", "about": {"Plant": "Hall 3"}, "heat": heat, "runs": runs}
+    more["operation"] = ("1450 rpm", "1550 rpm")
     return lp.drawing.torsional_report(responses, path, limits=limited, **more)

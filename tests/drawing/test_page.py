@@ -3,6 +3,7 @@
 import itertools
 import re
 import time
+from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
