@@ -22,7 +22,7 @@ __all__ = ["torsional_report"]
 
 @checked
 def torsional_report(
-    responses: OrderResponse | Mapping[str, OrderResponse],
+    response: OrderResponse | Mapping[str, OrderResponse],
     path: str | Path,
     *,
     title: str = "",
@@ -47,7 +47,7 @@ def torsional_report(
 
     Parameters
     ----------
-    responses : OrderResponse or mapping of str to OrderResponse
+    response : OrderResponse or mapping of str to OrderResponse
         From `lumped.vibration.order_response`; by captions where there are several, such as
         ``{"all cylinders fire": ..., "cylinder 1 misfires": ...}``. The first is that of the drive
         whose data, modes and critical speeds are told.
@@ -92,7 +92,7 @@ def torsional_report(
         If a limit or speed has a unit of another dimension.
     """
     found = study(
-        responses,
+        response,
         limits,
         operation,
         margin,

@@ -227,7 +227,7 @@ def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):
 
 
 WRONG = {
-    "no response": ({"responses": {}}, OptionError, "at least one order response"),
+    "no response": ({"response": {}}, OptionError, "at least one order response"),
     "no orders": ({"orders": []}, OptionError, "at least one order"),
     "another order": ({"orders": [3]}, OptionError, "order 3 was not computed"),
     "another quantity": ({"limits": [Limit("a.w", 1.0)]}, UnknownNameError, "'a.w' is no output"),
@@ -245,9 +245,9 @@ WRONG = {
 @pytest.mark.parametrize("case", WRONG)
 def test_slips_are_named(case, tmp_path: Path):
     options, error, text = WRONG[case]
-    options = {"responses": {"weak": respond()}} | options
+    options = {"response": {"weak": respond()}} | options
     with pytest.raises(error, match=re.escape(text)):
-        lp.drawing.torsional_report(options.pop("responses"), tmp_path / "page.html", **options)
+        lp.drawing.torsional_report(options.pop("response"), tmp_path / "page.html", **options)
     assert not list(tmp_path.iterdir())
 
 
@@ -302,9 +302,9 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
     told = {}
     write = lp.drawing.torsional_report
 
-    def watching(responses, path, **options):
-        told.update(responses=responses, **options)
-        return write(responses, path, **options)
+    def watching(response, path, **options):
+        told.update(response=response, **options)
+        return write(response, path, **options)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lp.drawing, "torsional_report", watching)
@@ -318,7 +318,7 @@ def test_a_genset_takes_a_user_eighty_lines():
 def test_the_genset_tells_firing_and_misfire_side_by_side(hall):
     page, told = hall
     cells = Page(page).cells
-    fires, fails = told["responses"].values()
+    fires, fails = told["response"].values()
     head = ("order", "all cylinders fire: kN.m", "at, 1/min", "cylinder 1 misfires: kN.m")
     rows = after(cells, *head, "at, 1/min")
     found = {float(rows[i]): (float(rows[i + 1]), float(rows[i + 3])) for i in range(0, 35, 5)}
