@@ -39,7 +39,11 @@ def _model(study: Study) -> Iterator[str]:
             f"{rotation.over} count with their means over {_turns(rotation.turns)}, and what "
             "varies excites (first order in the variation)."
         )
-    where = f" and one angle of {rotation.over}" if rotation.turns_matter else ""
+    where = (
+        f" and one angle of {rotation.over}, not means over its turns"
+        if rotation.turns_matter
+        else ""
+    )
     yield (
         "Natural frequencies are those of the drive linearised at "
         f"{first.rpm[study.place]:.5g} 1/min{where}{situation(study.modes.point)}."

@@ -274,8 +274,11 @@ def _heat(
         _known(caption, list(responses), "heat", "response")
         found[caption] = {}
         for part, power in parts.items():
-            values = np.asarray(power, dtype=float)
             shape = responses[caption].speeds.shape
+            try:
+                values = np.asarray(power, dtype=float)
+            except (TypeError, ValueError):
+                values = np.zeros(0)
             if values.shape != shape or not np.isfinite(values).all():
                 raise OptionError(
                     f"torsional_report: heat of {part} in '{caption}': a power, W, at each of the "

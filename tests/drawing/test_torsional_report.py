@@ -238,6 +238,9 @@ WRONG = {
     "beyond": ({"operation": (50.0, 900.0)}, OptionError, "computed from 200 to 1200 1/min only"),
     "margin": ({"margin": 0.1}, OptionError, "speeds of operation, operation="),
     "heat": ({"heat": {"weak": {"oil": [1.0]}}}, OptionError, "heat of oil in 'weak'"),
+    "no heat": ({"heat": {"weak": {"oil": "much"}}}, OptionError, "heat of oil in 'weak'"),
+    "no run": ({"runs": {"step": 5}}, OptionError, "runs['step'] = 5: a run from lumped.simulate"),
+    "a number": ({"response": {"weak": 5}}, OptionError, "response['weak'] = 5: a response from"),
     "heat of none": ({"heat": {"wek": {"oil": [1.0]}}}, UnknownNameError, "weak"),
 }
 
