@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import runpy
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from lumped.errors import LumpedError
+from lumped.errors import LumpedError, OptionError
 from lumped.models import MACHINES, MARKS, Machine, Row, machine
 from lumped.support.text_table import number, table
 from lumped.support.whole_files import write_text
@@ -39,7 +40,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"{name:{width}}  {text}")
         return 0
     try:
-        chosen, changes = machine(arguments.name), dict(arguments.set)
+        changes = dict(arguments.set)
+        if arguments.command == "report" and arguments.name.endswith(".py"):
+            print(f"written: {_own_report(Path(arguments.name), arguments.output, changes)}")
+            return 0
+        chosen = machine(arguments.name)
         if arguments.command == "report":
             _report(chosen, arguments.name, arguments.output, changes)
         elif changes:
@@ -72,8 +77,10 @@ def _parser() -> argparse.ArgumentParser:
         default=Path("report.html"),
         help="page to write; default is report.html",
     )
+    run.add_argument("name", help="name of the machine, see 'lumped list'")
+    own = "or a file .py with a function report(path, parameters)"
+    report.add_argument("name", help=f"name of the machine, see 'lumped list', {own}")
     for command in (run, report):
-        command.add_argument("name", help="name of the machine, see 'lumped list'")
         command.add_argument(
             "--set",
             metavar="PATH=VALUE",
@@ -97,6 +104,20 @@ def _change(text: str) -> tuple[str, str | float]:
         return path, float(value)
     except ValueError:
         return path, value
+
+
+def _own_report(module: Path, file: Path, changes: Changes) -> Path:
+    """The page that the function `report` of a user's module writes."""
+    if not module.is_file():
+        raise OptionError(f"report: there is no file '{module}'.")
+    sys.path.insert(0, str(module.parent))  # as Python does for a script
+    found = runpy.run_path(str(module), run_name=module.stem).get("report")
+    if not callable(found):
+        raise OptionError(
+            f"report: '{module}' has no function report(path, parameters), which writes its page "
+            "and returns the path; lumped.drawing.torsional_report and report_html do."
+        )
+    return Path(found(file, changes))
 
 
 _TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from lumped.compiler.system import System
 from lumped.drawing.inline import inline
+from lumped.drawing.page_frame import Section, prose, whole_page
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
 from lumped.drawing.schematic import schematic
 from lumped.simulation.sizing import Sizing
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["SourceNumber", "Told", "report_html"]
-
-Section = tuple[str, str]
 
 
 class SourceNumber(Protocol):
@@ -98,7 +96,7 @@ def report_html(
         The file.
     """
     name = title or system.name
-    sections: list[Section] = [(head, _prose(body)) for head, body in (text or {}).items()]
+    sections: list[Section] = [(head, prose(body)) for head, body in (text or {}).items()]
     sections += comparison(list(compared), marks or {})
     sections.append(
         ("Schematic", inline(schematic(system), f"Schematic of {system.name}", "schematic"))
@@ -121,35 +119,8 @@ def report_html(
         sections.append(("Error and run time", _accuracy(accuracy)))
     sections.append(("Left out", _left_out(system)))
     target = Path(path)
-    write_text(target, _page(name, sections))
+    write_text(target, whole_page(name, sections))
     return target
-
-
-def _page(name: str, sections: list[Section]) -> str:
-    anchors = [f"section-{i}" for i in range(len(sections))]
-    links = "".join(
-        f'<li><a href="#{a}">{escape(t)}</a></li>'
-        for a, (t, _) in zip(anchors, sections, strict=True)
-    )
-    body = "".join(
-        f'<section aria-labelledby="{a}">\n<h2 id="{a}">{escape(t)}</h2>\n{content}\n</section>\n'
-        for a, (t, content) in zip(anchors, sections, strict=True)
-    )
-    parts = files("lumped.drawing")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<link rel="icon" href="data:,">\n'
-        f"<title>{escape(name)}</title>\n<style>\n{(parts / 'page.css').read_text()}</style>\n"
-        f"</head>\n<body>\n<h1>{escape(name)}</h1>\n<nav><ul>{links}</ul></nav>\n{body}"
-        f"<script>\n{(parts / 'page.js').read_text()}</script>\n</body>\n</html>\n"
-    )
-
-
-def _prose(body: str | Sequence[str]) -> str:
-    if isinstance(body, str):
-        return f"<p>{escape(body)}</p>"
-    return "<ul>" + "".join(f"<li>{escape(item)}</li>" for item in body) + "</ul>"
 
 
 def _model(system: System) -> str:

@@ -16,7 +16,7 @@ from lumped.drawing.netlist import SIGNAL, Frame, Item, Net, Netlist
 
 __all__ = ["MECHANICAL", "Cell", "Placed", "place"]
 
-WIDEST = 14  # cells before a line is continued below
+WIDEST = 14  # cells before a line is continued below, unless another number is asked for
 MECHANICAL = ("rotational flange", "translational flange")
 
 Cell = tuple[int, int]  # column, row
@@ -48,8 +48,8 @@ class Placed:
         self.height = max(self.height, row + other.height)
 
 
-def place(plan: Netlist) -> Placed:
-    """Cells of all items and frames of a netlist."""
+def place(plan: Netlist, widest: int = WIDEST) -> Placed:
+    """Cells of all items and frames of a netlist, in rows of so many cells."""
     home: dict[Item, list[Frame]] = {}
     order: list[Frame] = []
     stack: list[tuple[Frame, list[Frame]]] = [(plan.top, [plan.top])]
@@ -71,7 +71,7 @@ def place(plan: Netlist) -> Placed:
             touching.setdefault(frame, []).append((net, parts))
     blocks: dict[Item | Frame, Placed] = {}
     for frame in reversed(order):
-        blocks[frame] = _arranged(frame, touching.get(frame, []), blocks)
+        blocks[frame] = _arranged(frame, touching.get(frame, []), blocks, widest)
     return blocks[plan.top]
 
 
@@ -87,7 +87,7 @@ def _count(net: Net) -> int:
 _Nets = Sequence[tuple[Net, dict[Item | Frame, list[Item]]]]
 
 
-def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed]) -> Placed:
+def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed], widest: int) -> Placed:
     for item in frame.items:
         blocks[item] = Placed({item: (0, 0)}, [], 1, 1)
     parts: list[Item | Frame] = sorted(
@@ -105,9 +105,9 @@ def _arranged(frame: Frame, nets: _Nets, blocks: dict[Item | Frame, Placed]) -> 
                     del left[part]
                 inside = set(group)
                 found = [n for n in nets if n[0].kind in kinds and inside & n[1].keys()]
-                groups.append(_Group(found, blocks, group))
+                groups.append(_Group(found, blocks, group, widest))
         levels.append([g.placed() for g in groups])
-    single = _shelf([blocks[part] for part in left])
+    single = _shelf([blocks[part] for part in left], widest)
     row = 0
     for block in (*levels[2], *levels[0], *levels[1], *single):
         if levels[0] and block is levels[0][0]:
@@ -124,11 +124,11 @@ def _first(frame: Frame) -> int:
     return min((item.place for item in frame.all_items()), default=0)
 
 
-def _shelf(blocks: Iterable[Placed]) -> list[Placed]:
+def _shelf(blocks: Iterable[Placed], widest: int) -> list[Placed]:
     """Blocks side by side, in rows of limited width."""
     rows: list[Placed] = []
     for block in blocks:
-        if not rows or rows[-1].width + block.width > WIDEST:
+        if not rows or rows[-1].width + block.width > widest:
             rows.append(Placed())
         rows[-1].take(block, rows[-1].width, 0)
     return rows
@@ -165,8 +165,13 @@ class _Group:
     """Parts that are joined by nets: a line, folded if it is long, and its branches."""
 
     def __init__(
-        self, nets: _Nets, blocks: dict[Item | Frame, Placed], parts: list[Item | Frame]
+        self,
+        nets: _Nets,
+        blocks: dict[Item | Frame, Placed],
+        parts: list[Item | Frame],
+        widest: int,
     ) -> None:
+        self.widest = widest
         self.nets, self.blocks, self.parts = nets, blocks, parts
         self.leaves = [_count(net) > sum(map(len, members.values())) for net, members in nets]
         self.around: dict[Item | Frame, list[int]] = {part: [] for part in parts}
@@ -263,7 +268,7 @@ class _Group:
             block = self.blocks[part]
             before = self._shared(part, line[i - 1]) if i else None
             after = self._shared(part, line[i + 1]) if i + 1 < len(line) else None
-            wide = max(WIDEST, 1.25 * block.width)  # a few parts before a wide one do not turn
+            wide = max(self.widest, 1.25 * block.width)  # a few parts before a wide one do not turn
             if not self.taken or column + block.width > wide:
                 self.taken.append(set())
                 column = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import matplotlib as mpl
@@ -13,7 +13,7 @@ from matplotlib.path import Path as Outline
 
 from lumped.compiler.system import System
 from lumped.drawing.netlist import SIGNAL, Item, Netlist, netlist
-from lumped.drawing.placing import place
+from lumped.drawing.placing import WIDEST, place
 from lumped.drawing.routing import CELL, Point, Routed, route
 from lumped.drawing.symbols import GROUND, SYMBOLS, Symbol
 from lumped.drawing.terminals import Terminal
@@ -39,7 +39,12 @@ OTHER = ("#5b2a86", 1.0, "other")
 
 @checked
 def schematic(
-    model: Component | System, path: str | Path | None = None, *, depth: int | None = None
+    model: Component | System,
+    path: str | Path | None = None,
+    *,
+    depth: int | None = None,
+    columns: int = WIDEST,
+    values: Mapping[str, str] | None = None,
 ) -> Figure:
     """Drive-train schematic: symbols along the shaft line, frames around composites.
 
@@ -54,6 +59,10 @@ def schematic(
         File to write: .svg, .png, .pdf.
     depth : int, optional
         Composites at this depth are drawn as one symbol; 1 shows the parts of the model only.
+    columns : int
+        Parts side by side before a chain is continued below.
+    values : mapping of str to str, optional
+        Texts above symbols, by the paths of their components, such as ``{"rotor": "3 kg.m2"}``.
 
     Returns
     -------
@@ -62,8 +71,8 @@ def schematic(
     Raises
     ------
     OptionError
-        If the depth is less than 1, a component names a symbol that does not exist, or the ending
-        of the path is no format of pictures.
+        If the depth or the number of columns is less than 1, a component names a symbol that does
+        not exist, or the ending of the path is no format of pictures.
     ConnectError
         If connections are faulty.
     """
@@ -71,6 +80,8 @@ def schematic(
         raise OptionError(
             f"schematic: depth = {depth!r}; 1 shows the parts of the model, 2 theirs too."
         )
+    if columns < 1:
+        raise OptionError(f"schematic: columns = {columns}; at least one part stands in a row.")
     plan = netlist(model, depth)
     for item in plan.top.all_items():
         if item.symbol not in SYMBOLS:
@@ -78,7 +89,7 @@ def schematic(
                 f"{item.path or item.label} ({item.kind}): there is no symbol '{item.symbol}'. "
                 f"Known: {', '.join(SYMBOLS)}."
             )
-    figure = draw(plan, route(plan, place(plan)))
+    figure = draw(plan, route(plan, place(plan, columns)), values or {})
     if path is not None:
         ending = Path(path).suffix.removeprefix(".")
         if ending not in figure.canvas.get_supported_filetypes():
@@ -94,8 +105,8 @@ def _is_svg(path: str | Path) -> bool:
     return Path(path).suffix.lower() == ".svg"
 
 
-def draw(plan: Netlist, routed: Routed) -> Figure:
-    """Draw the items and wires."""
+def draw(plan: Netlist, routed: Routed, values: Mapping[str, str]) -> Figure:
+    """Draw the items with their values, and the wires."""
     width = max(routed.size[0] + 2 * MARGIN, 3.2)
     height = routed.size[1] + HEAD + FOOT
     figure = Figure((width, height))
@@ -118,6 +129,9 @@ def draw(plan: Netlist, routed: Routed) -> Figure:
         ends[port.item].append((port, point))
     for item, centre in routed.centres.items():
         _symbol(axes, item, centre, ends[item])
+        if item.path in values:
+            text, high = values[item.path].replace("$", r"\$"), centre[1] - CELL[1] / 2 + 0.01
+            axes.text(centre[0], high, text, size=5, ha="center", va="bottom", zorder=6, bbox=_HALO)
     _texts(axes, plan, routed)
     return figure
 

@@ -29,6 +29,7 @@ _FROM = {
     "Expr": "an expression",
     "FrequencyResponse": "a response from lumped.frequency_response",
     "Modes": "modes from lumped.modes",
+    "OrderResponse": "a response from lumped.vibration.order_response",
     "OperatingPoint": "an operating point from lumped.equilibrium or lumped.start_point",
     "Path": "a path",
     "Port": "a port",
@@ -199,9 +200,11 @@ def _check_members(function: str, key: str, given: Mapping[Any, Any], hint: Any)
 
 
 def _is_looked_at(kind: Any) -> bool:
-    """Whether members of a mapping are lists, functions, or of a class."""
+    """Whether members of a mapping are lists, functions, or of a class of lumped or a picture."""
     several = {get_origin(one) for one in (kind, *get_args(kind))} & {Sequence, Callable}
-    return bool(several) or (isinstance(kind, type) and issubclass(kind, _Absent))
+    if several or not isinstance(kind, type):
+        return bool(several)
+    return issubclass(kind, _Absent) or kind.__module__.startswith("lumped.")
 
 
 def _same_system(function: str, given: dict[str, Any]) -> None:

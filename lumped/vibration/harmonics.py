@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.numerics.few_of_many import few_of_many
-from lumped.vibration.rotation import Rotation
+from lumped.vibration.rotation import Rotation, settled
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
 __all__ = ["harmonics", "samples_of"]
@@ -45,8 +45,10 @@ def harmonics(
 
     def row(k: int) -> tuple[Real, Real]:
         """Harmonics of rates and outputs, and all means; and the sizes of the parts of each."""
-        _, x, settings = over.along(k, samples)
+        angle, x, settings = over.along(k, samples)
         parts = small(x, over.theta[k], settings, time)
+        growth = angle[:, None] * _growth(small, over, k, parts.outputs[0])
+        parts = parts._replace(outputs=parts.outputs - growth)
         moving = np.hstack(parts[:2])
         size = np.abs(moving).max(axis=0, initial=0.0)
         spectrum = np.zeros((len(orders), n + q), dtype=complex)
@@ -65,6 +67,15 @@ def harmonics(
     ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])
     means, *matrices = np.split(rows[:, end:], ends[:-1] - end, axis=1)
     return spectra[..., :n], spectra[..., n:], means, matrices
+
+
+def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:
+    """By what outputs, such as angles, grow with the angle of the shaft, shape (q,)."""
+    cycle = 2 * np.pi * over.turns
+    x = over.x[k : k + 1] + cycle * over.turning
+    m = settled(over.system, x, over.theta[k], over.settings[k])
+    found: Real = (small(x, over.theta[k], m, over.points[0].time).outputs[0] - begin) / cycle
+    return found
 
 
 def samples_of(over: Rotation, orders: Real) -> int:

@@ -21,8 +21,10 @@ from lumped.vibration.order_response import OrderResponse
 
 __all__ = [
     "Limit",
+    "Measure",
     "Result",
     "Verdict",
+    "measured",
     "separation",
     "torque_reversal",
     "verdict",
@@ -66,6 +68,12 @@ class Limit:
     clause: str = ""
     source: str = ""
     speeds: tuple[float, float] | None = None
+
+    def holding(self, speeds: Real) -> Real:
+        """Those of some speeds, rad/s, at which it holds."""
+        if self.speeds is None:
+            return speeds
+        return speeds[(speeds >= self.speeds[0]) & (speeds <= self.speeds[1])]
 
     def at(self, speeds: Real, unit: str) -> Real:
         """Permitted values at speeds, rad/s, in a unit.
@@ -277,16 +285,14 @@ def _result(found: OrderAmplitudes | Trajectory, limit: Limit) -> Result:
             )
     else:
         ascending = np.argsort(found.speeds)
-        speeds = found.speeds[ascending]
-        values = _measured(found, key, limit.measure)[ascending]
-        if limit.speeds is not None:
-            inside = (speeds >= limit.speeds[0]) & (speeds <= limit.speeds[1])
-            if not inside.any():
-                raise OptionError(
-                    f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
-                    f"{limit.speeds[1]:g} rad/s, where no speed was computed."
-                )
-            speeds, values = speeds[inside], values[inside]
+        speeds, values = found.speeds[ascending], measured(found, key, limit.measure)[ascending]
+        inside = np.isin(speeds, limit.holding(speeds))
+        if limit.speeds is not None and not inside.any():
+            raise OptionError(
+                f"limit '{limit.name}' of {key} holds from {limit.speeds[0]:g} to "
+                f"{limit.speeds[1]:g} rad/s, where no speed was computed."
+            )
+        speeds, values = speeds[inside], values[inside]
     permitted = limit.at(speeds, unit)
     used = values / permitted
     k = int(used.argmax())
@@ -315,8 +321,8 @@ def _of_run(found: Trajectory, key: str, measure: Measure) -> float:
     return float(np.abs(found[key]).max())
 
 
-def _measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
-    """A measure of a quantity at each speed."""
+def measured(found: OrderAmplitudes, key: str, measure: Measure) -> Real:
+    """A measure of a quantity at each speed, see `Limit`."""
     if measure == "mean power":
         if not isinstance(found, OrderResponse):
             raise OptionError(f"limit of {key}: mean powers follow from order responses only.")

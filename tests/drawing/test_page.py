@@ -4,13 +4,13 @@ import itertools
 import re
 import time
 from collections import Counter
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from browser import Browser, chromium
+from html_page import Page
 from matplotlib.figure import Figure
 
 import lumped as lp
@@ -20,7 +20,6 @@ from lumped.models import MARKS, Row, machine
 from lumped.models.reversing_mill import stand
 
 PROGRAM = chromium()
-VOID = {"meta", "link", "br", "use", "img", "input"}
 
 
 class Rig(lp.Component):
@@ -45,37 +44,6 @@ class Number(NamedTuple):
 
     def __float__(self) -> float:
         return self.value
-
-
-class Page(HTMLParser):
-    """Tags that open and close in order, texts, and what would be loaded."""
-
-    def __init__(self, file: Path) -> None:
-        super().__init__()
-        self.open, self.loads, self.ids, self.cells = [], [], Counter(), []
-        self.text = file.read_text(encoding="utf-8")
-        self.feed(self.text)
-        assert not self.open
-
-    def handle_starttag(self, tag, attributes):
-        found = dict(attributes)
-        self.ids.update([found["id"]] if "id" in found else [])
-        self.loads += [found[k] for k in ("src", "href", "xlink:href", "action") if k in found]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attributes):
-        self.handle_starttag(tag, attributes)
-        if tag not in VOID:
-            self.open.pop()
-
-    def handle_endtag(self, tag):
-        if tag not in VOID:
-            assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] in ("td", "th"):
-            self.cells.append(data)
 
 
 def parabola() -> tuple[Figure, np.ndarray, np.ndarray]:

@@ -267,3 +267,34 @@ def test_picture_of_more_than_sixty_symbols_says_so(count: int, noted: bool):
     )
     texts = " ".join(text.get_text() for text in lp.schematic(model).axes[0].texts)
     assert (f"{2 * count + 1} symbols are more than" in texts) == noted
+
+
+def test_values_stand_above_their_components_only():
+    model = lp.compose(
+        rotor=Inertia(J=3.0),
+        other=Inertia(J=2.0),
+        connections=lambda m: lp.chain(m.rotor, m.other),
+    )
+    figure = lp.schematic(model, values={"rotor": "3 kg.m2 $x$", "nobody": "none"})
+    shown = {t.get_text(): t.get_position() for axes in figure.axes for t in axes.texts}
+    assert "none" not in shown
+    value, name = shown[r"3 kg.m2 \$x\$"], shown["rotor"]
+    assert value[0] == name[0]
+    assert value[1] < name[1]  # the axis points down
+
+
+@pytest.mark.parametrize("columns", [3, 5, 30])
+def test_a_chain_turns_after_the_columns(columns: int):
+    model = lp.compose(
+        body=[Inertia(J=1.0) for _ in range(20)],
+        connections=lambda m: lp.chain(*m.body),
+    )
+    cells = place(netlist(model), columns).cells.values()
+    assert max(column for column, _ in cells) + 1 == min(columns, 20)
+    rows = {row for _, row in cells}
+    assert len(rows) == -(-20 // columns)
+
+
+def test_a_schematic_needs_a_column():
+    with pytest.raises(lp.errors.OptionError, match="columns = 0"):
+        lp.schematic(Inertia(J=1.0), columns=0)

@@ -159,6 +159,19 @@ def test_orders_at_many_speeds_are_those_at_each():
         assert error < 1e-9
 
 
+def test_an_angle_that_turns_vibrates_as_its_speed():
+    response = lp.vibration.order_response(
+        six_cylinders(),
+        speeds=[150.0],
+        of=["mass[0].phi", "mass[0].w"],
+        over="mass[8].phi",
+        turns=2,
+    )
+    angle, speed = response["mass[0].phi"][0], response["mass[0].w"][0]
+    wanted = speed / (1j * response.orders * 150.0)
+    assert np.abs(angle - wanted).max() < 1e-9 * np.abs(wanted).max()
+
+
 def damper(mu, z):
     """Untuned viscous damper on a spring to ground, J = K = 1."""
     return lp.assemble(

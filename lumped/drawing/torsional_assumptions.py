@@ -1,0 +1,117 @@
+"""What a torsional vibration calculation rests on, and how accurate it is, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from lumped.drawing.page_frame import prose
+from lumped.drawing.page_run import table
+from lumped.drawing.torsional_study import Study
+from lumped.points.situation import one_sided, situation
+from lumped.support.text_table import listed, number
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["assumptions"]
+
+
+def assumptions(study: Study, stated: Iterable[str]) -> str:
+    """Assumptions of the user, those of the methods, and a table of residuals."""
+    items = [*stated, *_model(study)]
+    for caption, response in study.responses.items():
+        items += [f"{caption}: {text}" if caption else text for text in _response(response)]
+    items += [f"Run {caption}: {run.statistics.why}." for caption, run in study.runs.items()]
+    return f"{prose(items)}\n<h3>Accuracy</h3>\n{_accuracy(study)}"
+
+
+def _model(study: Study) -> Iterator[str]:
+    first, system = study.first, study.system
+    yield (
+        "Maximum, half range and sum are those of all computed orders over a cycle, without the "
+        "mean: the largest size, half the difference of the extremes, and the sum of the "
+        "amplitudes as if all orders met in phase."
+    )
+    rotation = first.rotation
+    if rotation.turns_matter:
+        yield (
+            "In the order response, inertias and stiffnesses that vary with the angle of "
+            f"{rotation.over} count with their means over {_turns(rotation.turns)}, and what "
+            "varies excites (first order in the variation)."
+        )
+    where = (
+        f" and one angle of {rotation.over}, not means over its turns"
+        if rotation.turns_matter
+        else ""
+    )
+    yield (
+        "Natural frequencies are those of the drive linearised at "
+        f"{first.rpm[study.place]:.5g} 1/min{where}{situation(study.modes.point)}."
+    )
+    if side := one_sided(study.modes.point):
+        yield f"{side[0].upper()}{side[1:]}."
+    parameters = system.structure.parameters
+    every = parameters.all(study.point.theta)
+    laws = [
+        f"{name} of {number(0.5 * value / np.pi)} Hz"
+        for name, p, value in zip(parameters.names, parameters.declared, every, strict=True)
+        if p.vibrates
+    ]
+    if laws:
+        yield (
+            "Laws that depend on the frequency of the vibration have that of each order in the "
+            "order response; natural frequencies and runs take the frequencies of the data: "
+            f"{listed(laws, 4)}."
+        )
+    tree = system.structure.tree
+    if not any(
+        q.kind == "potential" and q.unit == "m" for n in tree.instances for q in n.layout.quantities
+    ):
+        yield "Bending and axial vibration, and their coupling with torsion, are left out."
+
+
+def _response(response: OrderResponse) -> Iterator[str]:
+    rotation = response.rotation
+    orders = response.orders
+    spread = f"{orders[0]:g} to {orders[-1]:g}" if len(orders) > 1 else f"{orders[0]:g}"
+    yield (
+        f"{len(orders)} orders, {spread}, at {len(response.speeds)} speeds from "
+        f"{response.rpm[0]:g} to {response.rpm[-1]:g} 1/min; linearised about steady rotation "
+        f"{_means(response)}{situation(rotation.points[0])}."
+    )
+    if response.damping_ratio:
+        yield (
+            f"A damping ratio of {response.damping_ratio:g} was added to every elastic mode, "
+            "beside the dampers of the data."
+        )
+
+
+def _means(response: OrderResponse) -> str:
+    rotation = response.rotation
+    if rotation.balancing is not None:
+        return f"in which mean torques balance with {rotation.balancing} free"
+    if rotation.is_given:
+        return "at operating points that were given"
+    if rotation.over is not None:
+        return f"in which all parts turn together with {rotation.over}, their twists as at start"
+    return "at the start point"
+
+
+def _turns(count: int) -> str:
+    return f"{count} turns" if count > 1 else "a turn"
+
+
+def _accuracy(study: Study) -> str:
+    rows = [
+        (f"order response {caption}".strip(), "largest backward error", f"{response.residual:.0e}")
+        for caption, response in study.responses.items()
+    ]
+    if len(study.modes.hertz):
+        worst = f"{study.modes.accuracy.residuals.max():.0e}"
+        rows.append(("modes", "largest residual of eigenpairs", worst))
+    rows.append(("critical speeds", "intersections met to", f"{study.campbell.residual:.0e}"))
+    for caption, run in study.runs.items():
+        if run.certificate is not None:
+            worst = f"{run.certificate.states.worst.relative:.0e}"
+            rows.append((f"run {caption}", "estimated error relative to the range", worst))
+    return table(("of", "what", "size"), rows, (2,))

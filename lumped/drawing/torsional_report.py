@@ -1,0 +1,108 @@
+"""The report on a torsional vibration calculation, as an engineer hands it in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from lumped.drawing.page_frame import whole_page
+from lumped.drawing.torsional_sections import lead, sections
+from lumped.drawing.torsional_study import Limits, study
+from lumped.support.arguments import checked
+from lumped.support.whole_files import write_text
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.campbell import Campbell
+from lumped.vibration.modes import Modes
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["torsional_report"]
+
+
+@checked
+def torsional_report(
+    response: OrderResponse | Mapping[str, OrderResponse],
+    path: str | Path,
+    *,
+    title: str = "",
+    about: Mapping[str, str | Sequence[str]] | None = None,
+    limits: Limits = (),
+    operation: tuple[float | str, float | str] | None = None,
+    margin: float | None = None,
+    orders: Iterable[float] | None = None,
+    modes: Modes | None = None,
+    campbell: Campbell | None = None,
+    heat: Mapping[str, Mapping[str, ArrayLike]] | None = None,
+    runs: Mapping[str, Trajectory] | None = None,
+    assumptions: Iterable[str] = (),
+) -> Path:
+    """Write a report on a torsional vibration calculation, to read or to print on A4.
+
+    It has the verdict, the schematic, inertias and stiffnesses, natural frequencies with their
+    shapes, the Campbell diagram, each quantity of the responses (largest orders, and all orders
+    together against the limits, the responses side by side), dissipated power, transients with
+    their peaks, all other data, and the assumptions with residuals. Torques are in kN.m, stresses
+    in MPa, angles in deg, speeds in 1/min. The page loads no other files.
+
+    Parameters
+    ----------
+    response : OrderResponse or mapping of str to OrderResponse
+        From `lumped.vibration.order_response`; by captions where there are several, such as
+        ``{"all cylinders fire": ..., "cylinder 1 misfires": ...}``. The first is that of the drive
+        whose data, modes and critical speeds are told.
+    path : str or Path
+        File to write.
+    title : str
+        Title of the page; if empty, the name of the model.
+    about : mapping of str to str or sequence of str, optional
+        What stands below the title, such as the plant, the author and the sources.
+    limits : iterable of Limit, or mapping of str to iterable of Limit
+        Limits of all responses, or by the captions of responses and runs.
+    operation : tuple, optional
+        First and last speed of operation, rad/s, or with a unit: ``("1450 rpm", "1550 rpm")``.
+    margin : float, optional
+        Least distance of the critical speeds of `orders` from the operation, as a share.
+    orders : iterable of float, optional
+        Orders of the Campbell diagram; default is the eight largest.
+    modes : Modes, optional
+        Default is those at the mean state in the middle of the operation.
+    campbell : Campbell, optional
+        Default is that at the mean states of the first response.
+    heat : mapping of str to mapping of str to array_like, optional
+        Mean dissipated power, W, at each speed of a response, by its caption and the part.
+    runs : mapping of str to Trajectory, optional
+        Transients, by captions: their quantities are those of the responses and of the limits.
+    assumptions : iterable of str, optional
+        To stand before those of the methods.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OptionError
+        If there is no response, the operation makes no sense, an order was not computed, or a run
+        has none of the quantities.
+    UnknownNameError
+        If a limit is for a quantity that was not computed, or a caption is unknown.
+    UnitError
+        If a limit or speed has a unit of another dimension.
+    """
+    found = study(
+        response,
+        limits,
+        operation,
+        margin,
+        orders,
+        modes,
+        campbell,
+        heat or {},
+        runs or {},
+    )
+    parts = list(sections(found, assumptions))
+    target = Path(path)
+    write_text(target, whole_page(title or found.system.name, parts, lead(found, about or {})))
+    return target

@@ -1,0 +1,234 @@
+"""Sections of a report on torsional vibrations, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+
+import numpy as np
+
+from lumped.drawing.engineering_units import engineering
+from lumped.drawing.inline import inline
+from lumped.drawing.page_frame import Section
+from lumped.drawing.page_run import events, table
+from lumped.drawing.schematic import schematic
+from lumped.drawing.torsional_assumptions import assumptions
+from lumped.drawing.torsional_data import data, mass_elastic_table, others_table, values
+from lumped.drawing.torsional_figures import (
+    campbell_figure,
+    heat_figure,
+    order_figure,
+    run_figures,
+    synthesis_figure,
+)
+from lumped.drawing.torsional_study import Study
+from lumped.support.text_table import number
+from lumped.vibration.limits import Result
+
+__all__ = ["lead", "sections"]
+
+_RPM = 30 / np.pi
+_COLUMNS = 6
+"""Parts side by side in the schematic, which then needs the width of a page."""
+_SHAPES = 6
+"""Mode shapes of a figure."""
+_STILL = 1e-9
+"""Amplitude in every mode, that of the largest being 1, below which an angle is not drawn."""
+_SMALL = 0.01
+"""Amplitude over that of the largest order, from which on an order is listed."""
+
+
+def lead(study: Study, about: Mapping[str, str | Sequence[str]]) -> str:
+    """Data of the title, and the verdict in a line."""
+    rows = [(k, v if isinstance(v, str) else "; ".join(v)) for k, v in about.items()]
+    title = table(("", ""), rows) if rows else ""
+    results = [result for found in study.verdicts.values() for result in found.results]
+    if not results:
+        return f"{title}\n<p>No limit was given.</p>\n"
+    kept = sum(result.passed for result in results)
+    word = "Passed" if kept == len(results) else "FAILED"
+    return f"{title}\n<p><b>{word}: {kept} of {len(results)} limits kept.</b></p>\n"
+
+
+def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
+    """All sections in order."""
+    every = data(study.first)
+    if study.verdicts:
+        yield "Verdict", _verdict(study)
+    name = f"Schematic of {study.system.name}"
+    picture = schematic(study.system, columns=_COLUMNS, values=values(every))
+    yield "Schematic", inline(picture, name, "schematic")
+    yield "Inertias, stiffnesses and ratios", mass_elastic_table(every)
+    yield "Natural frequencies and mode shapes", _modes(study)
+    yield "Critical speeds", _critical(study)
+    for i, output in enumerate(study.outputs):
+        yield f"Order response: {output}", _response(study, output, f"response-{i}")
+    if study.heat:
+        yield "Dissipated power", _heat(study)
+    if study.runs:
+        yield "Transients", _runs(study)
+    yield "Other data", others_table(every)
+    yield "Assumptions and accuracy", assumptions(study, stated)
+
+
+def _verdict(study: Study) -> str:
+    rows = [
+        (caption or "response", *_row(result))
+        for caption, found in study.verdicts.items()
+        for result in found.results
+    ]
+    head = (
+        *("case", "limit", "quantity", "measure", "value", "permitted", "unit", "used, %"),
+        *("at, 1/min", "kept", "where it stands"),
+    )
+    lines = [table(head, rows, (4, 5, 7, 8))]
+    for caption, found in study.verdicts.items():
+        if found.barred:
+            ranges = "; ".join(map(str, found.barred))
+            lines.append(f"<p>Speeds to bar, {escape(caption or 'response')}: {ranges}.</p>")
+    return "\n".join(lines)
+
+
+def _row(result: Result) -> tuple[str, ...]:
+    unit, factor = engineering(result.unit)
+    return (
+        result.name,
+        result.quantity,
+        result.measure,
+        number(factor * result.value, 5),
+        number(factor * result.permitted, 5),
+        unit,
+        f"{100 * result.utilisation:.1f}",
+        "" if np.isnan(result.speed) else number(_RPM * result.speed, 5),
+        "yes" if result.passed else "NO",
+        " ".join(part for part in (result.clause, result.source) if part),
+    )
+
+
+def _modes(study: Study) -> str:
+    found = study.modes
+    count = len(found.hertz)
+    if not count:
+        return "<p>No mode oscillates.</p>"
+    rows = [
+        (str(i + 1), number(f), number(60 * f), number(z, 4))
+        for i, (f, z) in enumerate(zip(found.hertz, found.damping, strict=True))
+    ]
+    head = ("mode", "natural frequency, Hz", "1/min", "damping ratio")
+    parts = [table(head, rows, (0, 1, 2, 3))]
+    moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
+    for first in range(0, count, _SHAPES):
+        drawn = range(first, min(first + _SHAPES, count))
+        last = drawn[-1] + 1
+        caption = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
+        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
+    return "\n".join(parts)
+
+
+def _critical(study: Study) -> str:
+    found = study.campbell
+    parts = [inline(campbell_figure(study), "Natural frequencies and orders", "campbell")]
+    head = ["speed, 1/min", "order", "mode", "natural frequency, Hz"]
+    if study.operation is not None:
+        head.append("distance from operation, %")
+    rows = []
+    for each in found.critical:
+        row = [number(each.rpm), number(each.order), str(each.mode + 1), number(each.hertz)]
+        if study.operation is not None:
+            row.append(f"{100 * study.distance(each):.1f}")
+        rows.append(row)
+    listed = table(head, rows, range(len(head)))
+    parts.append(listed if rows else "<p>There is no critical speed of these orders.</p>")
+    return "\n".join(parts)
+
+
+def _response(study: Study, output: str, key: str) -> str:
+    unit, factor = engineering(study.unit(output))
+    responses = study.having(output)
+    rows = []
+    for caption, response in responses.items():
+        both, mean = response.synthesis(output), response.mean(output)
+        row = [caption or "response"]
+        for size in (both.maximum, both.half_range, both.sum):
+            row += [number(factor * size.max(), 5), number(response.rpm[size.argmax()], 5)]
+        low, high = factor * mean.min(), factor * mean.max()
+        rows.append([*row, *(number(end if abs(end) > 1e-9 else 0.0, 5) for end in (low, high))])
+    at = "at, 1/min"
+    head = (
+        *("case", f"maximum, {unit}", at, "half range", at, "sum of amplitudes", at),
+        *("least mean", "greatest mean"),
+    )
+    return "\n".join(
+        (
+            inline(order_figure(study, output), f"{output}: largest orders", f"{key}-orders"),
+            inline(synthesis_figure(study, output), f"{output}: all orders", f"{key}-all"),
+            table(head, rows, range(1, len(head))),
+            _orders(study, output),
+        )
+    )
+
+
+def _orders(study: Study, output: str) -> str:
+    """Largest amplitude of each order, the responses side by side."""
+    unit, factor = engineering(study.unit(output))
+    sizes = {
+        caption: {
+            float(order): (float(size.max()), float(response.rpm[size.argmax()]))
+            for order, size in zip(response.orders, np.abs(response[output]).T, strict=True)
+        }
+        for caption, response in study.having(output).items()
+    }
+    top = max(size for own in sizes.values() for size, _ in own.values())
+    every = sorted({order for own in sizes.values() for order in own})
+    listed = [x for x in every if any(o.get(x, (0.0,))[0] >= _SMALL * top for o in sizes.values())]
+    head = ["order"]
+    for caption in sizes:
+        head += [f"{caption}: {unit}" if caption else f"amplitude, {unit}", "at, 1/min"]
+    rows = []
+    for order in listed if top else []:
+        row = [f"{order:g}"]
+        for own in sizes.values():
+            found = own.get(order)
+            row += ["", ""] if found is None else [number(factor * found[0], 5), number(found[1])]
+        rows.append(row)
+    left = len(every) - len(rows)
+    note = f"<p>{left} orders stay below {_SMALL:.0%} of the largest.</p>" if left else ""
+    return table(head, rows, range(len(head))) + note
+
+
+def _heat(study: Study) -> str:
+    unit, factor = engineering("W")
+    rows = []
+    for caption, parts in study.heat.items():
+        for part, power in parts.items():
+            k = int(power.argmax())
+            rpm = study.responses[caption].rpm[k]
+            rows.append((caption or "response", part, number(factor * power[k], 5), number(rpm)))
+    head = ("case", "part", f"largest mean power, {unit}", "at, 1/min")
+    picture = inline(heat_figure(study), "Mean dissipated power", "heat")
+    return f"{picture}\n{table(head, rows, (2, 3))}"
+
+
+def _runs(study: Study) -> str:
+    parts = []
+    for i, (caption, run) in enumerate(study.runs.items()):
+        names = {name: run.system.quantity(name).unit for name in study.watched(caption)}
+        rows = []
+        for name, unit in names.items():
+            shown, factor = engineering(unit)
+            row = [name, shown]
+            for k in (int(run[name].argmax()), int(run[name].argmin())):
+                row += [number(factor * run[name][k], 5), number(run.t[k], 5)]
+            rows.append(row)
+        head = ("quantity", "unit", "greatest", "at, s", "least", "at, s")
+        parts.append(
+            f"<h3>{escape(caption)}</h3>\n"
+            + "\n".join(
+                inline(figure, caption, f"run-{i}-{k}")
+                for k, figure in enumerate(run_figures(run, names))
+            )
+            + table(head, rows, range(2, 6))
+        )
+        if run.events:
+            parts.append(events({"Events": run}))
+    return "\n".join(parts)

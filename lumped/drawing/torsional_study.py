@@ -1,0 +1,296 @@
+"""What a report on torsional vibrations is made from, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lumped.compiler.system import System
+from lumped.errors import OptionError, UnknownNameError, nearest
+from lumped.support.units import plain
+from lumped.timeloop.result import OperatingPoint, Trajectory
+from lumped.vibration.campbell import Campbell, CriticalSpeed, campbell
+from lumped.vibration.limits import Limit, Verdict, separation, verdict
+from lumped.vibration.modes import Modes, modes
+from lumped.vibration.order_response import OrderResponse
+
+__all__ = ["Limits", "Study", "study"]
+
+Real = NDArray[np.float64]
+Limits = Iterable[Limit] | Mapping[str, Iterable[Limit]]
+
+MOST_ORDERS = 6
+"""Orders of a quantity that are drawn, the largest."""
+MOST_CRITICAL = 8
+"""Orders of the Campbell diagram, the largest of any quantity."""
+_SAME = 1e-9
+"""Relative difference of natural frequencies over the speed that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Results of a torsional vibration calculation.
+
+    Attributes
+    ----------
+    responses, runs : dict
+        Order responses and runs, by their captions.
+    limits : dict of str to tuple of Limit
+        Limits, by these captions.
+    operation : tuple of float or None
+        First and last speed of operation, rad/s.
+    margin : float or None
+        Least distance of critical speeds from it.
+    orders : tuple of float
+        Orders of the Campbell diagram.
+    modes : Modes
+        At `point`.
+    campbell : Campbell
+        Over the speeds of the first response.
+    place : int
+        Number of the speed in the middle of the operation, or of the last.
+    point : OperatingPoint
+        Mean state there.
+    heat : dict of str to dict of str to ndarray
+        Mean dissipated power over the speeds of a response, W, by its caption and the part.
+    """
+
+    responses: dict[str, OrderResponse]
+    runs: dict[str, Trajectory]
+    limits: dict[str, tuple[Limit, ...]]
+    operation: tuple[float, float] | None
+    margin: float | None
+    orders: tuple[float, ...]
+    modes: Modes
+    campbell: Campbell
+    place: int
+    point: OperatingPoint
+    heat: dict[str, dict[str, Real]]
+
+    @property
+    def first(self) -> OrderResponse:
+        """The response of the drive as it should be."""
+        return next(iter(self.responses.values()))
+
+    @property
+    def system(self) -> System:
+        """Its system."""
+        return self.first.system
+
+    @property
+    def outputs(self) -> list[str]:
+        """Quantities of all responses."""
+        return list(dict.fromkeys(name for r in self.responses.values() for name in r.outputs))
+
+    def having(self, output: str) -> dict[str, OrderResponse]:
+        """Responses that have a quantity."""
+        return {key: r for key, r in self.responses.items() if output in r.outputs}
+
+    def unit(self, output: str) -> str:
+        """Unit of a quantity."""
+        return next(iter(self.having(output).values())).system.quantity(output).unit
+
+    def limits_of(self, caption: str, output: str) -> list[Limit]:
+        """Limits of a quantity in a response."""
+        system = self.responses[caption].system
+        return [x for x in self.limits.get(caption, ()) if system.key(x.quantity) == output]
+
+    def watched(self, caption: str) -> list[str]:
+        """Quantities of the responses and of its limits that a run has.
+
+        Raises
+        ------
+        OptionError
+            If there is none.
+        """
+        run = self.runs[caption]
+        limited = [run.system.key(limit.quantity) for limit in self.limits.get(caption, ())]
+        known = set(run)
+        found = [x for x in dict.fromkeys((*self.outputs, *limited)) if x in known]
+        if not found:
+            raise OptionError(
+                f"torsional_report: the run '{caption}' has none of the quantities of the "
+                f"responses: {', '.join(self.outputs)}."
+            )
+        return found
+
+    @cached_property
+    def verdicts(self) -> dict[str, Verdict]:
+        """Verdicts by captions, that on separation last."""
+        every: dict[str, OrderResponse | Trajectory] = {**self.responses, **self.runs}
+        found = {key: verdict(every[key], own) for key, own in self.limits.items() if own}
+        if self.margin is not None and self.operation is not None and self.campbell.critical:
+            found["critical speeds"] = separation(
+                self.campbell.critical, between=self.operation, margin=self.margin
+            )
+        return found
+
+    def distance(self, critical: CriticalSpeed) -> float:
+        """Distance of a critical speed from the operation, over the nearest end; 0 inside."""
+        assert self.operation is not None
+        low, high = self.operation
+        if critical.speed < low:
+            return 1 - critical.speed / low
+        return max(critical.speed / high - 1, 0.0)
+
+
+def study(
+    responses: OrderResponse | Mapping[str, OrderResponse],
+    limits: Limits,
+    operation: tuple[float | str, float | str] | None,
+    margin: float | None,
+    orders: Iterable[float] | None,
+    found_modes: Modes | None,
+    found_campbell: Campbell | None,
+    heat: Mapping[str, Mapping[str, ArrayLike]],
+    runs: Mapping[str, Trajectory],
+) -> Study:
+    """Results put together and checked; what was not given is computed.
+
+    Raises
+    ------
+    OptionError
+        If there is no response, the operation makes no sense, an order was not computed, or a run
+        has none of the quantities.
+    UnknownNameError
+        If a caption is that of no response and no run.
+    """
+    given = {"": responses} if isinstance(responses, OrderResponse) else dict(responses)
+    if not given:
+        raise OptionError("torsional_report: give at least one order response.")
+    for caption in given.keys() & runs.keys():
+        raise OptionError(f"torsional_report: '{caption}' is the caption of a response and a run.")
+    first = next(iter(given.values()))
+    between = None if operation is None else _operation(operation, first)
+    if margin is not None and between is None:
+        raise OptionError("torsional_report: a margin needs the speeds of operation, operation=.")
+    drawn = _orders(orders, given)
+    middle = first.speeds[-1] if between is None else 0.5 * (between[0] + between[1])
+    place = int(np.abs(first.speeds - middle).argmin())
+    point = _point(first, place)
+    own_modes = modes(first.system, at=point) if found_modes is None else found_modes
+    return Study(
+        given,
+        dict(runs),
+        _limits(limits, given, runs),
+        between,
+        margin,
+        drawn,
+        own_modes,
+        _campbell(first, drawn, point) if found_campbell is None else found_campbell,
+        place,
+        point,
+        _heat(heat, given),
+    )
+
+
+def _operation(given: tuple[float | str, float | str], first: OrderResponse) -> tuple[float, float]:
+    low, high = (plain(w, "rad/s", "torsional_report: operation =", OptionError) for w in given)
+    if not 0 < low <= high:
+        raise OptionError(
+            f"torsional_report: operation = {given}: the first and last speed of operation are "
+            "needed, rad/s or such as ('1450 rpm', '1550 rpm'), above zero."
+        )
+    begin, end = first.speeds[0], first.speeds[-1]
+    if low < begin * (1 - _SAME) or high > end * (1 + _SAME):
+        scale = 30 / np.pi
+        raise OptionError(
+            f"torsional_report: operation from {low * scale:g} to {high * scale:g} 1/min, but the "
+            f"response was computed from {begin * scale:g} to {end * scale:g} 1/min only."
+        )
+    return low, high
+
+
+def _orders(
+    given: Iterable[float] | None, responses: Mapping[str, OrderResponse]
+) -> tuple[float, ...]:
+    """Orders of the Campbell diagram: as given, or the largest of any quantity."""
+    first = next(iter(responses.values()))
+    if given is not None:
+        wanted = tuple(sorted({float(order) for order in given}))
+        for order in wanted:
+            first.magnitude(first.outputs[0], order)
+        return wanted
+    shares: dict[float, float] = {}
+    for response in responses.values():
+        size = np.abs(response.values).max(axis=0)
+        largest = (size / np.maximum(size.max(axis=0), 1e-300)).max(axis=1)
+        for order, share in zip(response.orders.tolist(), largest.tolist(), strict=True):
+            shares[order] = max(share, shares.get(order, 0.0))
+    return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
+
+
+def _point(response: OrderResponse, k: int) -> OperatingPoint:
+    """Mean state at one of the speeds."""
+    rotation = response.rotation
+    base = rotation.points[k if len(rotation.points) == len(response.speeds) else 0]
+    own = {"x": rotation.x[k], "theta": rotation.theta[k], "settings": rotation.settings[k]}
+    return replace(base, **own, search=None, kept=None, residual=None, lost=())
+
+
+def _campbell(
+    response: OrderResponse, orders: tuple[float, ...], point: OperatingPoint
+) -> Campbell:
+    """Natural frequencies at the mean states, which between the speeds are on lines."""
+    system, speeds = response.system, response.speeds
+    low, high = (modes(system, at=_point(response, k)).hertz for k in (0, len(speeds) - 1))
+    if len(speeds) == 1:
+        speeds = np.array([0.5, 1.0]) * speeds[0]
+    if len(low) == len(high) and np.allclose(low, high, rtol=_SAME, atol=0):
+        return campbell(system, speeds=speeds[[0, -1]], orders=orders, at=point)
+    rotation = response.rotation
+
+    def at(w: float) -> OperatingPoint:
+        k = int(np.clip(np.searchsorted(speeds, w) - 1, 0, len(speeds) - 2))
+        share = (w - speeds[k]) / (speeds[k + 1] - speeds[k])
+        x = (1 - share) * rotation.x[k] + share * rotation.x[k + 1]
+        theta = (1 - share) * rotation.theta[k] + share * rotation.theta[k + 1]
+        return replace(_point(response, k), x=x, theta=theta)
+
+    chosen = np.unique(np.linspace(0, len(speeds) - 1, min(len(speeds), 25)).astype(int))
+    return campbell(system, speeds=speeds[chosen], orders=orders, at=at)
+
+
+def _limits(
+    given: Limits, responses: Mapping[str, OrderResponse], runs: Mapping[str, Trajectory]
+) -> dict[str, tuple[Limit, ...]]:
+    if not isinstance(given, Mapping):
+        every = tuple(given)
+        return dict.fromkeys(responses, every) if every else {}
+    for caption in given:
+        _known(caption, [*responses, *runs], "limits", "response and no run")
+    return {caption: tuple(own) for caption, own in given.items()}
+
+
+def _heat(
+    given: Mapping[str, Mapping[str, ArrayLike]], responses: Mapping[str, OrderResponse]
+) -> dict[str, dict[str, Real]]:
+    found: dict[str, dict[str, Real]] = {}
+    for caption, parts in given.items():
+        _known(caption, list(responses), "heat", "response")
+        found[caption] = {}
+        for part, power in parts.items():
+            shape = responses[caption].speeds.shape
+            try:
+                values = np.asarray(power, dtype=float)
+            except (TypeError, ValueError):
+                values = np.zeros(0)
+            if values.shape != shape or not np.isfinite(values).all():
+                raise OptionError(
+                    f"torsional_report: heat of {part} in '{caption}': a power, W, at each of the "
+                    f"{shape[0]} speeds is needed."
+                )
+            found[caption][part] = values
+    return found
+
+
+def _known(caption: str, known: Sequence[str], option: str, what: str) -> None:
+    if caption not in known:
+        raise UnknownNameError(
+            f"torsional_report: {option}: '{caption}' is the caption of no {what}. "
+            f"{nearest(caption, known)}"
+        )

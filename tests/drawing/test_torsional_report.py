@@ -1,0 +1,373 @@
+"""The report on a torsional vibration calculation tells what was computed, in trade units."""
+
+import re
+from pathlib import Path
+
+import genset
+import numpy as np
+import pytest
+from browser import Browser, chromium
+from html_page import Page
+
+import lumped as lp
+from lumped.cli import main
+from lumped.components import Inertia, LossSpring, SpringDamper, Torque
+from lumped.drawing.torsional_figures import order_figure, synthesis_figure
+from lumped.drawing.torsional_study import study
+from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.vibration import Limit, order_response
+
+PROGRAM = chromium()
+RPM = np.pi / 30
+JA, JB, C, D, TORQUE = 2.0, 5.0, 3e4, 15.0, 120.0
+SPEEDS = np.linspace(200.0, 1200.0, 101) * RPM
+DIAMETER = 0.05
+NATURAL = np.sqrt(C * (1 / JA + 1 / JB))
+NASTY = "normal <b>&"
+
+
+class Shaft(SpringDamper):
+    """A shaft with its stress."""
+
+    d_shaft: lp.Param = lp.param("m", "diameter", DIAMETER, above=0)
+    stress: lp.Var = lp.var("Pa", "nominal torsional stress")
+
+    def equations(self):
+        yield from super().equations()
+        yield self.stress == 16 * self.tau / (np.pi * self.d_shaft**3)
+
+
+def drive(torque=0.0):
+    return lp.assemble(
+        lp.compose(
+            push=Torque(tau=torque),
+            a=Inertia(J=JA),
+            shaft=Shaft(c=C, d=D),
+            b=Inertia(J=JB),
+            connections=lambda m: lp.chain(m.push, m.a, m.shaft, m.b),
+        )
+    )
+
+
+def respond(share=1.0, of=("shaft.tau", "shaft.stress", "shaft.phi_rel")):
+    excitation = {"push.tau": {2: share * TORQUE, 4: 0.001 * TORQUE}}
+    return order_response(drive(), speeds=SPEEDS, of=of, excitations=excitation)
+
+
+def torque(order, amplitude):
+    """Amplitude of the torque in the shaft between two inertias, of which one is excited."""
+    w = 1j * order * SPEEDS
+    stiffness = C + D * w
+    return np.abs(stiffness * amplitude / JA / (w**2 + stiffness * (1 / JA + 1 / JB)))
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = lp.simulate(drive(TORQUE), until=0.5, grid=5000)
+    responses = {NASTY: respond(), "weak": respond(0.5)}
+    return lp.drawing.torsional_report(
+        responses,
+        tmp_path_factory.mktemp("torsional") / "report.html",
+        title="Drive <1>",
+        about={"Plant": "mill & co", "Sources": ["drawing 7", "<data>"]},
+        limits={
+            NASTY: [
+                Limit("shaft.tau", "500 N.m", "coupling <i>", source="maker", clause="4 <u>"),
+                Limit("shaft.stress", "40 MPa", "shaft", measure="sum"),
+            ],
+            "step": [Limit("shaft.tau", "300 N.m", "peak")],
+        },
+        operation=("900 rpm", 1000 * RPM),
+        margin=0.1,
+        orders=[2],
+        heat={NASTY: {"oil <s>": np.linspace(1e3, 3e3, len(SPEEDS))}},
+        runs={"step": run},
+        assumptions=["The load is <constant>."],
+    )
+
+
+def after(cells, *names):
+    """Cells that follow cells of a row."""
+    for i in range(len(cells)):
+        if cells[i : i + len(names)] == list(names):
+            return cells[i + len(names) :]
+    raise AssertionError(f"{names} stand in no row")
+
+
+def test_report_is_whole_and_loads_nothing(page: Path):
+    found = Page(page)
+    assert all(load.startswith(("#", "data:")) for load in found.loads)
+    assert not re.search(r"https?:|url\((?!#)|@import|fetch\(|XMLHttp", found.text)
+    assert not [name for name, count in found.ids.items() if count > 1]
+    heads = re.findall(r"<h2[^>]*>(.*?)</h2>", found.text)
+    assert heads == [
+        "Verdict",
+        "Schematic",
+        "Inertias, stiffnesses and ratios",
+        "Natural frequencies and mode shapes",
+        "Critical speeds",
+        *(f"Order response: shaft.{name}" for name in ("tau", "stress", "phi_rel")),
+        "Dissipated power",
+        "Transients",
+        "Other data",
+        "Assumptions and accuracy",
+    ]
+
+
+def test_texts_of_users_are_escaped(page: Path):
+    text = page.read_text(encoding="utf-8")
+    assert "<h1>Drive &lt;1&gt;</h1>" in text
+    for tag in ("<b>&", "<i>", "<u>", "<s>", "<data>", "<constant>"):
+        assert tag not in text
+    assert {"mill & co", "drawing 7; <data>", "coupling <i>", "oil <s>"} <= set(Page(page).cells)
+
+
+def test_frequency_and_critical_speed_are_those_of_two_inertias(page: Path):
+    cells = Page(page).cells
+    mode = after(cells, "mode", "natural frequency, Hz", "1/min", "damping ratio")
+    hertz = NATURAL / (2 * np.pi)
+    assert [float(x) for x in mode[:3]] == pytest.approx([1, hertz, 60 * hertz], rel=1e-5)
+    ratio = D * (1 / JA + 1 / JB) / (2 * NATURAL)
+    assert float(mode[3]) == pytest.approx(ratio, rel=1e-3)
+    head = ("speed, 1/min", "order", "mode", "natural frequency, Hz", "distance from operation, %")
+    speed, order, _, _, distance = after(cells, *head)[:5]
+    critical = NATURAL / 2 / RPM
+    assert (float(speed), order) == (pytest.approx(critical, rel=1e-5), "2")
+    assert float(distance) == pytest.approx(100 * (1 - critical / 900), abs=0.051)
+
+
+def test_amplitudes_are_those_of_the_closed_form_in_kilonewtonmetres_and_degrees(page: Path):
+    cells = Page(page).cells
+    size = torque(2, TORQUE)
+    twist = np.degrees(size / np.abs(C + D * 2j * SPEEDS))
+    stress = 1e-6 * 16 * size / (np.pi * DIAMETER**3)
+    every = {"kN.m": 1e-3 * size, "MPa": stress, "deg": twist}
+    for unit, values in every.items():
+        head = ("order", f"{NASTY}: {unit}", "at, 1/min", f"weak: {unit}", "at, 1/min")
+        order, first, at, second, _ = after(cells, *head)[:5]
+        assert order == "2"
+        assert float(first) == pytest.approx(values.max(), rel=1e-4)
+        assert float(second) == pytest.approx(values.max() / 2, rel=1e-4)
+        assert float(at) == pytest.approx(SPEEDS[values.argmax()] / RPM)
+    assert "1 orders stay below 1% of the largest." in page.read_text(encoding="utf-8")
+
+
+def test_verdict_tells_use_place_and_speeds_to_bar(page: Path):
+    cells = Page(page).cells
+    total = torque(2, TORQUE) + torque(4, 0.001 * TORQUE)
+    row = after(cells, NASTY, "coupling <i>", "shaft.tau", "maximum")[:7]
+    assert row[1:3] == ["0.5", "kN.m"]
+    assert float(row[3]) == pytest.approx(100 * total.max() / 500, rel=2e-3)
+    assert float(row[4]) == pytest.approx(SPEEDS[total.argmax()] / RPM)
+    assert row[5:] == ["NO" if total.max() > 500 else "yes", "4 <u> maker"]
+    stress = 16e-6 * total / (np.pi * DIAMETER**3)
+    row = after(cells, NASTY, "shaft", "shaft.stress", "sum")[:3]
+    assert float(row[0]) == pytest.approx(stress.max(), rel=1e-4)
+    assert row[1:] == ["40", "MPa"]
+    above = SPEEDS[total > 500] / RPM
+    text = page.read_text(encoding="utf-8")
+    begin, end = re.search(r"Speeds to bar, normal[^:]*: (\S+) to (\S+) 1/min", text).groups()
+    assert above[0] - 10 <= float(begin) <= above[0]
+    assert above[-1] <= float(end) <= above[-1] + 10
+    assert re.search(r"FAILED: \d of 4 limits kept", text)
+    distance = 1 - NATURAL / 2 / RPM / 900
+    row = after(cells, "critical speeds", "separation", "mode 1, order 2", "distance")[:4]
+    assert float(row[0]) == pytest.approx(distance, rel=1e-3)
+    assert float(row[3]) == pytest.approx(10 / distance, abs=0.051)
+
+
+def test_peaks_of_a_run_are_those_of_a_step(page: Path):
+    z, mean = D * (1 / JA + 1 / JB) / (2 * NATURAL), TORQUE * JB / (JA + JB)
+    cells = Page(page).cells
+    row = after(cells, "quantity", "unit", "greatest", "at, s", "least", "at, s")
+    assert row[:2] == ["shaft.tau", "kN.m"]
+    twisted = -float(row[4])  # the torque of a spring is negative while its flange a drives
+    # the torque of the damper moves the peak in the second order of the damping
+    peak = 1e-3 * mean * (1 + np.exp(-np.pi * z / np.sqrt(1 - z**2)))
+    assert twisted == pytest.approx(peak, rel=3 * z**2)
+    assert float(row[5]) == pytest.approx(np.pi / NATURAL, rel=3 * z)
+    assert float(after(cells, "step", "peak", "shaft.tau", "largest")[0]) == pytest.approx(twisted)
+
+
+def test_data_stand_with_their_units(page: Path):
+    cells = Page(page).cells
+    head = ("component", "inertia, kg.m2", "stiffness, kN.m/rad", "damping, N.m.s/rad")
+    assert after(cells, *head)[:7] == ["a", "2", "shaft", "30", "15", "b", "5"]
+    assert after(cells, "diameter", "shaft", "d_shaft")[:2] == ["0.05", "m"]
+    assert after(cells, NASTY, "oil <s>")[:2] == ["3", "1200"]
+
+
+def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):
+    system = lp.assemble(
+        lp.compose(
+            push=Torque(tau=0.0),
+            a=Inertia(J=JA),
+            shaft=LossSpring(c=C, eta=0.1, w_loss=20 * np.pi),
+            b=Inertia(J=JB),
+            connections=lambda m: lp.chain(m.push, m.a, m.shaft, m.b),
+        )
+    )
+    response = order_response(
+        system,
+        speeds=[50.0],
+        of=["shaft.tau"],
+        excitations={"push.tau": {2: 1.0}},
+        damping_ratio=0.01,
+    )
+    page = lp.drawing.torsional_report(response, tmp_path / "page.html", assumptions=["Mine."])
+    text = page.read_text(encoding="utf-8")
+    items = re.findall(r"<li>(.*?)</li>", text.split("Assumptions and accuracy</h2>")[1])
+    assert items[0] == "Mine."
+    assert any("shaft.w_loss of 10 Hz" in item for item in items)
+    assert any("damping ratio of 0.01 was added" in item for item in items)
+    assert any("1 orders, 2, at 1 speeds" in item for item in items)
+    assert any("Bending and axial vibration" in item for item in items)
+    assert "<p>No limit was given.</p>" in text
+    assert "<h1>Model</h1>" in text
+
+
+WRONG = {
+    "no response": ({"response": {}}, OptionError, "at least one order response"),
+    "no orders": ({"orders": []}, OptionError, "at least one order"),
+    "another order": ({"orders": [3]}, OptionError, "order 3 was not computed"),
+    "another quantity": ({"limits": [Limit("a.w", 1.0)]}, UnknownNameError, "'a.w' is no output"),
+    "another unit": ({"limits": [Limit("shaft.tau", "4 MPa")]}, LumpedError, "MPa"),
+    "caption": ({"limits": {"wek": []}}, UnknownNameError, "'wek' is the caption of no response"),
+    "backwards": ({"operation": (50.0, 40.0)}, OptionError, "first and last speed of operation"),
+    "in Hz": ({"operation": ("9 Hz", "10 Hz")}, LumpedError, "Hz"),
+    "beyond": ({"operation": (50.0, 900.0)}, OptionError, "computed from 200 to 1200 1/min only"),
+    "margin": ({"margin": 0.1}, OptionError, "speeds of operation, operation="),
+    "heat": ({"heat": {"weak": {"oil": [1.0]}}}, OptionError, "heat of oil in 'weak'"),
+    "no heat": ({"heat": {"weak": {"oil": "much"}}}, OptionError, "heat of oil in 'weak'"),
+    "no run": ({"runs": {"step": 5}}, OptionError, "runs['step'] = 5: a run from lumped.simulate"),
+    "a number": ({"response": {"weak": 5}}, OptionError, "response['weak'] = 5: a response from"),
+    "heat of none": ({"heat": {"wek": {"oil": [1.0]}}}, UnknownNameError, "weak"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_slips_are_named(case, tmp_path: Path):
+    options, error, text = WRONG[case]
+    options = {"response": {"weak": respond()}} | options
+    with pytest.raises(error, match=re.escape(text)):
+        lp.drawing.torsional_report(options.pop("response"), tmp_path / "page.html", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_of_another_drive_is_named(tmp_path: Path):
+    other = lp.assemble(lp.compose(wheel=Inertia(J=1.0, w=1.0)))
+    runs = {"coast": lp.simulate(other, until=0.1)}
+    with pytest.raises(LumpedError, match="'coast' has none of the quantities"):
+        lp.drawing.torsional_report(respond(), tmp_path / "page.html", runs=runs)
+
+
+def grey(colour):
+    """Brightness of a colour in a copy without colours."""
+    from matplotlib.colors import to_rgb
+
+    return float(np.dot(to_rgb(colour), (0.299, 0.587, 0.114)))
+
+
+def test_lines_differ_in_grey():
+    rows = {float(order): 1.0 for order in range(1, 8)}
+    response = order_response(
+        drive(), speeds=SPEEDS, of=["shaft.tau"], excitations={"push.tau": rows}
+    )
+    limit = [Limit("shaft.tau", 300.0, measure=kind) for kind in ("half range", "with mean")]
+    found = study(response, limit, None, None, None, None, None, {}, {})
+    for figure in (order_figure(found, "shaft.tau"), synthesis_figure(found, "shaft.tau")):
+        lines = figure.axes[0].lines
+        assert len(lines) == 6
+        for i, one in enumerate(lines):
+            for other in lines[:i]:
+                alike = one._dash_pattern == other._dash_pattern
+                assert not alike or abs(grey(one.get_color()) - grey(other.get_color())) > 0.3
+
+
+def test_the_command_writes_the_page_of_a_users_module(tmp_path: Path, capsys):
+    own, page = tmp_path / "own.py", tmp_path / "page.html"
+    own.write_text(
+        "def report(path, parameters):\n    path.write_text(repr(parameters))\n    return path\n"
+    )
+    assert main(["report", str(own), "--set", "shaft.c=5", "-o", str(page)]) == 0
+    assert page.read_text() == "{'shaft.c': 5.0}"
+    assert capsys.readouterr().out == f"written: {page}\n"
+    own.write_text("x = 1\n")
+    assert main(["report", str(own)]) == 2
+    assert "no function report(path, parameters)" in capsys.readouterr().err
+    assert main(["report", str(tmp_path / "none.py")]) == 2
+    assert "there is no file" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def hall(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """Page of the genset, and the responses that it tells."""
+    told = {}
+    write = lp.drawing.torsional_report
+
+    def watching(response, path, **options):
+        told.update(response=response, **options)
+        return write(response, path, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lp.drawing, "torsional_report", watching)
+        return genset.report(tmp_path_factory.mktemp("genset") / "page.html"), told
+
+
+def test_a_genset_takes_a_user_eighty_lines():
+    assert len(Path(genset.__file__).read_text(encoding="utf-8").splitlines()) <= 80
+
+
+def test_the_genset_tells_firing_and_misfire_side_by_side(hall):
+    page, told = hall
+    cells = Page(page).cells
+    fires, fails = told["response"].values()
+    head = ("order", "all cylinders fire: kN.m", "at, 1/min", "cylinder 1 misfires: kN.m")
+    rows = after(cells, *head, "at, 1/min")
+    found = {float(rows[i]): (float(rows[i + 1]), float(rows[i + 3])) for i in range(0, 35, 5)}
+    for order, sizes in found.items():
+        for response, size in zip((fires, fails), sizes, strict=True):
+            wanted = 1e-3 * response.magnitude("coupling.tau", order).max()
+            assert size == pytest.approx(wanted, rel=1e-4)
+    # six equal cylinders at equal angles leave orders 3, 6, ... of the crank as a rigid body
+    assert found[1.0][0] < 0.02 * found[1.0][1]
+    assert found[3.0][0] == pytest.approx(found[3.0][1] * 6 / 5, rel=0.15)
+    limit = told["limits"]["cylinder 1 misfires"][0]
+    verdict = lp.vibration.verdict(fails, [limit]).results[0]
+    row = after(cells, "cylinder 1 misfires", "vibratory torque", "coupling.tau", "maximum")
+    assert float(row[0]) == pytest.approx(1e-3 * verdict.value, rel=1e-4)
+    run = told["runs"]["Short circuit of the alternator"]
+    row = after(cells, "coupling.tau", "kN.m")
+    assert float(row[2]) == pytest.approx(1e-3 * run["coupling.tau"].min(), rel=1e-4)
+
+
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium, see CONTRIBUTING.md")
+def test_the_genset_prints_on_a4(hall, tmp_path: Path):
+    page, _ = hall
+    browser = Browser(PROGRAM, tmp_path)
+    try:
+        browser.open(page)
+        assert browser.errors == []
+        assert [url for url in browser.requests if not url.startswith(("file:", "data:"))] == []
+        browser.call("Emulation.setEmulatedMedia", media="print")
+        width = round(180 / 25.4 * 96)  # between the margins
+        browser.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=1000,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        assert browser.value("document.documentElement.scrollWidth") <= width
+        # letters of pictures, px; those of values in the schematic are smaller
+        sizes = browser.value(
+            "[...document.querySelectorAll('figure svg')]"
+            ".map(s => Math.min(...[...s.querySelectorAll('text')].map(t => parseFloat("
+            "getComputedStyle(t).fontSize) * s.getScreenCTM().a)))"
+        )
+        assert len(sizes) > 10
+        points = [size * 72 / 96 for size in sizes]
+        assert points[0] > 4
+        assert min(points[1:]) > 6
+    finally:
+        browser.close()
