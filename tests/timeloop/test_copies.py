@@ -177,6 +177,8 @@ def made():
             drive="motor.tau",
             intervals=6,
         ),
+        lp.simulation.rainflow(seen["shaft.tau"]),
+        lp.simulation.SNCurve(knee=60e6, cycles=2e6, slope=5.0),
         lp.simulation.sizing(seen, torque="shaft.tau", speed="b.w"),
         lp.sweep(system, over={"shaft.c": [1.0]}, until=0.1, of={"x": last}, workers=1),
         precision,
