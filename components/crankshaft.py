@@ -130,6 +130,17 @@ class Engine(Component):
 
     def connections(self) -> Iterator[Connection]:
         throws = self._throws()
+        for name, count in (
+            ("throw", throws),
+            ("oil", throws),
+            ("shaft", throws - 1),
+            ("cylinder", self.cylinders),
+        ):
+            if len(getattr(self, name)) != count:
+                raise DeclarationError(
+                    f"{self._label()}: {len(getattr(self, name))} parts in {name}, but "
+                    f"{self.cylinders} cylinders need {count}."
+                )
         yield connect(self.front, self.throw[0].flange_a)
         yield connect(self.rear, self.throw[-1].flange_b)
         for i, shaft in enumerate(self.shaft):

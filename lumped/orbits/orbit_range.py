@@ -88,7 +88,7 @@ class OrbitRange(OrderAmplitudes):
             head += (
                 f"; {len(unstable)} unstable, from {unstable.min():g} to {unstable.max():g} 1/min"
             )
-        return "\n".join([head, self._largest(), *([self.ended] if self.ended else [])])
+        return "\n".join([head, self.largest_orders(), *([self.ended] if self.ended else [])])
 
 
 @checked

@@ -158,7 +158,7 @@ class OrderAmplitudes:
             )
         return int(found[0])
 
-    def _largest(self) -> str:
+    def largest_orders(self) -> str:
         """A table of the largest order and the synthesis of each output."""
         rows = []
         for output in self.outputs:

@@ -140,7 +140,7 @@ class OrderResponse(OrderAmplitudes):
             f"{situation(self.rotation.points[0])}"
         )
         note = "" if self.linearity is None else self.linearity.note
-        return "\n".join([head, self._largest(), *([note] if note else [])])
+        return "\n".join([head, self.largest_orders(), *([note] if note else [])])
 
 
 @checked

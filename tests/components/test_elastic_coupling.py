@@ -236,7 +236,7 @@ def test_energy_is_the_integral_of_the_torque_and_a_run_balances():
         rotor=Inertia(J=J1, w=0.0),
         connections=lambda m: lp.chain(m.wall, m.part, m.rotor),
     )
-    run = lp.simulate(lp.assemble(model), until=0.3, rtol=1e-8, certify=True)
+    run = lp.simulate(lp.assemble(model), until=0.3, rtol=1e-9, certify=True)
     energy = run.certificate.energy
     print(energy)
     assert energy.error < 1e-7

@@ -140,18 +140,18 @@ def test_a_circle_of_defaults_is_refused():
 
 
 def test_what_makes_no_parts_is_refused():
-    class Empty(lp.Component):
+    class Strange(lp.Component):
         """No parts: 0 = 0."""
 
-        parts = Made(lambda part: [])
+        parts = Made(lambda part: [3.0])
 
     class Faulty(lp.Component):
         """No parts: 0 = 0."""
 
         parts = Made(lambda part: 1 / 0)
 
-    with pytest.raises(DeclarationError, match=r"part \(Empty\): 'parts' is made as \[\]"):
-        lp.assemble(lp.compose(part=Empty()))
+    with pytest.raises(DeclarationError, match=r"part \(Strange\): 'parts' is made as \[3\.0\]"):
+        lp.assemble(lp.compose(part=Strange()))
     with pytest.raises(EquationError, match=r"part \(Faulty\): the parts 'parts' raised ZeroDiv"):
         lp.assemble(lp.compose(part=Faulty()))
 

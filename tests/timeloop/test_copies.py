@@ -19,6 +19,7 @@ from lumped.components import (
     BearingFriction,
     Damper,
     Fixed,
+    HarmonicTorque,
     Inertia,
     Position,
     Spring,
@@ -54,6 +55,21 @@ class Drive(lp.Component):
 
     def connections(self):
         yield from lp.chain(self.motor, self.a, self.shaft, self.b, self.rub)
+
+
+def turning():
+    """A rotor under a torque that repeats twice a turn, which a free load balances."""
+    return lp.compose(
+        rotor=Inertia(J=2.0),
+        gas=HarmonicTorque(harmonics=((2, 3.0, 0.0),), mean=40.0),
+        load=Torque(tau=-40.0),
+        oil=Damper(d=0.1),
+        ground=Fixed(),
+        connections=lambda m: [
+            lp.connect(m.gas.flange, m.load.flange, m.rotor.flange_a, m.oil.flange_a),
+            lp.connect(m.oil.flange_b, m.ground.flange),
+        ],
+    )
 
 
 def composed():
@@ -96,6 +112,17 @@ def made():
     orders = lp.vibration.order_response(
         system, speeds=[5.0, 8.0], of=["shaft.tau"], excitations={"motor.tau": {1: 2.0, 2: 1j}}
     )
+    turned_by_gas = lp.assemble(turning(), keep=["rotor.phi"])
+    vibrating = lp.vibration.order_response(
+        turned_by_gas,
+        speeds=[20.0, 21.0],
+        of=["rotor.w"],
+        over="rotor.phi",
+        orders=[2],
+        free="load.tau",
+    )
+    up = lp.simulate(turned_by_gas, until=10.0, grid=20_000, parameters={"load.tau": 0.0})
+    masses = lp.vibration.mass_elastic(modes, over="a.phi")
     limit = lp.vibration.Limit("shaft.tau", 10.0)
     lines = lp.vibration.sine_triangle_lines(450.0)
     orbit = lp.periodic(lp.assemble(Rotor()), turn={"phi": 2 * np.pi}, warm_up=5.0)
@@ -140,6 +167,16 @@ def made():
         limit,
         lp.vibration.verdict(orders, [limit]),
         lp.vibration.BarredRange(3.0, 4.0),
+        lp.vibration.OrderAmplitudes(system, *[orders.speeds] * 2, ("b.w",), *[orders.means] * 2),
+        lp.vibration.Linearity(20.0, "rotor.w", 2.0, 0.1, ("rotor.w",), {}),
+        lp.vibration.order_tracks(up, "rotor.w", over="rotor.phi", most=4.0),
+        lp.vibration.vector_sums(modes, {"a.phi": 0.0, "b.phi": 1.0}, orders=[1, 2]),
+        masses,
+        masses.inertias[0],
+        masses.shafts[0],
+        masses.holzer(0),
+        lp.orbits.check_orders(vibrating, speeds=[20.0]),
+        lp.orbits.periodic_range(turned_by_gas, speeds=[20.0], guess=vibrating),
         lines[0],
         lp.vibration.line_crossings(lines, [15.6], speeds=[30.0, 190.0])[0],
         lp.vibration.MarineShaft(d=0.3, tensile=6e8, rated=10.0),
