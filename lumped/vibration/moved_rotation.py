@@ -56,7 +56,8 @@ def moved_by(over: Rotation, slope: Real) -> Real:
         equations = np.append(np.flatnonzero(relative), n)
         unknown = np.flatnonzero(~relative & ~turning)
     else:
-        equations, unknown = np.arange(n + 1), np.append(np.flatnonzero(~turning), n)
+        equations = np.append(np.flatnonzero(~over.idle), n)
+        unknown = np.append(np.flatnonzero(~turning & ~over.idle), n)
     wanted = np.append(slope, np.zeros(inputs))[unknown]
     own = matrix[np.ix_(equations, unknown)]
     size = np.maximum(np.abs(own).max(axis=1), 1e-300)

@@ -328,8 +328,13 @@ def _orders(orders: Iterable[float] | None, wanted: Excitations, over: Rotation)
     """Orders to compute, ascending."""
     given = {order for harmonics in wanted.values() for order in harmonics}
     if orders is None:
-        if over.over is not None:
+        if over.turns_matter:
             given |= {i / over.turns for i in range(1, 12 * over.turns + 1)}
+        if not given:
+            raise OptionError(
+                f"{over.system.name}: nothing excites: no torque depends on {over.over}. Add parts "
+                "whose torque does, such as cylinders or blades, or give excitations=."
+            )
         return np.array(sorted(given))
     chosen = np.array(sorted({float(order) for order in orders}))
     if not len(chosen) or not (np.isfinite(chosen).all() and (chosen > 0).all()):

@@ -95,6 +95,13 @@ class Rotation:
         """Whether anything depends on the angle."""
         return bool(self.turning.any())
 
+    @property
+    def idle(self) -> NDArray[np.bool_]:
+        """States on which no rate depends, such as angles that were asked for, shape (n,)."""
+        structure = self.system.structure
+        found: NDArray[np.bool_] = np.isin(structure.states, list(structure.cyclic))
+        return found
+
     def along(self, k: int, samples: int) -> tuple[Real, Real, Real]:
         """Angles of the shaft, states and settings at one speed over all turns.
 
@@ -317,7 +324,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     (place,) = system.places([name])
     speed = speed_of(system, over)
     parts = small_vibrations(system, (name,), (speed,))
-    states = np.flatnonzero(rotation.turning == 0)
+    states = np.flatnonzero((rotation.turning == 0) & ~rotation.idle)
     n, samples = len(rotation.turning), _SAMPLES if rotation.turns_matter else 1
     x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
     time = rotation.points[0].time
@@ -338,6 +345,8 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
             matrix[rows + top, columns + left] = numbers
         target = rotation.speeds[k] * rotation.turning
         residual = np.append(mean[0] - target, mean[1] - rotation.speeds[k])
+        residual[:n][rotation.idle] = 0.0
+        matrix[:n][rotation.idle] = 0.0
         size = np.append(np.abs(found.rates).max(axis=0), abs(rotation.speeds[k]))
         size = np.maximum(size, np.abs(matrix) @ np.abs(np.append(at, value)))
         acting = max(float(np.abs(part).max(initial=0.0)) for part in (found.B, found.D))

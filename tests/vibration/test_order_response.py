@@ -491,3 +491,48 @@ def test_a_resonance_without_damping_is_named():
         lp.vibration.order_response(
             system, speeds=[0.25, 0.5], of=["main.phi"], excitations={"torque.tau": {2: 1.0}}
         )
+
+
+def test_mean_torques_balance_beside_angles_on_which_nothing_depends():
+    model = lp.compose(
+        rotor=Inertia(J=2.0),
+        drive=Torque(tau=1.0),
+        shake=Torque(tau=0.0),
+        oil=Damper(d=0.1),
+        ground=Fixed(),
+        connections=lambda m: [
+            *lp.chain(m.ground, m.oil, m.rotor),
+            lp.connect(m.drive.flange, m.shake.flange, m.rotor.flange_a),
+        ],
+    )
+    system = lp.assemble(model, keep=["rotor.phi"])
+    speeds = np.array([20.0, 21.0])
+    response = lp.vibration.order_response(
+        system,
+        speeds=speeds,
+        of=["rotor.w"],
+        over="rotor.phi",
+        excitations={"shake.tau": {1: 3.0}},
+        free="drive.tau",
+    )
+    assert response.rotation.theta[:, system.places(["drive.tau"])[0]] == pytest.approx(
+        0.1 * speeds
+    )
+    assert response["rotor.w"][:, 0] == pytest.approx(3.0 / (0.1 + 2j * speeds))
+    slope = lp.vibration.order_sensitivity(response, "rotor.w", measure=1, to=["rotor.J"])
+    w = slope.speed
+    wanted = -3.0 * 2.0 * w**2 / abs(0.1 + 2j * w) ** 3
+    assert slope["rotor.J"] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_shaft_whose_angle_acts_on_nothing_is_named():
+    model = lp.compose(
+        motor=Inertia(J=2.0),
+        shaft=SpringDamper(c=3e4, d=15.0),
+        load=Inertia(J=5.0),
+        connections=lambda m: lp.chain(m.motor, m.shaft, m.load),
+    )
+    with pytest.raises(OptionError, match=r"no torque depends on motor\.phi"):
+        lp.vibration.order_response(
+            lp.assemble(model), speeds=[9.0], of=["shaft.tau"], over="motor.phi"
+        )
