@@ -9,13 +9,15 @@ from lumped.numerics.few_of_many import few_of_many
 from lumped.vibration.rotation import Rotation, settled
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
-__all__ = ["harmonics", "samples_of"]
+__all__ = ["harmonics", "mean_matrix", "samples_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _SAMPLES = 1440
 """Points of a turn at which torques that follow from the angle are taken."""
+_ROUNDING = 1e-13
+"""Mean over the largest size that is nothing but rounding."""
 
 
 def harmonics(
@@ -67,6 +69,21 @@ def harmonics(
     ends = end + np.cumsum([q, *(len(r) for r, _ in small.patterns)])
     means, *matrices = np.split(rows[:, end:], ends[:-1] - end, axis=1)
     return spectra[..., :n], spectra[..., n:], means, matrices
+
+
+def mean_matrix(small: SmallVibrations, over: Rotation, orders: Real) -> Real:
+    """The state matrix at the first speed, its mean over the turns, shape (n, n)."""
+    _, x, settings = over.along(0, samples_of(over, orders))
+    numbers = small(x, over.theta[0], settings, over.points[0].time).A
+    mean = numbers.mean(axis=0)
+    mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
+    matrix: Real = np.zeros((x.shape[1], x.shape[1]))
+    matrix[small.patterns[0]] = mean
+    if over.turns_matter:
+        # rates are the same after the turns; a mean over some angles misses that at kinks
+        way = over.turning
+        matrix -= np.outer(matrix @ way, way) / (way @ way)
+    return matrix
 
 
 def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real:

@@ -13,14 +13,12 @@ from lumped.errors import OptionError
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
 from lumped.timeloop.result import OperatingPoint
-from lumped.vibration.harmonics import samples_of
+from lumped.vibration.harmonics import mean_matrix
 from lumped.vibration.modes import Modes, modes_of
 from lumped.vibration.rotation import rotation
 from lumped.vibration.small_vibrations import small_vibrations
 
 __all__ = ["mean_modes"]
-
-_ROUNDING = 1e-13
 
 
 @checked
@@ -74,17 +72,5 @@ def mean_modes(
     turning = rotation(system, over, np.array([speed]), turns, at, parameters, free)
     first = turning.points[0]
     point = replace(first, x=turning.x[0], theta=turning.theta[0], settings=turning.settings[0])
-    small = small_vibrations(system, (), ())
-    _, x, settings = turning.along(0, samples_of(turning, np.ones(1)))
-    numbers = small(x, point.theta, settings, point.time).A
-    mean = numbers.mean(axis=0)
-    mean[np.abs(mean) <= _ROUNDING * np.abs(numbers).max(axis=0, initial=0.0)] = 0.0
-    n = len(point.x)
-    matrix = scipy.sparse.csr_array(scipy.sparse.coo_array((mean, small.patterns[0]), shape=(n, n)))
-    if turning.turns_matter:
-        # rates are the same after the turns; a mean over some angles misses that at kinks
-        way = scipy.sparse.csr_array(turning.turning[None, :])
-        missed = scipy.sparse.csr_array((matrix @ turning.turning)[:, None])
-        matrix = matrix - missed @ way / (turning.turning @ turning.turning)
-        matrix.eliminate_zeros()
+    matrix = mean_matrix(small_vibrations(system, (), ()), turning, np.ones(1))
     return modes_of(finite(point), scipy.sparse.csr_array(matrix), is_mean=True)

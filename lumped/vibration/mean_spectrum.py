@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.errors import SolverError
-from lumped.vibration.harmonics import samples_of
+from lumped.vibration.harmonics import mean_matrix, samples_of
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_sensitivity import swept
@@ -46,11 +46,8 @@ class MeanSpectrum:
     def __init__(self, response: OrderResponse, k: int) -> None:
         self._small, self._over = response.small, response.rotation.at(k)
         samples = samples_of(self._over, response.orders)
-        _, x, settings = self._over.along(0, samples)
-        theta, time = self._over.theta[0], self._over.points[0].time
-        self._shapes = samples, x.shape[1]
-        matrix: Real = np.zeros((x.shape[1], x.shape[1]))
-        matrix[self._small.patterns[0]] = self._small(x, theta, settings, time).A.mean(axis=0)
+        self._shapes = samples, self._over.x.shape[1]
+        matrix = mean_matrix(self._small, self._over, response.orders)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
