@@ -5,72 +5,69 @@ from pathlib import Path
 import numpy as np
 
 import lumped as lp
-from lumped.components import Cylinder, Damper, Fixed, Inertia, LossSpring, Torque
+from lumped.components import ElasticCoupling, Engine, Inertia, Shaft, Solid, Torque, ViscousDamper
 from lumped.vibration import Limit, order_response
 
 TABLE = Path(__file__).parents[1] / "data/torsional/02_six_cylinder_crankshaft/pressure_curve.csv"
 RPM = np.pi / 30
-POSITIONS = (0, 4, 2, 5, 1, 3)  # of the cylinders in the firing order 1-5-3-6-2-4
-INERTIAS = (0.017, 0.009, 0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487, 2.075)  # kg.m2
-STIFFNESSES = (1.106e6, 1.631e6, 1.253e6, 1.253e6, 1.678e6, 1.253e6, 1.253e6, 1.976e6)  # N.m/rad
-SIZES = {"bore": 0.105, "r": 0.0685, "L": 0.207, "m": 2.521, "masses": "excitation"}
-COUPLING = {"c": 4e4, "eta": 0.15, "w_loss": 150.0}
 RATED = 1000.0  # N.m
+ENGINE = {
+    "cylinders": 6,
+    "firing_order": (1, 5, 3, 6, 2, 4),
+    "J": (0.0467, 0.0327, 0.0467, 0.0467, 0.0327, 0.0487),  # kg.m2
+    "c": (1.253e6, 1.253e6, 1.678e6, 1.253e6, 1.253e6),  # N.m/rad
+    "d_shaft": 30.0,  # N.m.s/rad
+    "d": 0.2,
+    "masses": "excitation",
+    "bore": 0.105,
+    "r": 0.0685,
+    "L": 0.207,
+    "m": 2.521,
+}
+CATALOGUE = {  # torque N.m and stiffness N.m/rad, relative damping
+    "stiffness": ((0, 2.5e4), (1000, 4e4), (2000, 6e4), (4000, 1.2e5), (12000, 4e5)),
+    "psi": 0.95,
+    "w_loss": 150.0,
+}
 
 
-class Shaft(LossSpring):
-    """A shaft with its nominal torsional stress."""
-
-    d: lp.Param = lp.param("m", "diameter", 0.085, above=0)
-    stress: lp.Var = lp.var("Pa", "nominal torsional stress")
-
-    def equations(self):
-        yield from super().equations()
-        yield self.stress == 16 * self.tau_c / (np.pi * self.d**3)
-
-
-def genset(misfire="none", load=-RATED):
+def genset(misfire=(), load=-RATED):
     degrees, megapascals = np.loadtxt(TABLE, delimiter=",", skiprows=1).T
     pressure = list(zip(np.radians(degrees), 1e6 * megapascals, strict=True))
     model = lp.compose(
-        mass=[Inertia(J=J) for J in INERTIAS],
-        shaft=[Shaft(c=c, eta=0.035, w_loss=1300.0) for c in STIFFNESSES],
-        cylinder=[
-            Cylinder(pressure=pressure, misfire=f, phase=2 * np.pi / 3 * p, **SIZES)
-            for f, p in zip([misfire, *5 * ["none"]], POSITIONS, strict=True)
-        ],
-        oil=[Damper(d=0.2) for _ in POSITIONS],
-        block=[Fixed() for _ in POSITIONS],
-        coupling=LossSpring(**COUPLING),
+        damper=ViscousDamper(J_ring=0.06, d=25.0),
+        engine=Engine(pressure=pressure, misfire=dict(misfire), **ENGINE),
+        flywheel=Inertia(J=2.075),
+        coupling=ElasticCoupling(**CATALOGUE),
+        shaft=Shaft(sections=[Solid(d=0.085, L=0.3)], material="steel"),
         alternator=Inertia(J=6.0),
         load=Torque(tau=load),
         connections=lambda m: [
-            *lp.chain(*(x for pair in zip(m.mass, m.shaft, strict=False) for x in pair), m.mass[8]),
-            *lp.chain(m.mass[8], m.coupling, m.alternator, m.load),
-            *(lp.connect(m.cylinder[i].flange, m.mass[i + 2].flange_a) for i in range(6)),
-            *(c for i in range(6) for c in lp.chain(m.block[i], m.oil[i], m.mass[i + 2])),
+            lp.connect(m.damper.flange, m.engine.front),
+            lp.connect(m.engine.rear, m.flywheel.flange_a),
+            *lp.chain(m.flywheel, m.coupling, m.shaft, m.alternator, m.load),
         ],
     )
     return lp.assemble(model)
 
 
 def report(path, parameters=None):
-    of = ["coupling.tau", "coupling.phi_rel", "shaft[7].stress", "alternator.phi"]
-    speeds = np.linspace(600, 1600, 41) * RPM
-    options = {"speeds": speeds, "of": of, "over": "mass[8].phi", "turns": 2, "free": "load.tau"}
+    of = ["coupling.tau", "coupling.phi_rel", "shaft.sections[0].stress", "alternator.phi"]
+    speeds = np.linspace(700, 1600, 41) * RPM
+    options = {"speeds": speeds, "of": of, "over": "flywheel.phi", "turns": 2, "free": "load.tau"}
     responses, heat = {}, {}
-    for case, misfire in (("all cylinders fire", "none"), ("cylinder 1 misfires", "compression")):
-        found = order_response(genset(misfire), **options, parameters=parameters)
-        twist = np.abs(found["coupling.phi_rel"]) ** 2 @ found.orders
-        heat[case] = {"coupling": 0.5 * COUPLING["c"] * COUPLING["eta"] * twist * speeds}
+    for case, miss in (("all cylinders fire", {}), ("cylinder 1 misfires", {1: "compression"})):
+        found = order_response(genset(miss), **options, parameters=parameters)
+        powers = {"coupling": "coupling.power", "damper": "damper.power"}
+        heat[case] = {name: found.mean_power(of).sum(axis=1) for name, of in powers.items()}
         responses[case] = found
     swing = lp.ops.exp((0.2 - lp.time) / 0.05) * lp.ops.sin(100 * np.pi * (lp.time - 0.2))
     failing = genset(load=-RATED * (1 + 5 * lp.ops.where(lp.time > 0.2, swing, 0.0)))
-    start = lp.start_point(failing, start={"mass[8].w": 1500 * RPM}, together=True)
+    start = lp.start_point(failing, start={"flywheel.w": 1500 * RPM}, together=True)
     runs = {"Short circuit of the alternator": lp.simulate(failing, until=0.5, start=start)}
     limits = [
         Limit("coupling.tau", "1.5 kN.m", "vibratory torque", source="maker", speeds=(150, 165)),
-        Limit("shaft[7].stress", "40 MPa", "crankshaft", measure="sum", source="rules of hall 3"),
+        Limit("shaft.sections[0].stress", "40 MPa", "shaft", measure="sum", source="rules"),
     ]
     peak = [Limit("coupling.tau", "5 kN.m", "largest torque", source="maker")]
     limited = {**dict.fromkeys(responses, limits), **dict.fromkeys(runs, peak)}
