@@ -6,16 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.numerics.few_of_many import few_of_many
-from lumped.vibration.rotation import Rotation, settled
+from lumped.vibration.rotation import Rotation, samples_of, settled
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
-__all__ = ["harmonics", "mean_matrix", "samples_of"]
+__all__ = ["harmonics", "mean_matrix"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_SAMPLES = 1440
-"""Points of a turn at which torques that follow from the angle are taken."""
 _ROUNDING = 1e-13
 """Mean over the largest size that is nothing but rounding."""
 
@@ -93,14 +91,6 @@ def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real
     m = settled(over.system, x, over.theta[k], over.settings[k])
     found: Real = (small(x, over.theta[k], m, over.points[0].time).outputs[0] - begin) / cycle
     return found
-
-
-def samples_of(over: Rotation, orders: Real) -> int:
-    """Points of all turns at which what follows from the angle is taken."""
-    samples = _SAMPLES * over.turns if over.turns_matter else 1
-    while over.turns_matter and samples < 8 * over.turns * orders.max():
-        samples *= 2
-    return samples
 
 
 def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:

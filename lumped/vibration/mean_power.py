@@ -12,15 +12,12 @@ from lumped.compiler.system import System
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
 from lumped.vibration.order_solution import Excitations
-from lumped.vibration.rotation import Rotation
+from lumped.vibration.rotation import Rotation, samples_of
 
 __all__ = ["mean_power"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-_SAMPLES = 720
-"""Points of the turns at which curvatures that vary with the angle are taken."""
 
 
 class _Curvature(NamedTuple):
@@ -58,7 +55,7 @@ def mean_power(
     z = np.concatenate([states, driven], axis=2)
     found = np.empty(states.shape[:2])
     for k, speed in enumerate(over.speeds):
-        samples = _SAMPLES * over.turns if known.turns else 1
+        samples = samples_of(over) if known.turns else 1
         _, x, settings = over.along(k, samples)
         w = np.repeat(orders * speed, samples)[:, None]
         points = np.hstack([np.tile(x, (count, 1)), w])

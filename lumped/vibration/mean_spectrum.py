@@ -7,10 +7,11 @@ import scipy
 from numpy.typing import NDArray
 
 from lumped.errors import SolverError
-from lumped.vibration.harmonics import mean_matrix, samples_of
+from lumped.vibration.harmonics import mean_matrix
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_sensitivity import swept
+from lumped.vibration.rotation import samples_of
 
 __all__ = ["MeanSpectrum"]
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from lumped.points.moved_equilibrium import moved_point
 from lumped.points.start_search import relative_positions
-from lumped.vibration.harmonics import samples_of
-from lumped.vibration.rotation import Rotation, speed_of
+from lumped.vibration.rotation import Rotation, samples_of, speed_of
 from lumped.vibration.small_vibrations import Parts, small_vibrations
 
 __all__ = ["moved_by"]
@@ -39,7 +38,7 @@ def moved_by(over: Rotation, slope: Real) -> Real:
     small = small_vibrations(
         system, () if free is None else (free,), (speed_of(system, over.over),)
     )
-    samples = 1 if free is None else samples_of(over, np.ones(1))
+    samples = 1 if free is None else samples_of(over)
     _, x, settings = over.along(0, samples)
     theta, time = over.theta[0], over.points[0].time
     parts = small(x, theta, settings, time)

@@ -14,10 +14,9 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
-from lumped.vibration.harmonics import samples_of
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
-from lumped.vibration.rotation import Rotation
+from lumped.vibration.rotation import Rotation, samples_of
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
 
 __all__ = [

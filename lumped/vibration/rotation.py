@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lumped.compiler.system import Changes, Name, System
 from lumped.errors import OptionError, SolverError
@@ -18,7 +18,7 @@ from lumped.timeloop.many_points import ManyPoints
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.small_vibrations import small_vibrations
 
-__all__ = ["Rotation", "rotation", "settled", "speed_of"]
+__all__ = ["Rotation", "rotation", "samples_of", "settled", "speed_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -32,8 +32,8 @@ _STRAIGHT = 1e-9
 _CLOSED = 1e-11
 """What may be missing of a balance, relative to the parts that make it up."""
 _STEPS = 50
-_SAMPLES = 720
-"""Points of the turns at which mean rates are taken."""
+_SAMPLES = 1440
+"""Points of a turn at which torques that follow from the angle are taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +110,14 @@ class Rotation:
         angle = 2 * np.pi * self.turns * np.arange(samples) / samples
         x = self.x[k] + angle[:, None] * self.turning
         return angle, x, settled(self.system, x, self.theta[k], self.settings[k])
+
+
+def samples_of(over: Rotation, orders: ArrayLike = 1.0) -> int:
+    """Points of all turns at which what follows from the angle is taken."""
+    samples = _SAMPLES * over.turns if over.turns_matter else 1
+    while over.turns_matter and samples < 8 * over.turns * np.max(orders):
+        samples *= 2
+    return samples
 
 
 def settled(system: System, x: Real, theta: Real, settings: Real) -> Real:
@@ -325,7 +333,7 @@ def balanced(rotation: Rotation, free: Name) -> Rotation:
     speed = speed_of(system, over)
     parts = small_vibrations(system, (name,), (speed,))
     states = np.flatnonzero((rotation.turning == 0) & ~rotation.idle)
-    n, samples = len(rotation.turning), _SAMPLES if rotation.turns_matter else 1
+    n, samples = len(rotation.turning), samples_of(rotation)
     x, theta, settings = rotation.x.copy(), rotation.theta.copy(), rotation.settings.copy()
     time = rotation.points[0].time
 
