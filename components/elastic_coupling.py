@@ -113,11 +113,19 @@ class ElasticCoupling(_Coupling):
     damping: Rows = ()
     over_frequency: Rows = ()
     over_temperature: Rows = ()
+    over_amplitude: Rows = ()
     psi: Param = param("1", "relative damping; where `damping` has rows, they multiply it", min=0)
     w_loss: Param = param(
         "rad/s", "angular frequency of vibration to which psi applies", above=0, vibrates=True
     )
     T: Param = param("K", "temperature", 293.15, above=0)
+    amplitude: Param = param(
+        "N.m",
+        "amplitude of the vibrating torque to which over_amplitude applies",
+        0.0,
+        min=0,
+        amplitude_of="tau",
+    )
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
@@ -158,6 +166,10 @@ class ElasticCoupling(_Coupling):
         if self.over_temperature:
             hint = "Give rows of over_temperature up to there, or extrapolate=True"
             yield Range(self.T, *ends(self.over_temperature), "K", "temperature", hint)
+        if self.over_amplitude:
+            hint = "Give rows of over_amplitude up to there, or extrapolate=True"
+            least, most = ends(self.over_amplitude)
+            yield Range(self.amplitude, least, most, "N.m", "amplitude of vibration", hint)
 
     def _law(self) -> Elasticity:
         if bool(self.stiffness) == bool(self.twist):
@@ -168,11 +180,18 @@ class ElasticCoupling(_Coupling):
         return from_stiffness(self.stiffness) if self.stiffness else from_twist(self.twist)
 
     def _factors(self) -> tuple[Expr, Expr]:
-        """Factor of the stiffness by the frequency, and psi with its factors."""
-        stiff, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
+        """Factor of the stiffness by frequency and amplitude, and psi with its factors."""
+        fast, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
+        wide, loss = self._pair("over_amplitude", "amplitude (N.m)", self.amplitude)
+        if self.over_amplitude and ends(self.over_amplitude)[0] != 0:
+            raise EquationError(
+                f"over_amplitude begins at {ends(self.over_amplitude)[0]:g} N.m; it must begin at "
+                "zero, as vibrations may be small at some speeds: repeat the first factors there."
+            )
+        stiff = fast * wide
         _, cold = self._pair("over_temperature", "temperature (K)", self.T)
         mean = factor("damping", self.damping, self.tau_c / stiff, "torque (N.m)", both=True)
-        return stiff, self.psi * psi * cold * mean
+        return stiff, self.psi * psi * loss * cold * mean
 
     def _warm(self) -> Expr:
         """Factor of the stiffness by the temperature."""

@@ -17,7 +17,7 @@ from lumped.vibration.harmonics import harmonics
 from lumped.vibration.rotation import Rotation
 from lumped.vibration.small_vibrations import SmallVibrations
 
-__all__ = ["Excitations", "OrderSolution", "order_solution"]
+__all__ = ["Excitations", "OrderEquations", "OrderSolution"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -53,85 +53,111 @@ class OrderSolution(NamedTuple):
     residual: float
 
 
-def order_solution(
-    small: SmallVibrations,
-    over: Rotation,
-    orders: Real,
-    wanted: Excitations,
-    damping_ratio: float = 0.0,
-) -> OrderSolution:
+class OrderEquations:
     """Vibration about a steady rotation.
 
     Parameters
     ----------
+    small : SmallVibrations
+        What vibrations do.
+    over : Rotation
+        The rotation.
+    orders : ndarray, shape (o,)
+        Periods for each turn.
+    wanted : Excitations
+        What is excited from outside.
     damping_ratio : float
         Of every elastic mode, beside what the model has.
-
-    Raises
-    ------
-    OptionError
-        If an order excites nothing.
-    SolverError
-        If a vibration is unbounded, or grows by itself.
     """
-    system, speeds = over.system, over.speeds
-    rates, outputs, means, matrices = harmonics(small, over, orders)
-    n, shape = rates.shape[2], (len(speeds), len(orders))
-    (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
-    w = orders[None, :] * speeds[:, None]
-    matrices = _at_frequencies(small, over, matrices, w)
-    A, B, C, D = matrices
-    for i, given in enumerate(wanted.values()):
-        for order, amplitude in given.items():
-            for o in np.flatnonzero(orders == order):
-                for k in np.flatnonzero(b_columns == i):
-                    rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
-                for k in np.flatnonzero(d_columns == i):
-                    outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
-    for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
-        raise OptionError(
-            f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
-            "excitation."
+
+    def __init__(
+        self,
+        small: SmallVibrations,
+        over: Rotation,
+        orders: Real,
+        wanted: Excitations,
+        damping_ratio: float = 0.0,
+    ) -> None:
+        self.small, self.over, self.orders = small, over, orders
+        self._wanted, self._damping_ratio = wanted, damping_ratio
+        self._excited = harmonics(small, over, orders)
+
+    def solved(self, amplitudes: Real) -> OrderSolution:
+        """Vibration with laws at amplitudes.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (k, m)
+            At which the laws of `small` hold.
+
+        Raises
+        ------
+        OptionError
+            If an order excites nothing.
+        SolverError
+            If a vibration is unbounded, or grows by itself.
+        """
+        small, over, orders = self.small, self.over, self.orders
+        system, speeds = over.system, over.speeds
+        rates, outputs, means, matrices = self._excited
+        rates, outputs = rates.copy(), outputs.copy()
+        n, shape = rates.shape[2], (len(speeds), len(orders))
+        (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
+        w = orders[None, :] * speeds[:, None]
+        matrices = _by_laws(small, over, matrices, w, amplitudes)
+        A, B, C, D = matrices
+        for i, given in enumerate(self._wanted.values()):
+            for order, amplitude in given.items():
+                for o in np.flatnonzero(orders == order):
+                    for k in np.flatnonzero(b_columns == i):
+                        rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
+                    for k in np.flatnonzero(d_columns == i):
+                        outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+        for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
+            raise OptionError(
+                f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
+                "excitation."
+            )
+        rows, columns = small.patterns[0]
+        if self._damping_ratio:
+            more, block = _modal_damping(small, matrices[0], self._damping_ratio)
+            rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
+            A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
+        _refuse_growth(over, rows, columns, A[:, 0])
+        found, worst = _solved(
+            system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
         )
-    rows, columns = small.patterns[0]
-    if damping_ratio:
-        more, block = _modal_damping(small, matrices[0], damping_ratio)
-        rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
-        A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
-    _refuse_growth(over, rows, columns, A[:, 0])
-    found, worst = _solved(
-        system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
-    )
-    size = np.abs(found).max(axis=1, initial=0.0)
-    bad = np.flatnonzero(~np.isfinite(size))
-    if len(bad):
-        place = np.unravel_index(bad[0], shape)
-        raise SolverError(
-            f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
-            f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
-            "out, or add damping."
-        )
-    found = found.reshape(*shape, n)
-    rows, columns = small.patterns[2]
-    for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-        outputs[:, :, i] += C[:, :, number] * found[:, :, j]
-    return OrderSolution(outputs, found, means, matrices, worst)
+        size = np.abs(found).max(axis=1, initial=0.0)
+        bad = np.flatnonzero(~np.isfinite(size))
+        if len(bad):
+            place = np.unravel_index(bad[0], shape)
+            raise SolverError(
+                f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
+                f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
+                "out, or add damping."
+            )
+        found = found.reshape(*shape, n)
+        rows, columns = small.patterns[2]
+        for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+            outputs[:, :, i] += C[:, :, number] * found[:, :, j]
+        return OrderSolution(outputs, found, means, matrices, worst)
 
 
-def _at_frequencies(
-    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real
+def _by_laws(
+    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real, amplitudes: Real
 ) -> list[Real]:
-    """Numbers of the matrices at the frequency of each order, shapes (k, o, numbers)."""
+    """Numbers of the matrices at frequencies and amplitudes of vibration, (k, o, numbers)."""
     count = w.shape[1]
     found = [np.repeat(part[:, None, :], count, axis=1) for part in matrices]
     if not small.places:
         return found
     time = over.points[0].time
+    every = small.at(w.ravel(), np.repeat(amplitudes, count, axis=0)).reshape(*w.shape, -1)
     for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
         own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
         theta = np.atleast_2d(over.theta[k])[0]
         x, settings = (np.repeat(part, count, axis=0) for part in own)
-        there = small(x, theta, settings, time, w[k].ravel())
+        there = small(x, theta, settings, time, every[k].reshape(len(x), -1))
         stated = small(*own[:1], theta, own[1], time)
         for held, part, base in zip(found, there[2:], stated[2:], strict=True):
             change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
