@@ -97,10 +97,10 @@ def maxwell_fit(
     stiffness_error, psi_error = np.abs(found.fun).reshape(2, -1).max(axis=1).tolist()
     if max(stiffness_error, psi_error) > _WITHIN:
         raise DeclarationError(
-            f"{n_branches} Maxwell branches with static = {static:g} and psi = {psi:g} miss the "
-            f"dynamic stiffness by {stiffness_error:.0%} and psi by {psi_error:.0%} in the band "
+            f"n_branches = {n_branches}: with static = {static:g} and psi = {psi:g} the dynamic "
+            f"stiffness is missed by {stiffness_error:.0%} and psi by {psi_error:.0%} in the band "
             f"from {low:g} to {high:g} rad/s; at most {_WITHIN:.0%} is accepted. Take a narrower "
-            "band, more branches, or a lower static stiffness."
+            "band, more branches, or another static stiffness."
         )
     shares, times = found.x[n_branches:], np.exp(found.x[:n_branches])
     rows = sorted(zip(times.tolist(), shares.tolist(), strict=True), reverse=True)

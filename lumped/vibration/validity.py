@@ -56,13 +56,15 @@ def refuse_vibration_outside(
         return
     time = over.points[0].time
     ends = [(0, orders[0]), (len(over.speeds) - 1, orders[-1])]
-    for k, order in ends + [(int(k), orders[0]) for k in at.argmax(axis=0)]:
+    places = [(int(k), orders[0], "with the vibration at") for k in at.argmax(axis=0)]
+    places += [(k, order, f"for order {order:g} at") for k, order in ends]
+    for k, order, which in places:
         w = small.at(order * over.speeds[k : k + 1], at[k : k + 1])
         point = over.x[k : k + 1], over.theta[k], over.settings[k : k + 1]
         values = small(*point, time, w).outputs[0, -len(found) :]
         for held, value in zip(found, values, strict=True):
             if held.outside(np.array([value]))[0]:
-                where = f"for order {order:g} at {over.speeds[k]:.6g} rad/s"
+                where = f"{which} {over.speeds[k]:.6g} rad/s"
                 raise held.refused(float(value), where)
 
 
