@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 __all__ = ["SETTLED", "settled_amplitudes"]
 
 Real = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Follows: TypeAlias = Callable[[Real, Integer], Real]
 
 SETTLED = 1e-10
 """Difference between an amplitude found and that of its law, over the larger one."""
@@ -22,7 +25,7 @@ _SMALL = 1e-6
 _MOST = 200
 
 
-def settled_amplitudes(follows: Callable[[Real], Real], begin: Real) -> tuple[Real, Real]:
+def settled_amplitudes(follows: Follows, begin: Real) -> tuple[Real, Real]:
     """Solve ``follows(amplitudes) == amplitudes`` in many cases at once.
 
     From small amplitudes upwards in steps of a tenth at most, so that of several solutions the one
@@ -33,7 +36,8 @@ def settled_amplitudes(follows: Callable[[Real], Real], begin: Real) -> tuple[Re
     Parameters
     ----------
     follows : callable
-        Amplitudes that follow if laws hold at given ones, shapes (k, m) both; each case by itself.
+        Amplitudes that follow in some of the cases, given the amplitudes at which laws hold there,
+        shapes (some, m) both, and the numbers of these cases, (some,).
     begin : ndarray, shape (k, m)
         First amplitudes.
 
@@ -46,26 +50,30 @@ def settled_amplitudes(follows: Callable[[Real], Real], begin: Real) -> tuple[Re
     found, reach = begin.copy(), np.full(len(begin), _STEP)
     before = np.zeros_like(found)
     missed = np.full(len(begin), np.inf)
+    going, least = np.arange(len(begin)), 0.0
     for _ in range(_MOST):
-        answer = follows(found)
-        missing = answer - found
-        size = np.maximum(np.abs(found), np.abs(answer))
-        scale = np.maximum(size, _ROUNDING / SETTLED * size.max(initial=0.0))
-        missed = (np.abs(missing) / np.where(scale > 0, scale, 1.0)).max(axis=1, initial=0.0)
-        going = missed > SETTLED
-        if not going.any():
+        answer = follows(found[going], going)
+        missing = answer - found[going]
+        size = np.maximum(np.abs(found[going]), np.abs(answer))
+        least = max(least, _ROUNDING / SETTLED * size.max(initial=0.0))
+        scale = np.maximum(size, least)
+        missed[going] = (np.abs(missing) / np.where(scale > 0, scale, 1.0)).max(axis=1, initial=0.0)
+        last = before[going]
+        turned = ((missing * last < 0) & (np.abs(missing) > 0.5 * np.abs(last))).any(axis=1)
+        reach[going] = np.where(turned, 0.5, 1.0) * reach[going]
+        before[going] = missing
+        on = missed[going] > SETTLED
+        going, answer, missing, scale = going[on], answer[on], missing[on], scale[on]
+        if not len(going):
             break
-        turned = ((missing * before < 0) & (np.abs(missing) > 0.5 * np.abs(before))).any(axis=1)
-        reach = np.where(turned, 0.5 * reach, reach)
-        step = _newton(follows, found, answer, missing, scale)
-        limit = reach[:, None] * scale
-        step = np.where(going[:, None], np.clip(step, -limit, limit), 0.0)
-        before, found = missing, np.maximum(found + step, 0.0)
+        step = _newton(follows, going, found[going], answer, missing, scale)
+        limit = reach[going, None] * scale
+        found[going] = np.maximum(found[going] + np.clip(step, -limit, limit), 0.0)
     return found, missed
 
 
 def _newton(
-    follows: Callable[[Real], Real], found: Real, answer: Real, missing: Real, scale: Real
+    follows: Follows, cases: Integer, found: Real, answer: Real, missing: Real, scale: Real
 ) -> Real:
     """Newton's steps, or what is missing where these lead another way."""
     count = found.shape[1]
@@ -73,11 +81,9 @@ def _newton(
     for j in range(count):
         moved, width = found.copy(), _SMALL * scale[:, j]
         moved[:, j] += width
-        changed = follows(moved) - answer
-        slopes[:, :, j] = changed / np.where(width > 0, width, 1.0)[:, None]
+        slopes[:, :, j] = (follows(moved, cases) - answer) / width[:, None]
     matrix = np.eye(count) - slopes
-    values = np.linalg.eigvals(matrix)
-    good = (values.real > 0).all(axis=1)
+    good = (np.linalg.eigvals(matrix).real > 0).all(axis=1)
     step = missing.copy()
     step[good] = np.linalg.solve(matrix[good], missing[good][..., None])[..., 0]
     return step

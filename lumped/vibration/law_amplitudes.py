@@ -16,6 +16,7 @@ from lumped.vibration.synthesis import Synthesis
 __all__ = ["found_amplitudes", "law_measure"]
 
 Real = NDArray[np.float64]
+Integer = NDArray[np.int64]
 
 
 def law_measure(both: Synthesis) -> Literal["half range", "sum"]:
@@ -50,9 +51,9 @@ def found_amplitudes(
     if not count:
         return np.zeros((len(over.speeds), 0)), 0.0
 
-    def follows(amplitudes: Real) -> Real:
-        y = equations.solved(amplitudes).y[:, :, first : first + count]
-        each = [Synthesis("law", "1", over.speeds, orders, y[:, :, i]) for i in range(count)]
+    def follows(amplitudes: Real, at: Integer) -> Real:
+        y = equations.solved(amplitudes, at).y[:, :, first : first + count]
+        each = [Synthesis("law", "1", over.speeds[at], orders, y[:, :, i]) for i in range(count)]
         return np.column_stack([b.sum if law_measure(b) == "sum" else b.half_range for b in each])
 
     found, missed = settled_amplitudes(follows, np.zeros((len(over.speeds), count)))

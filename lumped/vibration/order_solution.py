@@ -80,15 +80,21 @@ class OrderEquations:
     ) -> None:
         self.small, self.over, self.orders = small, over, orders
         self._wanted, self._damping_ratio = wanted, damping_ratio
-        self._excited = harmonics(small, over, orders)
+        self._rates, self._outputs, self._means, self._matrices = harmonics(small, over, orders)
+        self._stated: list[Real] = []
+        if small.places:
+            stated = small(over.x, over.theta, over.settings, over.points[0].time)
+            self._stated = list(stated[2:])
 
-    def solved(self, amplitudes: Real) -> OrderSolution:
+    def solved(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
         """Vibration with laws at amplitudes.
 
         Parameters
         ----------
         amplitudes : ndarray, shape (k, m)
             At which the laws of `small` hold.
+        at : ndarray of int, shape (k,), optional
+            Numbers of the speeds; default is all.
 
         Raises
         ------
@@ -97,17 +103,18 @@ class OrderEquations:
         SolverError
             If a vibration is unbounded, or grows by itself.
         """
-        small, over, orders = self.small, self.over, self.orders
+        every = np.arange(len(self.over.speeds)) if at is None else at
+        small, over, orders = self.small, self.over.part(every), self.orders
         system, speeds = over.system, over.speeds
-        rates, outputs, means, matrices = self._excited
-        rates, outputs = rates.copy(), outputs.copy()
+        rates, outputs = self._rates[every], self._outputs[every]
         n, shape = rates.shape[2], (len(speeds), len(orders))
         (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
         w = orders[None, :] * speeds[:, None]
-        matrices = _by_laws(small, over, matrices, w, amplitudes)
+        matrices = self._by_laws(over, every, w, amplitudes)
         A, B, C, D = matrices
         for i, given in enumerate(self._wanted.values()):
-            for order, amplitude in given.items():
+            for order, wanted in given.items():
+                amplitude = wanted[every]
                 for o in np.flatnonzero(orders == order):
                     for k in np.flatnonzero(b_columns == i):
                         rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
@@ -140,29 +147,23 @@ class OrderEquations:
         rows, columns = small.patterns[2]
         for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
             outputs[:, :, i] += C[:, :, number] * found[:, :, j]
-        return OrderSolution(outputs, found, means, matrices, worst)
+        return OrderSolution(outputs, found, self._means[every], matrices, worst)
 
-
-def _by_laws(
-    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real, amplitudes: Real
-) -> list[Real]:
-    """Numbers of the matrices at frequencies and amplitudes of vibration, (k, o, numbers)."""
-    count = w.shape[1]
-    found = [np.repeat(part[:, None, :], count, axis=1) for part in matrices]
-    if not small.places:
+    def _by_laws(self, over: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
+        """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""
+        count = w.shape[1]
+        found = [np.repeat(part[every, None, :], count, axis=1) for part in self._matrices]
+        if not self._stated:
+            return found
+        x, theta, settings, own = (
+            np.repeat(part, count, axis=0)
+            for part in (over.x, over.theta, over.settings, amplitudes)
+        )
+        vibration = self.small.at(w.ravel(), own)
+        there = self.small(x, theta, settings, over.points[0].time, vibration)
+        for held, part, base in zip(found, there[2:], self._stated, strict=True):
+            held += part.reshape(held.shape) - base[every, None, :]
         return found
-    time = over.points[0].time
-    every = small.at(w.ravel(), np.repeat(amplitudes, count, axis=0)).reshape(*w.shape, -1)
-    for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
-        own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
-        theta = np.atleast_2d(over.theta[k])[0]
-        x, settings = (np.repeat(part, count, axis=0) for part in own)
-        there = small(x, theta, settings, time, every[k].reshape(len(x), -1))
-        stated = small(*own[:1], theta, own[1], time)
-        for held, part, base in zip(found, there[2:], stated[2:], strict=True):
-            change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
-            held[k] += change if isinstance(k, slice) else change[0]
-    return found
 
 
 def _modal_damping(

@@ -80,8 +80,8 @@ class SmallVibrations:
         numbers = [ca.densify(found[0]), ca.densify(found[1])]
         numbers += [_nonzeros(m) for m in found[2:]]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
-        inputs_ = [ca.vertcat(x, self.vibration), *system.inputs[1:]]
-        self._call = ManyPoints(ca.Function("vibrations", inputs_, [ca.cse(ca.vertcat(*numbers))]))
+        self._numbers = ca.cse(ca.vertcat(*numbers))
+        self._calls: Recent[ManyPoints] = Recent(4)
 
     def __call__(
         self, x: Real, theta: Real, settings: Real, time: float, vibration: Real | None = None
@@ -92,7 +92,7 @@ class SmallVibrations:
         ----------
         x, settings : ndarray, shapes (points, n) and (points, m)
             States and modes.
-        theta : ndarray
+        theta : ndarray, shape (p,) or (points, p)
             Parameters.
         time : float
             Instant, s.
@@ -104,15 +104,28 @@ class SmallVibrations:
         SolverError
             If a number is not finite.
         """
-        given = theta[self.places] if vibration is None else vibration
-        own = np.broadcast_to(given, (len(x), len(self.places)))
-        values = self._call(np.hstack([x, own]), theta, np.full(len(x), time), settings)
+        every = np.atleast_2d(theta)
+        varied = np.flatnonzero((every != every[0]).any(axis=0)).tolist()
+        given = every[:, self.places] if vibration is None else vibration
+        own = [np.broadcast_to(g, (len(x), g.shape[1])) for g in (given, every[:, varied])]
+        call = self._calls.of(tuple(varied), lambda: self._varying(varied))
+        values = call(np.hstack([x, *own]), every[0], np.full(len(x), time), settings)
         if not np.isfinite(values).all():
             raise SolverError(
                 f"{self.system.name}: a rate or its derivative is not finite where the drive turns "
                 "steadily; change the operating point, the speeds or the parameters."
             )
         return Parts(*np.split(values, self._ends, axis=1))
+
+    def _varying(self, varied: list[int]) -> ManyPoints:
+        """The numbers, of which some parameters vary from point to point."""
+        x, theta, *others = self.system.inputs
+        own = ca.SX.sym("own", len(varied))
+        numbers = self._numbers
+        if varied:
+            numbers = ca.substitute(numbers, theta[varied], own)
+        inputs = [ca.vertcat(x, self.vibration, own), theta, *others]
+        return ManyPoints(ca.Function("vibrations", inputs, [numbers]))
 
     def at(self, w: Real, amplitudes: Real) -> Real:
         """What laws need of vibrations, of their frequencies, rad/s, (points,), and amplitudes."""

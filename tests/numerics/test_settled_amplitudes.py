@@ -14,7 +14,7 @@ def test_many_single_amplitudes_are_the_smallest_roots():
         return push * np.abs(k / (k - ratio + 1j * damping))
 
     received, missed = settled_amplitudes(
-        lambda a: follows(a[:, 0], ratio)[:, None], np.zeros((200, 1))
+        lambda a, at: follows(a[:, 0], ratio[at])[:, None], np.zeros((200, 1))
     )
     grid, several, worst = np.linspace(0.0, 2.0, 40_001), 0, 0.0
     for found, r in zip(received[:, 0], ratio, strict=True):
@@ -33,9 +33,9 @@ def test_many_single_amplitudes_are_the_smallest_roots():
 def test_amplitudes_that_act_on_each_other_settle():
     """``a = (2 + b) / (1 + a), b = 3 / (1 + a b)`` in two cases, against SciPy's hybrid method."""
 
-    def follows(x):
+    def follows(x, at):
         a, b = x.T
-        return np.column_stack([(2 + b) / (1 + a), np.array([3.0, 1.0]) / (1 + a * b)])
+        return np.column_stack([(2 + b) / (1 + a), np.array([3.0, 1.0])[at] / (1 + a * b)])
 
     received, _ = settled_amplitudes(follows, np.zeros((2, 2)))
     for i, size in enumerate((3.0, 1.0)):
@@ -48,12 +48,14 @@ def test_amplitudes_that_act_on_each_other_settle():
 
 
 def test_what_jumps_over_its_solution_is_told():
-    received, missed = settled_amplitudes(lambda a: np.where(a < 1.0, 2.0, 0.5), np.zeros((1, 1)))
+    received, missed = settled_amplitudes(
+        lambda a, _: np.where(a < 1.0, 2.0, 0.5), np.zeros((1, 1))
+    )
     assert received[0, 0] == pytest.approx(1.0, rel=1e-6)
     assert missed[0] > 0.1
 
 
 def test_without_vibration_there_is_no_amplitude():
-    received, missed = settled_amplitudes(lambda a: 0.5 * a, np.zeros((3, 2)))
+    received, missed = settled_amplitudes(lambda a, _: 0.5 * a, np.zeros((3, 2)))
     assert not received.any()
     assert not missed.any()
