@@ -98,13 +98,15 @@ class ElasticCoupling(_Coupling):
     ``psi c / (2 pi w_loss)`` loses as much at `w_loss`, which a run is given; responses to a
     vibration put its own frequency there, which makes the stiffness ``c (1 + j psi / (2 pi))``.
 
-    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s) and
-    `over_temperature` (K) are rows of that, factor of stiffness and factor of psi. With ``k_w`` and
-    ``k_T`` for the factors of stiffness the law is ``tau_c = k_w F(k_T phi_rel)``, F that of the
-    rows, so that `stiffness` is read at the torque ``tau_c / k_w``: for a mean torque state a
-    `w_loss` at which k_w is 1. The law holds up to the last torque, between the frequencies and
-    temperatures of the rows; beyond is an error, unless `extrapolate` continues the last stiffness,
-    line and factors.
+    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s),
+    `over_amplitude` (N.m, from zero on) and `over_temperature` (K) are rows of that, factor of
+    stiffness and factor of psi. The amplitude is half the range of the vibrating torque, which an
+    order response finds at each speed; runs and other responses take the parameter `amplitude`.
+    With ``k_w``, ``k_A`` and ``k_T`` for the factors of stiffness the law is
+    ``tau_c = k_w k_A F(k_T phi_rel)``, F that of the rows, so that `stiffness` is read at the
+    torque ``tau_c / (k_w k_A)``: for a mean torque state a `w_loss` and an `amplitude` at which
+    they are 1. The law holds up to the last torque, frequency, amplitude and temperature of the
+    rows; beyond is an error, unless `extrapolate` continues the last stiffness, line and factors.
 
     Source: DIN 740-2 (1986), relative damping and dynamic stiffness of couplings.
     """
@@ -150,7 +152,7 @@ class ElasticCoupling(_Coupling):
         return self._factors()[0] / warm * self._law().energy(warm * self.phi_rel)
 
     def valid(self) -> Iterator[Range]:
-        """Torques, frequencies and temperatures of the rows."""
+        """Torques, frequencies, amplitudes and temperatures of the rows."""
         if self.extrapolate:
             return
         hint = "Give rows up to there, or extrapolate=True"

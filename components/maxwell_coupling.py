@@ -143,7 +143,7 @@ class MaxwellCoupling(_Coupling):
     with a share and a relaxation time T for each of the `branches`, which are fitted so that this
     is ``c (1 + j psi / (2 pi))`` over the band (least squares, `fit` tells its errors; worse than
     20 % is refused). psi is the energy lost in a period over the elastic energy
-    ``c' abs(twist)^2 / 2``, c' the real part. Outside the band both fall off as the branches say.
+    ``c' abs(twist)^2 / 2``, c' the real part. Outside the band psi falls.
 
     The law holds up to the last torque of the rows; beyond is an error, unless `extrapolate`
     continues the last stiffness. For a warm coupling give its warm stiffness and psi.

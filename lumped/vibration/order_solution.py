@@ -99,7 +99,7 @@ class OrderEquations:
         Raises
         ------
         OptionError
-            If an order excites nothing.
+            If an order excites nothing at all speeds.
         SolverError
             If a vibration is unbounded, or grows by itself.
         """
@@ -120,7 +120,8 @@ class OrderEquations:
                         rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
                     for k in np.flatnonzero(d_columns == i):
                         outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
-        for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
+        still = ~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))
+        for o in np.flatnonzero(still) if at is None else ():
             raise OptionError(
                 f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
                 "excitation."

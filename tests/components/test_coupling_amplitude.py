@@ -109,6 +109,19 @@ def names():
     return "first", "second"
 
 
+def test_orders_may_be_excited_at_some_speeds_only():
+    """Where a speed has one order left, its amplitude is that of this order alone."""
+    w = np.array([40.0, 60.0, 80.0])
+    options = {"speeds": w, "of": ["coupling.tau"]}
+    system = lp.assemble(drive())
+    both = lp.vibration.order_response(
+        system, excitations={"gas.tau": {1: 150.0, 2: np.array([90.0, 0.0, 0.0])}}, **options
+    )
+    alone = lp.vibration.order_response(system, excitations={"gas.tau": {1: 150.0}}, **options)
+    assert both["coupling.tau"][1:, 0] == pytest.approx(alone["coupling.tau"][1:, 0], rel=1e-9)
+    assert abs(both["coupling.tau"][0, 0] / alone["coupling.tau"][0, 0] - 1) > 1e-2
+
+
 def test_a_coupling_under_mean_torque_has_its_stiffness_there():
     rows = ((0, 60e3), (1000, 95e3), (3000, 225e3))
     system = lp.assemble(drive(stiffness=rows, extrapolate=False))
