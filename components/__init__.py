@@ -140,6 +140,7 @@ from lumped.components.loads import (
     SignTorque,
 )
 from lumped.components.lossy_gear import EfficientGear, LossyGear
+from lumped.components.maxwell_coupling import MaxwellBranch, MaxwellCoupling
 from lumped.components.noncircular import EllipticalGear, NonCircularGear
 from lumped.components.pendulum import CentrifugalPendulum
 from lumped.components.planetary_stage import ElasticPlanetary
@@ -147,7 +148,7 @@ from lumped.components.propeller import Propeller
 from lumped.components.rolling import RollingTorque
 from lumped.components.shafts.element import ShaftElement
 from lumped.components.shafts.materials import Material
-from lumped.components.shafts.notches import Fillet, Keyway, RadialHole
+from lumped.components.shafts.notches import Fillet, Keyway, RadialHole, SplineEnd
 from lumped.components.shafts.sections import Disc, Hollow, Keyed, Solid, Splined, Taper
 from lumped.components.shafts.shaft import Notch, Section, Shaft
 from lumped.components.sources import (
@@ -243,6 +244,8 @@ __all__ = [
     "LossyGear",
     "MappedMotor",
     "Material",
+    "MaxwellBranch",
+    "MaxwellCoupling",
     "Minimum",
     "NonCircularGear",
     "NonlinearSpring",
@@ -292,6 +295,7 @@ __all__ = [
     "SpeedDrive",
     "SpeedProfile",
     "SpeedSensor",
+    "SplineEnd",
     "Splined",
     "Spring",
     "SpringDamper",

@@ -27,43 +27,14 @@ __all__ = ["ElasticCoupling"]
 Rows = Sequence[Sequence[float]]
 
 
-class ElasticCoupling(Component):
-    """Elastic coupling by its catalogue: ``d tau_c / d phi_rel = c(tau_c)``, relative damping psi.
-
-    `stiffness` are rows of mean torque and dynamic stiffness there, between which it is linear. The
-    static law follows by integration, so that a vibration about any mean torque has the stiffness
-    stated, and a run has the same law. Or `twist` gives rows of twist and torque, joined by
-    straight lines. Both hold for both directions.
-
-    psi is the energy lost in a vibration over its largest elastic energy. The damper
-    ``psi c / (2 pi w_loss)`` loses as much at `w_loss`, which a run is given; responses to a
-    vibration put its own frequency there, which makes the stiffness ``c (1 + j psi / (2 pi))``.
-
-    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s) and
-    `over_temperature` (K) are rows of that, factor of stiffness and factor of psi. With ``k_w`` and
-    ``k_T`` for the factors of stiffness the law is ``tau_c = k_w F(k_T phi_rel)``, F that of the
-    rows, so that `stiffness` is read at the torque ``tau_c / k_w``: for a mean torque state a
-    `w_loss` at which k_w is 1. The law holds up to the last torque, between the frequencies and
-    temperatures of the rows; beyond is an error, unless `extrapolate` continues the last stiffness,
-    line and factors.
-
-    Source: DIN 740-2 (1986), relative damping and dynamic stiffness of couplings.
-    """
+class _Coupling(Component):
+    """What elastic couplings have in common: flanges, rows, limits of the catalogue."""
 
     symbol = "spring_damper"
     flange_a = Flange()
     flange_b = Flange()
     stiffness: Rows = ()
-    twist: Rows = ()
-    damping: Rows = ()
-    over_frequency: Rows = ()
-    over_temperature: Rows = ()
     extrapolate: bool = False
-    psi: Param = param("1", "relative damping; where `damping` has rows, they multiply it", min=0)
-    w_loss: Param = param(
-        "rad/s", "angular frequency of vibration to which psi applies", above=0, vibrates=True
-    )
-    T: Param = param("K", "temperature", 293.15, above=0)
     tau_max: Param = param("N.m", "permitted largest torque; 0 if not stated", 0.0, min=0)
     tau_vibratory: Param = param(
         "N.m", "permitted amplitude of a vibrating torque; 0 if not stated", 0.0, min=0
@@ -77,45 +48,8 @@ class ElasticCoupling(Component):
     power: Var = var("W", "dissipated power")
 
     def equations(self) -> Iterator[Equation]:
-        law = self._law()
-        stiff, loss = self._factors()
-        warm = self._warm()
         yield self.phi_rel == self.flange_b.phi - self.flange_a.phi
         yield self.w_rel == der(self.phi_rel)
-        yield self.tau_c == stiff * law.torque(warm * self.phi_rel)
-        yield self.c == stiff * warm * law.slope(warm * self.phi_rel)
-        damper = loss * self.c / (2 * pi * self.w_loss)
-        yield self.tau == self.tau_c + damper * self.w_rel
-        yield self.power == damper * self.w_rel**2
-        yield self.flange_b.tau == self.tau
-        yield self.flange_a.tau == -self.tau
-
-    def loss(self) -> Expr:
-        """Dissipated power, W."""
-        return self.power
-
-    def stored(self) -> Expr:
-        """Elastic energy, J."""
-        warm = self._warm()
-        return self._factors()[0] / warm * self._law().energy(warm * self.phi_rel)
-
-    def valid(self) -> Iterator[Range]:
-        """Torques, frequencies and temperatures of the rows."""
-        if self.extrapolate:
-            return
-        hint = "Give rows up to there, or extrapolate=True"
-        most = self._law().highest
-        if self.damping:
-            most = min(most, ends(self.damping)[1])
-        yield Range(self.tau_c / self._factors()[0], -most, most, "N.m", "torque", hint)
-        if self.over_frequency:
-            hint = "Give rows of over_frequency up to there, or extrapolate=True"
-            yield Range(
-                self.w_loss, *ends(self.over_frequency), "rad/s", "frequency of vibration", hint
-            )
-        if self.over_temperature:
-            hint = "Give rows of over_temperature up to there, or extrapolate=True"
-            yield Range(self.T, *ends(self.over_temperature), "K", "temperature", hint)
 
     def limits(self) -> list[Limit]:
         """Limits of the torque, the vibrating torque and the heat, as far as they are stated.
@@ -151,6 +85,94 @@ class ElasticCoupling(Component):
             )
         return found
 
+
+class ElasticCoupling(_Coupling):
+    """Elastic coupling by its catalogue: ``d tau_c / d phi_rel = c(tau_c)``, relative damping psi.
+
+    `stiffness` are rows of mean torque and dynamic stiffness there, between which it is linear. The
+    static law follows by integration, so that a vibration about any mean torque has the stiffness
+    stated, and a run has the same law. Or `twist` gives rows of twist and torque, joined by
+    straight lines. Both hold for both directions.
+
+    psi is the energy lost in a vibration over its largest elastic energy. The damper
+    ``psi c / (2 pi w_loss)`` loses as much at `w_loss`, which a run is given; responses to a
+    vibration put its own frequency there, which makes the stiffness ``c (1 + j psi / (2 pi))``.
+
+    `damping` are rows of torque, from zero on, and factor of psi; `over_frequency` (rad/s),
+    `over_amplitude` (N.m, from zero on) and `over_temperature` (K) are rows of that, factor of
+    stiffness and factor of psi. The amplitude is half the range of the vibrating torque, which an
+    order response finds at each speed; runs and other responses take the parameter `amplitude`.
+    With ``k_w``, ``k_A`` and ``k_T`` for the factors of stiffness the law is
+    ``tau_c = k_w k_A F(k_T phi_rel)``, F that of the rows, so that `stiffness` is read at the
+    torque ``tau_c / (k_w k_A)``: for a mean torque state a `w_loss` and an `amplitude` at which
+    they are 1. The law holds up to the last torque, frequency, amplitude and temperature of the
+    rows; beyond is an error, unless `extrapolate` continues the last stiffness, line and factors.
+
+    Source: DIN 740-2 (1986), relative damping and dynamic stiffness of couplings.
+    """
+
+    twist: Rows = ()
+    damping: Rows = ()
+    over_frequency: Rows = ()
+    over_temperature: Rows = ()
+    over_amplitude: Rows = ()
+    psi: Param = param("1", "relative damping; where `damping` has rows, they multiply it", min=0)
+    w_loss: Param = param(
+        "rad/s", "angular frequency of vibration to which psi applies", above=0, vibrates=True
+    )
+    T: Param = param("K", "temperature", 293.15, above=0)
+    amplitude: Param = param(
+        "N.m",
+        "amplitude of the vibrating torque to which over_amplitude applies",
+        0.0,
+        min=0,
+        amplitude_of="tau",
+    )
+
+    def equations(self) -> Iterator[Equation]:
+        yield from super().equations()
+        law = self._law()
+        stiff, loss = self._factors()
+        warm = self._warm()
+        yield self.tau_c == stiff * law.torque(warm * self.phi_rel)
+        yield self.c == stiff * warm * law.slope(warm * self.phi_rel)
+        damper = loss * self.c / (2 * pi * self.w_loss)
+        yield self.tau == self.tau_c + damper * self.w_rel
+        yield self.power == damper * self.w_rel**2
+        yield self.flange_b.tau == self.tau
+        yield self.flange_a.tau == -self.tau
+
+    def loss(self) -> Expr:
+        """Dissipated power, W."""
+        return self.power
+
+    def stored(self) -> Expr:
+        """Elastic energy, J."""
+        warm = self._warm()
+        return self._factors()[0] / warm * self._law().energy(warm * self.phi_rel)
+
+    def valid(self) -> Iterator[Range]:
+        """Torques, frequencies, amplitudes and temperatures of the rows."""
+        if self.extrapolate:
+            return
+        hint = "Give rows up to there, or extrapolate=True"
+        most = self._law().highest
+        if self.damping:
+            most = min(most, ends(self.damping)[1])
+        yield Range(self.tau_c / self._factors()[0], -most, most, "N.m", "torque", hint)
+        if self.over_frequency:
+            hint = "Give rows of over_frequency up to there, or extrapolate=True"
+            yield Range(
+                self.w_loss, *ends(self.over_frequency), "rad/s", "frequency of vibration", hint
+            )
+        if self.over_temperature:
+            hint = "Give rows of over_temperature up to there, or extrapolate=True"
+            yield Range(self.T, *ends(self.over_temperature), "K", "temperature", hint)
+        if self.over_amplitude:
+            hint = "Give rows of over_amplitude up to there, or extrapolate=True"
+            least, most = ends(self.over_amplitude)
+            yield Range(self.amplitude, least, most, "N.m", "amplitude of vibration", hint)
+
     def _law(self) -> Elasticity:
         if bool(self.stiffness) == bool(self.twist):
             raise EquationError(
@@ -160,11 +182,18 @@ class ElasticCoupling(Component):
         return from_stiffness(self.stiffness) if self.stiffness else from_twist(self.twist)
 
     def _factors(self) -> tuple[Expr, Expr]:
-        """Factor of the stiffness by the frequency, and psi with its factors."""
-        stiff, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
+        """Factor of the stiffness by frequency and amplitude, and psi with its factors."""
+        fast, psi = self._pair("over_frequency", "frequency (rad/s)", self.w_loss)
+        wide, loss = self._pair("over_amplitude", "amplitude (N.m)", self.amplitude)
+        if self.over_amplitude and ends(self.over_amplitude)[0] != 0:
+            raise EquationError(
+                f"over_amplitude begins at {ends(self.over_amplitude)[0]:g} N.m; it must begin at "
+                "zero, as vibrations may be small at some speeds: repeat the first factors there."
+            )
+        stiff = fast * wide
         _, cold = self._pair("over_temperature", "temperature (K)", self.T)
         mean = factor("damping", self.damping, self.tau_c / stiff, "torque (N.m)", both=True)
-        return stiff, self.psi * psi * cold * mean
+        return stiff, self.psi * psi * loss * cold * mean
 
     def _warm(self) -> Expr:
         """Factor of the stiffness by the temperature."""

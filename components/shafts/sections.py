@@ -88,8 +88,8 @@ class Keyed(_Uniform):
 class Splined(_Uniform):
     """Splined shaft: ``c = pi G d_root^4 / (32 L)``, ``J = pi rho ((d + d_root) / 2)^4 L / 32``.
 
-    Less the bore in both. The stress is that of the root. A convention, taken from no standard. No
-    formula of a notch factor could be verified: give `K_ts`.
+    Less the bore in both. The stress is that of the root. A convention, taken from no standard.
+    `SplineEnd` gives the stress at its end.
     """
 
     bore: Param = param("m", "diameter of the bore", 0.0, min=0)

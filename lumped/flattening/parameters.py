@@ -128,6 +128,29 @@ class Parameters:
             found |= set(ca.jacobian_sparsity(value, self.theta).get_triplet()[1])
         return sorted(found)
 
+    @cached_property
+    def amplitudes(self) -> dict[int, str]:
+        """Places in `theta` of amplitudes at which laws hold, and the quantities that have them.
+
+        Raises
+        ------
+        OptionError
+            If one is bound.
+        """
+        found = {}
+        for number, quantity in enumerate(self.declared):
+            if not quantity.amplitude_of:
+                continue
+            name = self.names[number]
+            if number not in self._places:
+                raise OptionError(
+                    f"{name} is the amplitude of a vibration and bound to an expression; each "
+                    "component has its own: give it a number."
+                )
+            path = name.rpartition(".")[0]
+            found[self._places[number]] = f"{path}.{quantity.amplitude_of}".lstrip(".")
+        return found
+
     def all(self, theta: np.ndarray) -> np.ndarray:
         """Every parameter, shape (all,), if those with a value of their own are `theta`."""
         return self._function(theta)[0]

@@ -86,7 +86,7 @@ class Param(Quantity, Expr):
 
     Attributes
     ----------
-    unit, text, default, min, max, above, below, nonzero, vibrates
+    unit, text, default, min, max, above, below, nonzero, vibrates, amplitude_of
         As given to `param`.
     least, most : float
         Ends of the range, which belong to it.
@@ -106,10 +106,12 @@ class Param(Quantity, Expr):
         below: float | None,
         nonzero: bool,
         vibrates: bool,
+        amplitude_of: str,
     ) -> None:
         super().__init__(unit, text)
         self.default = default
         self.vibrates = vibrates
+        self.amplitude_of = amplitude_of
         self.above = None if isinstance(above, Expr) or callable(above) else above
         self.min = None if isinstance(min, Expr) or callable(min) else min
         self.strict = above is not None and self.above is None
@@ -219,6 +221,7 @@ def param(
     below: float | None = None,
     nonzero: bool = False,
     vibrates: bool = False,
+    amplitude_of: str = "",
 ) -> Param:
     """Declare a parameter.
 
@@ -241,6 +244,9 @@ def param(
         It is the angular frequency of a vibration, rad/s, at which a law holds, such as that of a
         material whose loss depends on the frequency. Runs take its value; responses to a vibration
         of another frequency put that in its place.
+    amplitude_of : str
+        It is the amplitude, at which a law holds, with which this quantity of the component
+        vibrates, such as its torque. Runs take its value; an order response finds it.
 
     Returns
     -------
@@ -256,6 +262,7 @@ def param(
         below=below,
         nonzero=nonzero,
         vibrates=vibrates,
+        amplitude_of=amplitude_of,
     )
 
 

@@ -121,7 +121,8 @@ def check_orders(
     """Compare an order response with the periodic motions that it approximates.
 
     These have friction, play, progressive couplings and inertias that vary with the angle as they
-    are. Laws of the frequency hold in a motion at the frequencies that parameters state.
+    are. Laws of the frequency or the amplitude of a vibration hold in a motion at those that
+    parameters state.
 
     Parameters
     ----------

@@ -95,11 +95,4 @@ def _growth(small: SmallVibrations, over: Rotation, k: int, begin: Real) -> Real
 
 def _all_at_once(small: SmallVibrations, over: Rotation) -> Parts:
     """Everything at all speeds where nothing depends on the angle."""
-    time = over.points[0].time
-    if (over.theta == over.theta[0]).all():
-        return small(over.x, over.theta[0], over.settings, time)
-    rows = [
-        small(over.x[k : k + 1], over.theta[k], over.settings[k : k + 1], time)
-        for k in range(len(over.x))
-    ]
-    return Parts(*(np.vstack(part) for part in zip(*rows, strict=True)))
+    return small(over.x, over.theta, over.settings, over.points[0].time)

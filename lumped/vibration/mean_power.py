@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import System
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
+from lumped.vibration.amplitude_laws import amplitude_laws
 from lumped.vibration.order_solution import Excitations
 from lumped.vibration.rotation import Rotation, samples_of
 
@@ -30,12 +31,18 @@ class _Curvature(NamedTuple):
 
 
 def mean_power(
-    over: Rotation, orders: Real, key: str, states: Complex, excitations: Excitations
+    over: Rotation,
+    orders: Real,
+    key: str,
+    states: Complex,
+    excitations: Excitations,
+    amplitudes: Real,
 ) -> Real:
     """Mean of a quantity that is quadratic in a vibration, shape (k, o).
 
     ``z^H H z / 4`` with the amplitudes z of states and inputs of each order, and the second
-    derivatives H of the quantity, in which laws of the frequency have that of the order.
+    derivatives H of the quantity, in which laws hold at the frequency of the order and at the
+    amplitudes found.
 
     Parameters
     ----------
@@ -43,6 +50,8 @@ def mean_power(
         The quantity.
     states : ndarray of complex, shape (k, o, n)
         Amplitudes.
+    amplitudes : ndarray, shape (k, m)
+        Those at which laws hold.
     """
     system = over.system
     inputs = tuple(excitations)
@@ -58,7 +67,8 @@ def mean_power(
         samples = samples_of(over) if known.turns else 1
         _, x, settings = over.along(k, samples)
         w = np.repeat(orders * speed, samples)[:, None]
-        points = np.hstack([np.tile(x, (count, 1)), w])
+        own = np.tile(amplitudes[k], (len(w), 1))
+        points = np.hstack([np.tile(x, (count, 1)), w, own])
         numbers = known.numbers(
             points, over.theta[k], np.full(len(w), time), np.tile(settings, (count, 1))
         )
@@ -75,12 +85,16 @@ def _curvature(system: System, key: str, inputs: tuple[str, ...], turning: Real)
     second = ca.hessian(system.expressions([key]), z)[0]
     rows, columns = second.sparsity().get_triplet()
     numbers = ca.sparsity_cast(second, ca.Sparsity.dense(second.nnz(), 1))
-    places = system.structure.parameters.vibrating
-    if places:
-        numbers = ca.substitute(numbers, theta[places], ca.repmat(frequency, len(places), 1))
+    places, laws = system.structure.parameters.vibrating, amplitude_laws(system)
+    amplitudes = ca.SX.sym("amplitudes", len(laws.places))
+    if places or laws.places:
+        there = ca.vertcat(ca.repmat(frequency, len(places), 1), amplitudes)
+        numbers = ca.substitute(numbers, theta[places + laws.places], there)
     angles = x[np.flatnonzero(turning).tolist()]
     function = ca.Function(
-        "curvature", [ca.vertcat(x, frequency), theta, time, settings], [ca.cse(numbers)]
+        "curvature",
+        [ca.vertcat(x, frequency, amplitudes), theta, time, settings],
+        [ca.cse(numbers)],
     )
     return _Curvature(
         np.array(rows, dtype=int),

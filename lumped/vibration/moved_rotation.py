@@ -64,7 +64,7 @@ def moved_by(over: Rotation, slope: Real) -> Real:
     adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
     weights = np.tile(adjoint / samples, (samples, 1))
     zeros = [np.zeros((samples, len(rows))) for rows, _ in small.patterns]
-    _, by_theta = small.slopes(
+    _, by_theta, _ = small.slopes(
         Parts(weights[:, :n], weights[:, n:], *zeros), x, theta, settings, time
     )
     found: Real = -by_theta.sum(axis=0)

@@ -15,10 +15,12 @@ from lumped.points.situation import situation
 from lumped.support.arguments import checked
 from lumped.timeloop.result import OperatingPoint
 from lumped.timeloop.validity import ranges
+from lumped.vibration.amplitude_laws import amplitude_laws
+from lumped.vibration.law_amplitudes import found_amplitudes
 from lumped.vibration.linearity import Linearity, linearity
 from lumped.vibration.mean_power import mean_power
 from lumped.vibration.order_amplitudes import OrderAmplitudes
-from lumped.vibration.order_solution import Excitations, OrderSolution, order_solution
+from lumped.vibration.order_solution import Excitations, OrderEquations, OrderSolution
 from lumped.vibration.response import refuse_rates
 from lumped.vibration.rotation import Rotation, rotation
 from lumped.vibration.small_vibrations import SmallVibrations, small_vibrations
@@ -48,18 +50,30 @@ class OrderResponse(OrderAmplitudes):
         What was added to the damping of every elastic mode.
     excitations : dict of str to dict of float to ndarray of complex, shape (k,)
         Amplitudes that were given, by inputs and orders.
+    law_amplitudes : dict of str to ndarray, shape (k,)
+        Amplitudes that were found at which laws hold, by their parameters.
+    unsettled : float
+        Largest difference between these and the vibration, over the amplitude.
     """
 
     rotation: Rotation
     residual: float
     damping_ratio: float
     excitations: Excitations
+    law_amplitudes: dict[str, Real]
+    unsettled: float
     _states: Complex
 
     @property
     def small(self) -> SmallVibrations:
-        """The equations of small vibrations that were solved."""
-        return small_vibrations(self.system, tuple(self.excitations), self.outputs)
+        """The equations of small vibrations that were solved; outputs, then those of laws."""
+        more = amplitude_laws(self.system).quantities
+        return small_vibrations(self.system, tuple(self.excitations), self.outputs + more)
+
+    @property
+    def _laws_at(self) -> Real:
+        """Amplitudes at which laws hold, shape (k, m)."""
+        return np.reshape(list(self.law_amplitudes.values()), (-1, len(self.speeds))).T
 
     @cached_property
     def linearity(self) -> Linearity | None:
@@ -79,7 +93,8 @@ class OrderResponse(OrderAmplitudes):
             name: {order: amplitude[k : k + 1] for order, amplitude in harmonics.items()}
             for name, harmonics in self.excitations.items()
         }
-        solved = order_solution(self.small, over, self.orders, wanted, self.damping_ratio)
+        equations = OrderEquations(self.small, over, self.orders, wanted, self.damping_ratio)
+        solved = equations.solved(self._laws_at[k : k + 1])
         inputs = np.zeros((len(self.orders), len(wanted)), dtype=complex)
         for i, harmonics in enumerate(wanted.values()):
             for order, amplitude in harmonics.items():
@@ -115,7 +130,9 @@ class OrderResponse(OrderAmplitudes):
             Any quantity or formula of the system, such as ``"coupling.power"``.
         """
         key = self.system.key(quantity)
-        return mean_power(self.rotation, self.orders, key, self._states, self.excitations)
+        return mean_power(
+            self.rotation, self.orders, key, self._states, self.excitations, self._laws_at
+        )
 
     def number_of(self, speed: float, caller: str) -> int:
         """Which of the speeds one is.
@@ -134,10 +151,11 @@ class OrderResponse(OrderAmplitudes):
         return k
 
     def __repr__(self) -> str:
+        settled = f", amplitudes to {self.unsettled:.1e}" if self.law_amplitudes else ""
         head = (
             f"{self.system.name}: {len(self.orders)} orders at {len(self.speeds)} speeds from "
             f"{self.rpm[0]:g} to {self.rpm[-1]:g} 1/min; residual {self.residual:.1e}"
-            f"{situation(self.rotation.points[0])}"
+            f"{settled}{situation(self.rotation.points[0])}"
         )
         note = "" if self.linearity is None else self.linearity.note
         return "\n".join([head, self.largest_orders(), *([note] if note else [])])
@@ -168,7 +186,10 @@ def order_response(
     takes them as they are).
 
     Laws whose stiffness or damping depends on the frequency of the vibration have at each order the
-    frequency of that order.
+    frequency of that order. Laws that depend on the amplitude of a vibration, such as couplings of
+    natural rubber, hold at half the range of its synthesis (of the sum of the amplitudes, if the
+    orders have no common cycle). It is found at each speed to 1e-10; of several possible amplitudes
+    it is the one that grows from rest.
 
     Parameters
     ----------
@@ -214,8 +235,8 @@ def order_response(
     UnknownNameError
         If a name does not exist.
     SolverError
-        If there is no steady rotation, a vibration is unbounded, or takes a component beyond where
-        its equations hold.
+        If there is no steady rotation, a vibration is unbounded, takes a component beyond where its
+        equations hold, or finds no amplitude at which its laws agree with it.
 
     Notes
     -----
@@ -258,11 +279,16 @@ def _responded(
     damping_ratio: float,
 ) -> OrderResponse:
     """The vibration about a steady rotation."""
-    watched = tuple(held.formula for held in ranges(system))
-    small = small_vibrations(system, inputs, outputs + watched)
-    solved = order_solution(small, over, orders, wanted, damping_ratio)
+    watched, laws = tuple(held.formula for held in ranges(system)), amplitude_laws(system)
+    small = small_vibrations(system, inputs, outputs + laws.quantities + watched)
+    equations = OrderEquations(small, over, orders, wanted, damping_ratio)
     count = len(outputs)
-    refuse_vibration_outside(small, over, orders, solved.means[:, count:], solved.y[:, :, count:])
+    at, unsettled = found_amplitudes(equations, laws, count)
+    solved = equations.solved(at)
+    first = count + len(laws.quantities)
+    refuse_vibration_outside(
+        small, over, orders, solved.means[:, first:], solved.y[:, :, first:], at
+    )
     return OrderResponse(
         system,
         over.speeds,
@@ -274,6 +300,8 @@ def _responded(
         solved.residual,
         damping_ratio,
         wanted,
+        dict(zip(laws.names, at.T, strict=True)),
+        unsettled,
         solved.x,
     )
 

@@ -14,10 +14,12 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
 from lumped.support.text_table import number, table
+from lumped.vibration.law_amplitudes import law_measure
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.rotation import Rotation, samples_of
 from lumped.vibration.small_vibrations import Parts, SmallVibrations
+from lumped.vibration.synthesis import Synthesis
 
 __all__ = [
     "OrderSensitivity",
@@ -169,11 +171,11 @@ def sizes_of(response: OrderResponse, output: str, measure: str | float) -> Real
     return response.magnitude(output, measure)
 
 
-def _weights(response: OrderResponse, output: str, k: int, measure: str | float) -> Complex:
+def _weights(both: Synthesis, k: int, measure: str | float) -> Complex:
     """What the measure owes to the amplitudes: its change is ``Re sum(weight change)``."""
-    y, orders = response[output][k], response.orders
+    y, orders = both.amplitudes[k], both.orders
     if isinstance(measure, str) and measure != "sum":
-        (high, top), (low, bottom) = response.synthesis(output).extremes
+        (high, top), (low, bottom) = both.extremes
         peaks = [np.exp(1j * orders * at) for at in (high[k], low[k])]
         upper = measure == "half range" or top[k] >= -bottom[k]
         lower = measure == "half range" or not upper
@@ -182,52 +184,85 @@ def _weights(response: OrderResponse, output: str, k: int, measure: str | float)
     size = np.abs(y)
     found = np.where(size > 0, y.conj() / np.where(size > 0, size, 1.0), 0)
     if not isinstance(measure, str):
-        chosen = response._order(measure)
-        if not size[chosen]:
+        chosen = np.isclose(orders, measure, rtol=1e-12, atol=0)
+        if not size[chosen].any():
             raise OptionError(
-                f"order_sensitivity: order {measure:g} of {output} is zero at "
-                f"{response.speeds[k]:g} rad/s; its amplitude has no derivative there."
+                f"order_sensitivity: order {measure:g} of {both.name} is zero at "
+                f"{both.speeds[k]:g} rad/s; its amplitude has no derivative there."
             )
-        found[np.arange(len(orders)) != chosen] = 0
+        found[~chosen] = 0
     return found
 
 
 def slope_of(response: OrderResponse, output: str, k: int, measure: str | float) -> Real:
-    """Derivatives of the measure at a speed by all parameters, shape (p,)."""
-    row, weights = response._place(output), _weights(response, output, k, measure)
-    small, orders = response.small, response.orders
-    over, solved, u = response.solution_at(k)
-    n, count = over.x.shape[1], len(orders)
-    x = solved.x[0]
-    adjoint = _adjoint(small, solved.matrices, orders * over.speeds[0], row, n)
-    left = weights[:, None] * adjoint
-    direct = np.zeros((count, len(small.outputs)), dtype=complex)
-    direct[:, row] = weights
-    by_order = [
-        (side[:, rows] * given[:, columns]).real
-        for side, given, (rows, columns) in zip(
-            (left, left, direct, direct), (x, u, x, u), small.patterns, strict=True
-        )
-    ]
-    samples = samples_of(over, orders)
-    angle = 2 * np.pi * over.turns * np.arange(samples) / samples
-    turning = np.zeros((samples, count), dtype=complex)
-    if over.turns_matter:
-        whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
-        turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
-    own = [(turning @ left).real, (turning @ direct).real]
-    slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
-    if small.places:
-        still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
-        again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
-        theta, time = over.theta[0], over.points[0].time
-        w = orders * over.speeds[0]
-        for sign, frequency in ((1.0, w), (-1.0, None)):
-            part = Parts(*still, *(sign * numbers for numbers in by_order))
-            more = small.slopes(part, again[0], theta, again[1], time, frequency)
-            slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
-    total: Real = slope + moved_by(over, slope_x)
+    """Derivatives of the measure at a speed by all parameters, shape (p,).
+
+    Where laws hold at amplitudes A that follow from the vibration, ``A = h(A, p)``, the measure
+    ``m(A, p)`` changes by ``m_p + m_A (1 - h_A)^-1 h_p``.
+    """
+    at_speed = _AtSpeed(response, k)
+    weights = _weights(response.synthesis(output), k, measure)
+    slope, by_amplitude = at_speed.slopes(response._place(output), weights)
+    if not len(by_amplitude):
+        return slope
+    rows = [at_speed.law_slopes(i) for i in range(len(by_amplitude))]
+    follow, own = (np.array(part) for part in zip(*rows, strict=True))
+    total: Real = slope + by_amplitude @ np.linalg.solve(np.eye(len(own)) - own, follow)
     return total
+
+
+class _AtSpeed:
+    """Derivatives of the vibration at one speed, with laws at amplitudes that stay."""
+
+    def __init__(self, response: OrderResponse, k: int) -> None:
+        self.small, self.orders = response.small, response.orders
+        self.over, self.solved, self.u = response.solution_at(k)
+        self.amplitudes = response._laws_at[k : k + 1]
+        self.first = len(response.outputs)
+
+    def law_slopes(self, number: int) -> tuple[Real, Real]:
+        """Derivatives of the amplitude that counts for a law."""
+        row = self.first + number
+        both = Synthesis("law", "1", self.over.speeds, self.orders, self.solved.y[:, :, row])
+        return self.slopes(row, _weights(both, 0, law_measure(both)))
+
+    def slopes(self, row: int, weights: Complex) -> tuple[Real, Real]:
+        """Derivatives of what is owed to the amplitudes of an output.
+
+        By all parameters, shape (p,), and by the amplitudes of laws, (m,).
+        """
+        small, orders, over, x = self.small, self.orders, self.over, self.solved.x[0]
+        n, count = over.x.shape[1], len(orders)
+        adjoint = _adjoint(small, self.solved.matrices, orders * over.speeds[0], row, n)
+        left = weights[:, None] * adjoint
+        direct = np.zeros((count, len(small.outputs)), dtype=complex)
+        direct[:, row] = weights
+        by_order = [
+            (side[:, rows] * given[:, columns]).real
+            for side, given, (rows, columns) in zip(
+                (left, left, direct, direct), (x, self.u, x, self.u), small.patterns, strict=True
+            )
+        ]
+        samples = samples_of(over, orders)
+        angle = 2 * np.pi * over.turns * np.arange(samples) / samples
+        turning = np.zeros((samples, count), dtype=complex)
+        if over.turns_matter:
+            whole = np.abs(orders * over.turns - np.rint(orders * over.turns)) <= 1e-9
+            turning[:, whole] = np.exp(-1j * angle[:, None] * orders[whole]) * (2 / samples)
+        own = [(turning @ left).real, (turning @ direct).real]
+        slope_x, slope = swept(small, over, own, [part.sum(axis=0) for part in by_order])
+        by_amplitude = np.zeros(self.amplitudes.shape[1])
+        if small.places:
+            still = [np.zeros((count, n)), np.zeros((count, len(small.outputs)))]
+            again = [np.repeat(part, count, axis=0) for part in (over.x, over.settings)]
+            theta, time = over.theta[0], over.points[0].time
+            at = small.at(orders * over.speeds[0], np.repeat(self.amplitudes, count, axis=0))
+            for sign, vibration in ((1.0, at), (-1.0, None)):
+                part = Parts(*still, *(sign * numbers for numbers in by_order))
+                more = small.slopes(part, again[0], theta, again[1], time, vibration)
+                slope_x, slope = slope_x + more[0].sum(axis=0), slope + more[1].sum(axis=0)
+                by_amplitude = by_amplitude + more[2].sum(axis=0)
+        return slope + moved_by(over, slope_x), by_amplitude
 
 
 def swept(
@@ -248,7 +283,7 @@ def swept(
     _, points, settings = over.along(0, samples)
     averaged = [np.tile(part / samples, (samples, 1)) for part in means]
     weights = Parts(*own, *averaged)
-    by_x, by_theta = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
+    by_x, by_theta, _ = small.slopes(weights, points, over.theta[0], settings, over.points[0].time)
     return by_x.sum(axis=0), by_theta.sum(axis=0)
 
 

@@ -17,7 +17,7 @@ from lumped.vibration.harmonics import harmonics
 from lumped.vibration.rotation import Rotation
 from lumped.vibration.small_vibrations import SmallVibrations
 
-__all__ = ["Excitations", "OrderSolution", "order_solution"]
+__all__ = ["Excitations", "OrderEquations", "OrderSolution"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -53,90 +53,118 @@ class OrderSolution(NamedTuple):
     residual: float
 
 
-def order_solution(
-    small: SmallVibrations,
-    over: Rotation,
-    orders: Real,
-    wanted: Excitations,
-    damping_ratio: float = 0.0,
-) -> OrderSolution:
+class OrderEquations:
     """Vibration about a steady rotation.
 
     Parameters
     ----------
+    small : SmallVibrations
+        What vibrations do.
+    over : Rotation
+        The rotation.
+    orders : ndarray, shape (o,)
+        Periods for each turn.
+    wanted : Excitations
+        What is excited from outside.
     damping_ratio : float
         Of every elastic mode, beside what the model has.
-
-    Raises
-    ------
-    OptionError
-        If an order excites nothing.
-    SolverError
-        If a vibration is unbounded, or grows by itself.
     """
-    system, speeds = over.system, over.speeds
-    rates, outputs, means, matrices = harmonics(small, over, orders)
-    n, shape = rates.shape[2], (len(speeds), len(orders))
-    (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
-    w = orders[None, :] * speeds[:, None]
-    matrices = _at_frequencies(small, over, matrices, w)
-    A, B, C, D = matrices
-    for i, given in enumerate(wanted.values()):
-        for order, amplitude in given.items():
-            for o in np.flatnonzero(orders == order):
-                for k in np.flatnonzero(b_columns == i):
-                    rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
-                for k in np.flatnonzero(d_columns == i):
-                    outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
-    for o in np.flatnonzero(~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))):
-        raise OptionError(
-            f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
-            "excitation."
-        )
-    rows, columns = small.patterns[0]
-    if damping_ratio:
-        more, block = _modal_damping(small, matrices[0], damping_ratio)
-        rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
-        A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
-    _refuse_growth(over, rows, columns, A[:, 0])
-    found, worst = _solved(
-        system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
-    )
-    size = np.abs(found).max(axis=1, initial=0.0)
-    bad = np.flatnonzero(~np.isfinite(size))
-    if len(bad):
-        place = np.unravel_index(bad[0], shape)
-        raise SolverError(
-            f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
-            f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
-            "out, or add damping."
-        )
-    found = found.reshape(*shape, n)
-    rows, columns = small.patterns[2]
-    for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
-        outputs[:, :, i] += C[:, :, number] * found[:, :, j]
-    return OrderSolution(outputs, found, means, matrices, worst)
 
+    def __init__(
+        self,
+        small: SmallVibrations,
+        over: Rotation,
+        orders: Real,
+        wanted: Excitations,
+        damping_ratio: float = 0.0,
+    ) -> None:
+        self.small, self.over, self.orders = small, over, orders
+        self._wanted, self._damping_ratio = wanted, damping_ratio
+        self._rates, self._outputs, self._means, self._matrices = harmonics(small, over, orders)
+        self._stated: list[Real] = []
+        if small.places:
+            stated = small(over.x, over.theta, over.settings, over.points[0].time)
+            self._stated = list(stated[2:])
 
-def _at_frequencies(
-    small: SmallVibrations, over: Rotation, matrices: list[Real], w: Real
-) -> list[Real]:
-    """Numbers of the matrices at the frequency of each order, shapes (k, o, numbers)."""
-    count = w.shape[1]
-    found = [np.repeat(part[:, None, :], count, axis=1) for part in matrices]
-    if not small.places:
+    def solved(self, amplitudes: Real, at: Integer | None = None) -> OrderSolution:
+        """Vibration with laws at amplitudes.
+
+        Parameters
+        ----------
+        amplitudes : ndarray, shape (k, m)
+            At which the laws of `small` hold.
+        at : ndarray of int, shape (k,), optional
+            Numbers of the speeds; default is all.
+
+        Raises
+        ------
+        OptionError
+            If an order excites nothing at all speeds.
+        SolverError
+            If a vibration is unbounded, or grows by itself.
+        """
+        every = np.arange(len(self.over.speeds)) if at is None else at
+        small, over, orders = self.small, self.over.part(every), self.orders
+        system, speeds = over.system, over.speeds
+        rates, outputs = self._rates[every], self._outputs[every]
+        n, shape = rates.shape[2], (len(speeds), len(orders))
+        (b_rows, b_columns), (d_rows, d_columns) = small.patterns[1], small.patterns[3]
+        w = orders[None, :] * speeds[:, None]
+        matrices = self._by_laws(over, every, w, amplitudes)
+        A, B, C, D = matrices
+        for i, given in enumerate(self._wanted.values()):
+            for order, wanted in given.items():
+                amplitude = wanted[every]
+                for o in np.flatnonzero(orders == order):
+                    for k in np.flatnonzero(b_columns == i):
+                        rates[:, o, b_rows[k]] += B[:, o, k] * amplitude
+                    for k in np.flatnonzero(d_columns == i):
+                        outputs[:, o, d_rows[k]] += D[:, o, k] * amplitude
+        still = ~(rates.any(axis=(0, 2)) | outputs.any(axis=(0, 2)))
+        for o in np.flatnonzero(still) if at is None else ():
+            raise OptionError(
+                f"{system.name}: order {orders[o]:g} excites nothing; leave it out, or give its "
+                "excitation."
+            )
+        rows, columns = small.patterns[0]
+        if self._damping_ratio:
+            more, block = _modal_damping(small, matrices[0], self._damping_ratio)
+            rows, columns = np.append(rows, more[0]), np.append(columns, more[1])
+            A = np.concatenate([A, np.repeat(block[:, None], len(orders), axis=1)], axis=2)
+        _refuse_growth(over, rows, columns, A[:, 0])
+        found, worst = _solved(
+            system, rows, columns, A.reshape(-1, A.shape[2]), w.ravel(), rates.reshape(-1, n)
+        )
+        size = np.abs(found).max(axis=1, initial=0.0)
+        bad = np.flatnonzero(~np.isfinite(size))
+        if len(bad):
+            place = np.unravel_index(bad[0], shape)
+            raise SolverError(
+                f"{system.name}: no finite vibration of order {orders[place[1]]:g} at "
+                f"{speeds[place[0]]:.9g} rad/s: an undamped mode resonates there. Leave this speed "
+                "out, or add damping."
+            )
+        found = found.reshape(*shape, n)
+        rows, columns = small.patterns[2]
+        for number, (i, j) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+            outputs[:, :, i] += C[:, :, number] * found[:, :, j]
+        return OrderSolution(outputs, found, self._means[every], matrices, worst)
+
+    def _by_laws(self, over: Rotation, every: Integer, w: Real, amplitudes: Real) -> list[Real]:
+        """Numbers of the matrices at frequencies and amplitudes, shapes (k, o, numbers)."""
+        count = w.shape[1]
+        found = [np.repeat(part[every, None, :], count, axis=1) for part in self._matrices]
+        if not self._stated:
+            return found
+        x, theta, settings, own = (
+            np.repeat(part, count, axis=0)
+            for part in (over.x, over.theta, over.settings, amplitudes)
+        )
+        vibration = self.small.at(w.ravel(), own)
+        there = self.small(x, theta, settings, over.points[0].time, vibration)
+        for held, part, base in zip(found, there[2:], self._stated, strict=True):
+            held += part.reshape(held.shape) - base[every, None, :]
         return found
-    time = over.points[0].time
-    for k in range(len(w)) if not (over.theta == over.theta[0]).all() else (slice(None),):
-        own = np.atleast_2d(over.x[k]), np.atleast_2d(over.settings[k])
-        theta = np.atleast_2d(over.theta[k])[0]
-        x, settings = (np.repeat(part, count, axis=0) for part in own)
-        there = small(x, theta, settings, time, w[k].ravel())
-        stated = small(*own[:1], theta, own[1], time)
-        for held, part, base in zip(found, there[2:], stated[2:], strict=True):
-            change = part.reshape(len(base), count, part.shape[1]) - base[:, None, :]
-            held[k] += change if isinstance(k, slice) else change[0]
-    return found
 
 
 def _modal_damping(

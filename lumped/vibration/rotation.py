@@ -80,14 +80,20 @@ class Rotation:
 
     def at(self, k: int) -> Rotation:
         """The rotation at one of the speeds."""
-        own = slice(k, k + 1)
+        return self.part(np.array([k]))
+
+    def part(self, own: NDArray[np.int64]) -> Rotation:
+        """The rotation at some of the speeds, by their numbers."""
+        points = self.points
+        if len(points) == len(self.speeds):
+            points = tuple(points[k] for k in own.tolist())
         return replace(
             self,
             speeds=self.speeds[own],
             x=self.x[own],
             theta=self.theta[own],
             settings=self.settings[own],
-            points=self.points[own] if len(self.points) == len(self.speeds) else self.points[:1],
+            points=points,
         )
 
     @property

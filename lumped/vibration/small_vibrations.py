@@ -13,6 +13,7 @@ from lumped.compiler.system import System
 from lumped.errors import SolverError
 from lumped.support.made_once import Recent, made_once
 from lumped.timeloop.many_points import ManyPoints
+from lumped.vibration.amplitude_laws import amplitude_laws
 
 __all__ = ["Parts", "SmallVibrations", "small_vibrations"]
 
@@ -32,7 +33,9 @@ class Parts(NamedTuple):
 
 
 class SmallVibrations:
-    """Rates, outputs and matrices of a system as functions of points and of the frequency.
+    """Rates, outputs and matrices of a system as functions of points and of the vibration.
+
+    Laws may hold at its frequency and at amplitudes that it has.
 
     Parameters
     ----------
@@ -46,22 +49,29 @@ class SmallVibrations:
     patterns : tuple of (rows, columns)
         Places of the numbers of A, B, C and D.
     expressions : list of SX
-        Rates, outputs, A, B, C and D; of the inputs of the system and of `frequency`.
-    frequency : SX
-        Stands for the frequencies of vibration among the parameters, rad/s.
+        Rates, outputs, A, B, C and D; of the inputs of the system and of `vibration`.
+    vibration : SX
+        Stands for the frequencies, rad/s, and then the amplitudes of vibration among the
+        parameters.
+    places : list of int
+        Of these among the parameters.
+    laws : AmplitudeLaws
+        Those of amplitudes.
     """
 
     def __init__(self, system: System, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> None:
         self.system, self.inputs, self.outputs = system, inputs, outputs
         x, theta, _, _ = system.inputs
-        self.places = system.structure.parameters.vibrating
-        self.frequency = ca.SX.sym("vibration", len(self.places))
+        self.laws = amplitude_laws(system)
+        self._frequencies = len(system.structure.parameters.vibrating)
+        self.places = system.structure.parameters.vibrating + self.laws.places
+        self.vibration = ca.SX.sym("vibration", len(self.places))
         u = theta[system.places(inputs)] if inputs else ca.SX(0, 1)
         y = system.expressions(outputs)
         found = [system.rates, y]
         found += [ca.jacobian(f, by) for f in (system.rates, y) for by in (x, u)]
         if self.places:
-            found = ca.substitute(found, [theta[self.places]], [self.frequency])
+            found = ca.substitute(found, [theta[self.places]], [self.vibration])
         self.expressions = found
         triplets = [matrix.sparsity().get_triplet() for matrix in found[2:]]
         self.patterns: tuple[Pattern, ...] = tuple(
@@ -70,11 +80,11 @@ class SmallVibrations:
         numbers = [ca.densify(found[0]), ca.densify(found[1])]
         numbers += [_nonzeros(m) for m in found[2:]]
         self._ends = np.cumsum([n.numel() for n in numbers])[:-1]
-        inputs_ = [ca.vertcat(x, self.frequency), *system.inputs[1:]]
-        self._call = ManyPoints(ca.Function("vibrations", inputs_, [ca.cse(ca.vertcat(*numbers))]))
+        self._numbers = ca.cse(ca.vertcat(*numbers))
+        self._calls: Recent[ManyPoints] = Recent(4)
 
     def __call__(
-        self, x: Real, theta: Real, settings: Real, time: float, frequency: Real | None = None
+        self, x: Real, theta: Real, settings: Real, time: float, vibration: Real | None = None
     ) -> Parts:
         """Everything at points.
 
@@ -82,30 +92,44 @@ class SmallVibrations:
         ----------
         x, settings : ndarray, shapes (points, n) and (points, m)
             States and modes.
-        theta : ndarray
+        theta : ndarray, shape (p,) or (points, p)
             Parameters.
         time : float
             Instant, s.
-        frequency : ndarray, shape (points,), optional
-            Of the vibration, rad/s; by default laws hold at the frequencies in `theta`.
+        vibration : ndarray, shape (points, frequencies and amplitudes), optional
+            From `at`; by default laws hold at what is in `theta`.
 
         Raises
         ------
         SolverError
             If a number is not finite.
         """
-        shape = (len(x), len(self.places))
-        if frequency is None:
-            own = np.broadcast_to(theta[self.places], shape)
-        else:
-            own = np.broadcast_to(frequency[:, None], shape)
-        values = self._call(np.hstack([x, own]), theta, np.full(len(x), time), settings)
+        every = np.atleast_2d(theta)
+        varied = np.flatnonzero((every != every[0]).any(axis=0)).tolist()
+        given = every[:, self.places] if vibration is None else vibration
+        own = [np.broadcast_to(g, (len(x), g.shape[1])) for g in (given, every[:, varied])]
+        call = self._calls.of(tuple(varied), lambda: self._varying(varied))
+        values = call(np.hstack([x, *own]), every[0], np.full(len(x), time), settings)
         if not np.isfinite(values).all():
             raise SolverError(
                 f"{self.system.name}: a rate or its derivative is not finite where the drive turns "
                 "steadily; change the operating point, the speeds or the parameters."
             )
         return Parts(*np.split(values, self._ends, axis=1))
+
+    def _varying(self, varied: list[int]) -> ManyPoints:
+        """The numbers, of which some parameters vary from point to point."""
+        x, theta, *others = self.system.inputs
+        own = ca.SX.sym("own", len(varied))
+        numbers = self._numbers
+        if varied:
+            numbers = ca.substitute(numbers, theta[varied], own)
+        inputs = [ca.vertcat(x, self.vibration, own), theta, *others]
+        return ManyPoints(ca.Function("vibrations", inputs, [numbers]))
+
+    def at(self, w: Real, amplitudes: Real) -> Real:
+        """What laws need of vibrations, of their frequencies, rad/s, (points,), and amplitudes."""
+        return np.hstack([np.repeat(w[:, None], self._frequencies, axis=1), amplitudes])
 
     @cached_property
     def _slopes(self) -> ManyPoints:
@@ -116,9 +140,9 @@ class SmallVibrations:
             *(_nonzeros(m) for m in self.expressions[2:]),
         )
         weights = ca.SX.sym("weights", numbers.numel())
-        by = ca.vertcat(x, self.frequency, theta)
+        by = ca.vertcat(x, self.vibration, theta)
         slope = ca.gradient(ca.dot(numbers, weights), by)
-        inputs = [ca.vertcat(x, self.frequency, weights), *self.system.inputs[1:]]
+        inputs = [ca.vertcat(x, self.vibration, weights), *self.system.inputs[1:]]
         return ManyPoints(ca.Function("slopes", inputs, [ca.cse(ca.densify(slope))]))
 
     def slopes(
@@ -128,9 +152,9 @@ class SmallVibrations:
         theta: Real,
         settings: Real,
         time: float,
-        frequency: Real | None = None,
-    ) -> tuple[Real, Real]:
-        """Derivatives of a weighted sum of everything, by states and by parameters.
+        vibration: Real | None = None,
+    ) -> tuple[Real, Real, Real]:
+        """Derivatives of a weighted sum of everything, by states, parameters and amplitudes.
 
         Parameters
         ----------
@@ -139,16 +163,18 @@ class SmallVibrations:
 
         Returns
         -------
-        ndarray, ndarray, shapes (points, n) and (points, p)
+        ndarray, ndarray, ndarray, shapes (points, n), (points, p) and (points, amplitudes)
+            Those by amplitudes, if `vibration` is given; else they count as parameters.
         """
         n, places = x.shape[1], self.places
-        own = theta[places] if frequency is None else frequency[:, None]
+        own = theta[places] if vibration is None else vibration
         given = np.hstack([x, np.broadcast_to(own, (len(x), len(places))), *weights])
         found = self._slopes(given, theta, np.full(len(x), time), settings)
-        by_theta = found[:, n + len(places) :]
-        if frequency is None:
-            by_theta[:, places] += found[:, n : n + len(places)]
-        return found[:, :n], by_theta
+        by_vibration, by_theta = found[:, n : n + len(places)], found[:, n + len(places) :]
+        if vibration is None:
+            by_theta[:, places] += by_vibration
+            by_vibration = np.zeros_like(by_vibration)
+        return found[:, :n], by_theta, by_vibration[:, self._frequencies :]
 
 
 def small_vibrations(

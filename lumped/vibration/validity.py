@@ -18,9 +18,16 @@ Complex = NDArray[np.complex128]
 
 
 def refuse_vibration_outside(
-    small: SmallVibrations, over: Rotation, orders: Real, means: Real, amplitudes: Complex
+    small: SmallVibrations,
+    over: Rotation,
+    orders: Real,
+    means: Real,
+    amplitudes: Complex,
+    at: Real,
 ) -> None:
-    """Stop where equations do not hold at a mean, at an extreme over the cycle, or at a frequency.
+    """Stop where equations do not hold.
+
+    At a mean, at an extreme over the cycle, at a frequency, or at an amplitude of a law.
 
     Parameters
     ----------
@@ -28,6 +35,8 @@ def refuse_vibration_outside(
         Means of what must lie in the ranges of the components, the last outputs of `small`.
     amplitudes : ndarray of complex, shape (k, o, r)
         Its amplitudes.
+    at : ndarray, shape (k, m)
+        Amplitudes at which laws hold.
 
     Raises
     ------
@@ -46,13 +55,16 @@ def refuse_vibration_outside(
     if not small.places:
         return
     time = over.points[0].time
-    for k, order in ((0, orders[0]), (len(over.speeds) - 1, orders[-1])):
-        w = order * over.speeds[k : k + 1]
+    ends = [(0, orders[0]), (len(over.speeds) - 1, orders[-1])]
+    places = [(int(k), orders[0], "with the vibration at") for k in at.argmax(axis=0)]
+    places += [(k, order, f"for order {order:g} at") for k, order in ends]
+    for k, order, which in places:
+        w = small.at(order * over.speeds[k : k + 1], at[k : k + 1])
         point = over.x[k : k + 1], over.theta[k], over.settings[k : k + 1]
         values = small(*point, time, w).outputs[0, -len(found) :]
         for held, value in zip(found, values, strict=True):
             if held.outside(np.array([value]))[0]:
-                where = f"for order {order:g} at {over.speeds[k]:.6g} rad/s"
+                where = f"{which} {over.speeds[k]:.6g} rad/s"
                 raise held.refused(float(value), where)
 
 

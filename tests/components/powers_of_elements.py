@@ -1,6 +1,7 @@
 """Energy and losses of bodies, springs, dampers and play."""
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 from library_rigs import COUPLING, TWISTS
@@ -12,12 +13,14 @@ from lumped.components import (
     contact,
     elastic_coupling,
     impact,
+    maxwell_coupling,
     pendulum,
     torsional_dampers,
     translation,
 )
 from lumped.components import compliance as rotation
 from lumped.components.shafts import element, sections, shaft
+from lumped.numerics.maxwell_fit import maxwell_fit
 
 
 def elastic(free_length: str) -> Energy:
@@ -131,6 +134,30 @@ def rubber_heat(at: Motion) -> float:
     return at.p["psi"] * c / (2 * np.pi * at.p["w_loss"]) * at.rel(at.v) ** 2
 
 
+def branch_energy(at: Motion) -> complex:
+    """The branch of a coupling of 3 N.m/rad."""
+    return at.p["share"] * 3.0 * (at.rel(at.q) - at.x["phi_d"]) ** 2 / 2
+
+
+def branch_heat(at: Motion) -> float:
+    return 2 * branch_energy(at).real / at.p["t_relax"]
+
+
+def in_branches(at: Motion) -> Iterator[tuple[complex, float]]:
+    """Energy and relaxation time of the branches of a coupling that is fitted to a catalogue."""
+    for i, (share, time) in enumerate(maxwell_fit(0.5, 0.8, (1.0, 1.4), 2).branches):
+        yield share * 3.0 * (at.rel(at.q) - at.x[f"branches[{i}].phi_d"]) ** 2 / 2, time
+
+
+def maxwell_energy(at: Motion) -> complex:
+    """Two branches beside half of the stiffness."""
+    return 1.5 * at.rel(at.q) ** 2 / 2 + sum(energy for energy, _ in in_branches(at))
+
+
+def maxwell_heat(at: Motion) -> float:
+    return sum(2 * energy.real / time for energy, time in in_branches(at))
+
+
 def swinging(at: Motion) -> complex:
     """Energy of a mass by its velocity along the arm of the carrier and across it."""
     a, w = at.x["phi_rel"], at.v["flange"]
@@ -168,6 +195,8 @@ STORED: dict[type[lp.Component], Energy] = {
     contact.ElastoBacklash: play_energy,
     elastic_coupling.ElasticCoupling: by_rows(None, BOTH_WAYS),
     impact.PickUp: carried("J"),
+    maxwell_coupling.MaxwellBranch: branch_energy,
+    maxwell_coupling.MaxwellCoupling: maxwell_energy,
     pendulum.CentrifugalPendulum: swinging,
     torsional_dampers.TunedDamper: sprung_ring,
     torsional_dampers.TunedLossDamper: sprung_ring,
@@ -191,6 +220,8 @@ STORED: dict[type[lp.Component], Energy] = {
 DISSIPATED: dict[type[lp.Component], Power] = {
     contact.ElastoBacklash: play_heat,
     elastic_coupling.ElasticCoupling: rubber_heat,
+    maxwell_coupling.MaxwellBranch: branch_heat,
+    maxwell_coupling.MaxwellCoupling: maxwell_heat,
     pendulum.CentrifugalPendulum: lambda at: at.p["d"] * at.x["w_rel"] ** 2,
     rotation.Damper: viscous,
     rotation.LossSpring: lossy,

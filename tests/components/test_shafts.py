@@ -17,6 +17,7 @@ from lumped.components import (
     Shaft,
     Solid,
     Splined,
+    SplineEnd,
     Taper,
     Torque,
 )
@@ -128,6 +129,31 @@ def test_a_keyway_has_the_factors_of_its_chart():
     assert known["shaft.sections[1].K_ts"] == 3.4
     sharp = lp.assemble(held(parts[0], Keyway(r=0.0005), parts[2])).parameter_values()
     assert sharp["shaft.sections[1].K_ts"] == pytest.approx(1.953 + 2.868 - 0.84, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("profile", "at_29"),
+    [("straight", 1.4052), ("serrated", 1.4052), ("involute", 1.3039)],  # exp(0.3402), 900 MPa
+)
+def test_a_spline_has_the_notch_factor_of_its_standard(profile, at_29):
+    """At a root of 29 mm; at others by K3 = 1 - 0.2 lg(beta) lg(d / 7.5) / lg(20)."""
+    b = np.exp(0.42 * 0.9**2)
+    beta = 1 + (0.75 if profile == "involute" else 1.0) * (b - 1)
+    assert beta == pytest.approx(at_29, abs=1e-4)
+    for d in (29.0, 45.0, 150.0, 300.0):
+        parts = [
+            Solid(d=d / 800, L=0.2),
+            SplineEnd(R_m="900 MPa", profile=profile),
+            Splined(d=d / 900, d_root=d / 1000, L=0.1),
+        ]
+        point = lp.equilibrium(lp.assemble(held(*parts, tau=100.0)))
+        K3 = [
+            1 - 0.2 * np.log10(beta) * np.log10(min(size, 150.0) / 7.5) / np.log10(20)
+            for size in (29.0, d)
+        ]
+        expected = beta * K3[0] / K3[1] * 16 * 100.0 / (np.pi * (d / 1000) ** 3)
+        received = point["shaft.sections[1].notch_stress"]
+        assert received == pytest.approx(expected, rel=1e-11)
 
 
 def test_a_small_hole_has_the_factor_of_kirsch():

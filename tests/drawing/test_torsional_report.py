@@ -11,7 +11,7 @@ from html_page import Page
 
 import lumped as lp
 from lumped.cli import main
-from lumped.components import Inertia, LossSpring, SpringDamper, Torque
+from lumped.components import ElasticCoupling, Inertia, LossSpring, SpringDamper, Torque
 from lumped.drawing.torsional_figures import order_figure, synthesis_figure
 from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
@@ -195,6 +195,33 @@ def test_data_stand_with_their_units(page: Path):
     assert after(cells, *head)[:7] == ["a", "2", "shaft", "30", "15", "b", "5"]
     assert after(cells, "diameter", "shaft", "d_shaft")[:2] == ["0.05", "m"]
     assert after(cells, NASTY, "oil <s>")[:2] == ["3", "1200"]
+
+
+def test_assumptions_name_laws_of_the_amplitude(tmp_path: Path):
+    rubber = ElasticCoupling(
+        stiffness=((0, C),),
+        psi=0.8,
+        w_loss=90.0,
+        over_amplitude=((0, 1.0, 1.0), (900, 0.7, 1.1)),
+        amplitude=50.0,
+        extrapolate=True,
+    )
+    model = lp.compose(
+        push=Torque(tau=0.0),
+        a=Inertia(J=JA),
+        rubber=rubber,
+        b=Inertia(J=JB),
+        connections=lambda m: lp.chain(m.push, m.a, m.rubber, m.b),
+    )
+    response = order_response(
+        lp.assemble(model),
+        speeds=SPEEDS[::20],
+        of=["rubber.tau"],
+        excitations={"push.tau": {2: TORQUE}},
+    )
+    text = lp.drawing.torsional_report(response, tmp_path / "page.html").read_text()
+    assert "Laws that depend on the amplitude" in text
+    assert "runs take the amplitudes of the data: rubber.amplitude of 50 N.m." in text
 
 
 def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):

@@ -1,8 +1,21 @@
 """Elastic couplings and dampers of torsional vibration."""
 
 import lumped as lp
-from lumped.components import CentrifugalPendulum, ElasticCoupling, Inertia, Torque, ViscousDamper
-from lumped.errors import EquationError, OptionError, ParameterError, SolverError
+from lumped.components import (
+    CentrifugalPendulum,
+    ElasticCoupling,
+    Inertia,
+    MaxwellCoupling,
+    Torque,
+    ViscousDamper,
+)
+from lumped.errors import (
+    DeclarationError,
+    EquationError,
+    OptionError,
+    ParameterError,
+    SolverError,
+)
 
 from .parts import build
 from .table import Table
@@ -51,6 +64,52 @@ def coupling_beyond_its_table():
 def coupling_too_warm():
     """A coupling is warmer than its rows of factors say."""
     lp.equilibrium(drive(over_temperature=((293, 1, 1), (353, 0.7, 0.8)), T=390.0))
+
+
+@wrong(EquationError, "coupling (ElasticCoupling)", "over_amplitude begins at 100 N.m", "zero")
+def amplitudes_not_from_zero():
+    """The rows of factors over the amplitude begin at an amplitude."""
+    drive(over_amplitude=((100, 1, 1), (900, 0.7, 1.2)))
+
+
+@wrong(SolverError, "amplitude of vibration = ", "0 to 300 N.m", "extrapolate=True")
+def amplitude_beyond_the_rows():
+    """A coupling vibrates with more than its rows of factors say."""
+    lp.vibration.order_response(
+        drive(over_amplitude=((0, 1, 1), (300, 0.8, 1.2))),
+        speeds=[60.0, 90.0],
+        of=["coupling.tau"],
+        excitations={"motor.tau": {1: 600.0}},
+    )
+
+
+def maxwell(**given):
+    """Two bodies joined by a coupling of Maxwell branches."""
+    values = {"stiffness": ROWS, "static": 0.7, "psi": 0.8, "band": (30.0, 300.0), **given}
+    return build(
+        lambda m: lp.chain(m.rotor, m.coupling, m.load),
+        rotor=Inertia(J=12.0),
+        coupling=MaxwellCoupling(**values),
+        load=Inertia(J=30.0),
+    )
+
+
+@wrong(DeclarationError, "coupling (MaxwellCoupling)", "psi by 37%", "Take a narrower band")
+def branches_too_few():
+    """One Maxwell branch is to have a relative damping over a decade of frequencies."""
+    maxwell(n_branches=1)
+
+
+@wrong(DeclarationError, "coupling (MaxwellCoupling)", "band = (0.0, 0.0)", "rad/s")
+def band_not_given():
+    """The frequencies at which a Maxwell coupling is to have its damping are not given."""
+    maxwell(band=(0.0, 0.0))
+
+
+@wrong(DeclarationError, "coupling (MaxwellCoupling)", "static = 1.2", "below 1")
+def static_stiffness_above_the_dynamic_one():
+    """The static stiffness of a coupling is above its dynamic one."""
+    maxwell(static=1.2)
 
 
 @wrong(ParameterError, "pendulum.r = 0 m", "greater than 0")

@@ -11,6 +11,7 @@ from lumped.components import (
     Shaft,
     Solid,
     Splined,
+    SplineEnd,
     Taper,
 )
 from lumped.errors import DeclarationError, ParameterError, UnknownNameError
@@ -90,6 +91,19 @@ def hole_too_large():
 def keyway_without_a_shaft():
     """A keyway stands outside of a shaft and has no diameter."""
     lp.assemble(lp.compose(keyway=Keyway()))
+
+
+@wrong(UnknownNameError, "sections[1] (SplineEnd): profile = 'involut'", "Nearest: involute")
+def unknown_profile_of_a_spline():
+    """The name of a profile is misspelt."""
+    end = SplineEnd(R_m=900e6, profile="involut")
+    shaft(Solid(d=0.06, L=0.5), end, Splined(d=0.05, d_root=0.045, L=0.1))
+
+
+@wrong(ParameterError, "sections[1].R_m (tensile strength of the part at its diameter, Pa) has no")
+def spline_of_unknown_strength():
+    """The strength of a splined shaft is not given."""
+    shaft(Solid(d=0.06, L=0.5), SplineEnd(), Splined(d=0.05, d_root=0.045, L=0.1))
 
 
 @wrong(DeclarationError, "sections[1] (Inertia) is no section of a shaft and no notch")
