@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError
 from lumped.points.linearise import sparse_state_matrix
+from lumped.vibration.heavy_shafts import HeavyShaft, heavy_shafts
 from lumped.vibration.modes import Modes
 
 __all__ = ["DriveParts", "drive_parts"]
@@ -28,7 +29,7 @@ class DriveParts:
     Attributes
     ----------
     inertias : dict of str to (node, J)
-        Moment of inertia, kg.m2.
+        Moment of inertia, kg.m2; those of a shaft by the names of its flanges.
     shafts : dict of str to (node a, node b, c)
         Stiffness, N.m/rad; None stands for the ground.
     gears : list of (path, node a, node b, ratio)
@@ -73,7 +74,11 @@ def drive_parts(modes: Modes) -> DriveParts:
         If a flange was left out of the system by ``outputs=``.
     """
     found = DriveParts({}, {}, [], [])
+    heavy = heavy_shafts(modes.system, modes.point)
     for path, flanges in _loaded(modes):
+        if path in heavy:
+            _with_ends(found, path, heavy[path], flanges)
+            continue
         turning = [node for node in flanges.nodes if node is not None]
         total = flanges.torques.sum(axis=0)
         if len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
@@ -169,6 +174,15 @@ def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
         found.shafts[path] = flanges.nodes[0], flanges.nodes[1], c
     else:
         found.other.append(path)
+
+
+def _with_ends(found: DriveParts, path: str, shaft: HeavyShaft, flanges: _Flanges) -> None:
+    """A shaft with an inertia at each flange; that at rest with the ground has none."""
+    a, b = flanges.nodes
+    found.shafts[path] = a, b, shaft.c
+    for node, name, J in zip((a, b), shaft.flanges, shaft.J, strict=True):
+        if node is not None:
+            found.inertias[f"{path}.{name}"] = node, J
 
 
 def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:
