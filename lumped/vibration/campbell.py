@@ -293,9 +293,7 @@ class HertzOverSpeed:
         return len(self._known)
 
 
-def diagram(
-    system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpeed
-) -> Campbell:
+def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpeed) -> Campbell:
     """The diagram of frequencies; between two speeds a mode meets an order once at most."""
     hertz = hertz_at.rows(grid)
 

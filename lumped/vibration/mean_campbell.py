@@ -23,9 +23,9 @@ Real = NDArray[np.float64]
 
 _COARSE, _FINE = 8, 16
 """Degrees of two polynomials through frequencies over a stretch of speeds."""
-_AGREE = 1e-6
+_AGREE = 1e-4
 """Relative difference of these up to which the finer one is believed."""
-_NARROW = 1e-3
+_NARROW = 1 / 256
 """Width over that of the whole range from which on a stretch is not halved."""
 _SAME = 1e-12
 """Relative difference of frequencies that is rounding."""
@@ -43,8 +43,8 @@ def mean_campbell(
     Where the stiffness follows the mean torque, and this the speed, a critical speed n solves
     ``order n = 2 pi f(n)``, f being the frequency (`mean_modes`) at the steady rotation at n. All
     of them in the range are found: frequencies are followed by polynomials over stretches of
-    speeds, which are halved until two degrees agree to 1e-6, and what these show is located to
-    rounding. Kinks that are narrower than a thousandth of the range may be missed.
+    speeds, which are halved until degrees 8 and 16 agree to 1e-4, and what these show is located to
+    rounding. Kinks that are narrower than a 256th of the range may be missed.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def speeds_that_show(
 def _turns(curve: Real, nodes: Real, small: float) -> Real:
     """Where a polynomial that may meet zero twice between two nodes is extreme."""
     roots = chebyshev.chebroots(chebyshev.chebder(curve))
-    real = roots.real[(np.abs(roots.imag) <= _AGREE) & (np.abs(roots.real) < 1)]
+    real = roots.real[(np.abs(roots.imag) <= 1e-6) & (np.abs(roots.real) < 1)]
     before = chebyshev.chebval(nodes[np.searchsorted(nodes, real) - 1], curve)
     there = chebyshev.chebval(real, curve)
     found: Real = real[there * np.sign(before) <= small]
