@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError
 from lumped.points.linearise import sparse_state_matrix
-from lumped.vibration.heavy_shafts import HeavyShaft, heavy_shafts
 from lumped.vibration.modes import Modes
+from lumped.vibration.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
 
 __all__ = ["DriveParts", "drive_parts"]
 
@@ -68,6 +68,8 @@ class _Flanges:
 def drive_parts(modes: Modes) -> DriveParts:
     """Inertias, shafts and gears of a drive, linearised at the point of its modes.
 
+    Of modes of a mean over turns, inertias are means over the turns, too.
+
     Raises
     ------
     UnknownNameError
@@ -75,13 +77,15 @@ def drive_parts(modes: Modes) -> DriveParts:
     """
     found = DriveParts({}, {}, [], [])
     heavy = heavy_shafts(modes.system, modes.point)
+    means = {} if modes.mean is None else mean_inertias(modes.system, modes.point)
     for path, flanges in _loaded(modes):
-        if path in heavy:
-            _with_ends(found, path, heavy[path], flanges)
-            continue
         turning = [node for node in flanges.nodes if node is not None]
         total = flanges.torques.sum(axis=0)
-        if len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
+        if path in heavy:
+            _with_ends(found, path, heavy[path], flanges)
+        elif path in means and turning:
+            found.inertias[path] = turning[0], means[path]
+        elif len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
             _on_one_shaft(found, path, turning[0], flanges)
         elif gears := _gears(path, flanges):
             found.gears.extend(gears)
