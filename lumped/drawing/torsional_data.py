@@ -14,6 +14,7 @@ from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Datum", "data", "data_table", "values"]
 
+
 class Datum(NamedTuple):
     """A parameter, with its least and greatest value over the speed.
 

@@ -69,7 +69,8 @@ def natural_frequencies(study: Study) -> str:
     for first in range(0, count, _SHAPES):
         drawn = range(first, min(first + _SHAPES, count))
         last = drawn[-1] + 1
-        caption = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
+        name = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
+        caption = f"{name}, each angle that of its own shaft"
         parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
     return "\n".join(parts)
 

@@ -24,6 +24,8 @@ SPEEDS = np.linspace(200.0, 1200.0, 101) * RPM
 DIAMETER = 0.05
 NATURAL = np.sqrt(C * (1 / JA + 1 / JB))
 NASTY = "normal <b>&"
+FREQUENCIES = ("mode", "natural frequency, Hz", "1/min", "damping ratio", "without damping, Hz")
+PARTS = ("part", "ratio", "J, kg.m2", "c, kN.m/rad", "J referred", "c referred")
 
 
 class Shaft(SpringDamper):
@@ -103,13 +105,14 @@ def test_report_is_whole_and_loads_nothing(page: Path):
     assert heads == [
         "Verdict",
         "Schematic",
-        "Inertias, stiffnesses and ratios",
+        "Inertias and stiffnesses",
         "Natural frequencies and mode shapes",
+        "Holzer tables",
         "Critical speeds",
         *(f"Order response: shaft.{name}" for name in ("tau", "stress", "phi_rel")),
         "Dissipated power",
         "Transients",
-        "Other data",
+        "Data",
         "Assumptions and accuracy",
     ]
 
@@ -124,9 +127,10 @@ def test_texts_of_users_are_escaped(page: Path):
 
 def test_frequency_and_critical_speed_are_those_of_two_inertias(page: Path):
     cells = Page(page).cells
-    mode = after(cells, "mode", "natural frequency, Hz", "1/min", "damping ratio")
+    mode = after(cells, *FREQUENCIES)
     hertz = NATURAL / (2 * np.pi)
     assert [float(x) for x in mode[:3]] == pytest.approx([1, hertz, 60 * hertz], rel=1e-5)
+    assert float(mode[4]) == pytest.approx(hertz, rel=1e-5)
     ratio = D * (1 / JA + 1 / JB) / (2 * NATURAL)
     assert float(mode[3]) == pytest.approx(ratio, rel=1e-3)
     head = ("speed, 1/min", "order", "mode", "natural frequency, Hz", "distance from operation, %")
@@ -191,10 +195,24 @@ def test_peaks_of_a_run_are_those_of_a_step(page: Path):
 
 def test_data_stand_with_their_units(page: Path):
     cells = Page(page).cells
-    head = ("component", "inertia, kg.m2", "stiffness, kN.m/rad", "damping, N.m.s/rad")
-    assert after(cells, *head)[:7] == ["a", "2", "shaft", "30", "15", "b", "5"]
+    rows = ["a", "1", "2", "2", "shaft", "1", "30", "30", "b", "1", "5", "5"]
+    assert after(cells, *PARTS)[:12] == rows
     assert after(cells, "diameter", "shaft", "d_shaft")[:2] == ["0.05", "m"]
+    assert after(cells, "viscous damping", "shaft", "d")[:2] == ["15", "N.m.s/rad"]
     assert after(cells, NASTY, "oil <s>")[:2] == ["3", "1200"]
+
+
+def test_holzer_table_is_that_of_two_inertias(page: Path):
+    text, hertz = page.read_text(encoding="utf-8"), NATURAL / (2 * np.pi)
+    assert f"<h3>Mode 1: {hertz:.6g} Hz without damping</h3>" in text
+    cells = Page(page).cells
+    head = ("angle, rad", "twist, rad", "torque of inertia, kN.m", "torque in shaft, kN.m")
+    found = after(cells, *head)[:12]
+    torque, share = 1e-3 * JA * NATURAL**2, JA / JB
+    wanted = {"a": (JA, 1, torque), "shaft": (30, -1 - share, -torque), "b": (JB, -share, -torque)}
+    for i, (name, numbers) in enumerate(wanted.items()):
+        assert found[4 * i] == name
+        assert [float(x) for x in found[4 * i + 1 : 4 * i + 4]] == pytest.approx(numbers, rel=1e-4)
 
 
 def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):
@@ -339,6 +357,36 @@ def test_the_genset_tells_firing_and_misfire_side_by_side(hall):
     run = told["runs"]["Short circuit of the alternator"]
     row = after(cells, "coupling.tau", "kN.m")
     assert float(row[2]) == pytest.approx(1e-3 * run["coupling.tau"].min(), rel=1e-4)
+
+
+def test_the_genset_has_the_modes_of_its_constant_inertias(hall):
+    """Mean inertias of the cylinders, and the catalogue's stiffness at the mean torque."""
+    page, told = hall
+    cells = Page(page).cells
+    own = genset.ENGINE
+    a = 2 * np.pi * np.arange(4096) / 4096
+    tilt = np.arcsin(own["r"] / own["L"] * np.sin(a))
+    cylinder = own["m"] * np.mean((own["r"] * np.sin(a + tilt) / np.cos(tilt)) ** 2)
+    inertias, stiffnesses = [J + cylinder for J in own["J"]], list(own["c"])
+    inertias[-1] += 2.075
+    first = next(iter(told["response"].values()))
+    k = int(np.abs(first.speeds - 1500 * RPM).argmin())
+    torque = abs(first.mean("coupling.tau")[k])
+    stiffnesses.append(np.interp(torque, *np.transpose(genset.CATALOGUE["stiffness"])))
+    stiffnesses.append(np.pi * 8e10 * 0.085**4 / (32 * 0.3))
+    half = np.pi * 7850 * 0.085**4 * 0.3 / 64
+    inertias += [half, 6.0 + half]
+    K = np.zeros((8, 8))
+    for i, c in enumerate(stiffnesses):
+        K[i : i + 2, i : i + 2] += c * np.array([[1, -1], [-1, 1]])
+    scale = 1 / np.sqrt(inertias)
+    hertz = np.sqrt(np.linalg.eigvalsh(scale[:, None] * K * scale)[1:]) / (2 * np.pi)
+    rows = np.array(after(cells, *FREQUENCIES)[:35], dtype=float).reshape(7, 5)
+    print(f"{np.abs(rows[:, 4] / hertz - 1).max():.1e}")
+    assert rows[:, 4] == pytest.approx(hertz, rel=1e-5)
+    # dampers take some of the frequency, as the ring that the oil drags along does
+    assert (np.abs(rows[:, 1] / hertz - 1) < 0.02).all()
+    assert after(cells, "engine.cylinder[0]")[1] == f"{cylinder:.6g}"
 
 
 @pytest.mark.skipif(PROGRAM is None, reason="no Chromium, see CONTRIBUTING.md")
