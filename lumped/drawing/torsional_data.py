@@ -75,7 +75,10 @@ def values(every: list[Datum]) -> dict[str, str]:
 
 
 def data_table(every: list[Datum]) -> str:
-    """All parameters that follow from no other; equal ones of parts that differ by their number only share a row."""
+    """All parameters that follow from no other.
+
+    Equal ones of parts that differ by their number only share a row.
+    """
     groups: dict[tuple[str, ...], list[str]] = {}
     for datum in (datum for datum in every if datum.is_free):
         shape = re.sub(r"\[\d+\]", "[]", datum.path)

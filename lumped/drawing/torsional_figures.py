@@ -115,9 +115,9 @@ def campbell_figure(study: Study) -> Figure:
     """Orders, and the natural frequencies that these reach; if none, the lowest."""
     found = study.campbell
     rays = np.outer(found.speeds, [max(found.orders) / (2 * np.pi)])
-    reached = (found.hertz <= rays).any(axis=0)
-    reached[:1] |= not reached.any()
-    figure = replace(found, hertz=found.hertz[:, reached]).plot(between=study.operation)
+    reached = np.flatnonzero((found.hertz <= rays).any(axis=0))
+    shown = reached if len(reached) else [0] * bool(found.hertz.size)
+    figure = replace(found, hertz=found.hertz[:, shown]).plot(between=study.operation)
     figure.suptitle("")
     return figure
 

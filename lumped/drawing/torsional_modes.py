@@ -36,8 +36,7 @@ def mass_elastic_table(study: Study) -> str:
         else:
             cells = "", number(factor * part.c), "", number(factor * part.referred)
         rows.append((part.name, number(part.ratio), *cells))
-    head = ("part", "ratio", "J, kg.m2", f"c, {unit}")
-    head += ("J referred", "c referred")
+    head = ("part", "ratio", "J, kg.m2", f"c, {unit}", "J referred", "c referred")
     state = f"at {study.first.rpm[study.place]:.5g} 1/min"
     notes = [
         f"Referred to the shaft of {drive.over}; the ratio is that of the turns to its turns. From "
@@ -110,8 +109,10 @@ def _holzer(found: Holzer) -> str:
             text = number(value, 5)
             cells += [text, ""] if heavy else ["", text]
         rows.append((part.name, *cells))
-    head = ("part", "J, kg.m2", f"c, {stiffness[0]}", "angle, rad", "twist, rad")
-    head += (f"torque of inertia, {torque[0]}", f"torque in shaft, {torque[0]}")
+    head = (
+        *("part", "J, kg.m2", f"c, {stiffness[0]}", "angle, rad", "twist, rad"),
+        *(f"torque of inertia, {torque[0]}", f"torque in shaft, {torque[0]}"),
+    )
     rest = f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."
     return table(head, rows, range(1, len(head))) + _paragraphs([rest])
 

@@ -94,22 +94,26 @@ class _OrderSearch(SpectralSearch):
                 self.minimised[key] = len(self.box)
                 self.add_unknown(1.0)
         self.apart: dict[Separation, Apart] = {}
-        for key in self.keys:
-            if isinstance(key, Separation):
-                self._begin_apart(key)
+        for wanted in self.keys:
+            if isinstance(wanted, Separation):
+                self._begin_apart(wanted)
 
     def _begin_apart(self, key: Separation) -> None:
-        least, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
-        if np.isfinite(high) or self.weights.get(key, 0.0) > 0 or not least < WIDEST:
+        begin = self._least(key)
+        _, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
+        if np.isfinite(high) or self.weights.get(key, 0.0) > 0 or not begin < WIDEST:
             raise OptionError(
                 f"optimise: {key} can be made large (a negative weight), or bounded below by a "
                 f"share under {WIDEST:g}."
             )
-        begin = max(least, 0.0)
         self.apart[key] = Apart(key, self.spectra_at, self.box[:, 0], begin)
         if key in self.weights:
             self.margin_of[key] = len(self.box)
             self.box = np.vstack([self.box, [(begin, begin, WIDEST)]])
+
+    def _least(self, key: Separation) -> float:
+        """The least separation that is asked for."""
+        return max(bounds_of(str(key), self.bounds.get(key, (None, None)))[0], 0.0)
 
     def _check_peak(self, key: OrderPeak) -> None:
         low, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
@@ -186,8 +190,7 @@ class _OrderSearch(SpectralSearch):
 
     def bounded_rows(self, key: VibratingKey, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
         if isinstance(key, Separation):
-            least = max(bounds_of(str(key), self.bounds[key])[0], 0.0)
-            return [] if key in self.margin_of else self._apart(key, w, least)
+            return [] if key in self.margin_of else self._apart(key, w, self._least(key))
         if not isinstance(key, OrderPeak):
             return super().bounded_rows(key, w)
         _, high = bounds_of(str(key), self.bounds[key])
@@ -203,8 +206,8 @@ class _OrderSearch(SpectralSearch):
                 values = np.append(values, value)
                 slopes = np.vstack([slopes, slope])
                 labels.append(label)
-        for key, place in self.margin_of.items():
-            for value, slope, label in self._apart(key, w, w[place]):
+        for apart, place in self.margin_of.items():
+            for value, slope, label in self._apart(apart, w, w[place]):
                 values = np.append(values, value)
                 slopes = np.vstack([slopes, slope])
                 labels.append(label)
@@ -278,10 +281,10 @@ class _OrderSearch(SpectralSearch):
             new = [k for k in beyond if k not in self.watched[key]]
             self.watched[key] += new
             more = more or bool(new)
-        for key, apart in self.apart.items():
-            place = self.margin_of.get(key)
-            least = max(bounds_of(str(key), self.bounds.get(key, (None, None)))[0], 0.0)
-            more = apart.extended(w, least if place is None else w[place]) or more
+        for wanted, apart in self.apart.items():
+            place = self.margin_of.get(wanted)
+            margin = self._least(wanted) if place is None else w[place]
+            more = apart.extended(w, margin) or more
         return more
 
 
