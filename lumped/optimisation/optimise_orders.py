@@ -79,6 +79,7 @@ class _OrderSearch(SpectralSearch):
         self.last: tuple[bytes, OrderResponse] | None = None
         self.spectra: tuple[bytes, dict[float, MeanSpectrum]] = b"", {}
         self.modes: int | None = None
+        self.designs: set[bytes] = set()
         self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
         self.begin()
         self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
@@ -138,9 +139,13 @@ class _OrderSearch(SpectralSearch):
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
             found = self.first.again(*self._design(u))
-            self.last, self.count = (u.tobytes(), found), self.count + 1
-            self.slopes = {}
+            self.last, self.slopes = (u.tobytes(), found), {}
+            self._counted(u)
         return self.last[1]
+
+    def _counted(self, u: np.ndarray) -> None:
+        self.designs.add(u.tobytes())
+        self.count = len(self.designs)
 
     def _design(self, u: np.ndarray) -> tuple[dict[str, float], OperatingPoint | None]:
         """Parameters of a design, and the operating point if one was given."""
@@ -156,6 +161,7 @@ class _OrderSearch(SpectralSearch):
         u = w[: len(self.names)]
         if self.spectra[0] != u.tobytes():
             self.spectra = u.tobytes(), {}
+            self._counted(u)
         known = self.spectra[1]
         new = np.array(sorted(set(speeds.tolist()) - known.keys()))
         if len(new):
