@@ -40,10 +40,11 @@ def torsional_report(
     """Write a report on a torsional vibration calculation, to read or to print on A4.
 
     It has the verdict, the schematic, the mass-elastic table, natural frequencies with their
-    shapes, Holzer tables of those that the orders reach, the Campbell diagram, each quantity of the responses (largest orders, and all orders
-    together against the limits, the responses side by side), dissipated power, transients with
-    their peaks, all data, and the assumptions with residuals. Torques are in kN.m, stresses
-    in MPa, angles in deg, speeds in 1/min. The page loads no other files.
+    shapes, Holzer tables of those that the orders reach, the Campbell diagram, each quantity of
+    the responses (largest orders, and all orders together against the limits, the responses side
+    by side), dissipated power, transients with their peaks, all data, and the assumptions with
+    residuals. Torques are in kN.m, stresses in MPa, angles in deg, speeds in 1/min. The page loads
+    no other files.
 
     Parameters
     ----------

@@ -104,9 +104,8 @@ def optimise(
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
         Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``; of modes
-        `frequency`, `damping` and `clearance`; of an order response
-        `order_peak` and `separation` too. A negative
-        weight makes large.
+        `frequency`, `damping` and `clearance`; of an order response `order_peak` and
+        `separation` too. A negative weight makes large.
     subject_to : mapping of functional or name to (low, high), optional
         Bounds of functionals, or of a quantity at all instants.
     intervals : int
