@@ -49,10 +49,11 @@ def _model(study: Study) -> Iterator[str]:
         f"Natural frequencies are those {how} at {first.rpm[study.place]:.5g} 1/min"
         f"{situation(study.modes.point)}."
     )
-    yield (
-        "Critical speeds are those at which an order meets a natural frequency at the mean state "
-        "of that speed."
-    )
+    if study.is_at_means:
+        yield (
+            "Critical speeds are those at which an order meets a natural frequency at the mean "
+            "state of that speed."
+        )
     if side := one_sided(study.modes.point):
         yield f"{side[0].upper()}{side[1:]}."
     parameters = system.structure.parameters

@@ -55,6 +55,8 @@ class Study:
         At the mean state of `place`.
     campbell : Campbell
         Over the speeds of the first response.
+    is_at_means : bool
+        Whether that is at the mean state of each speed.
     place : int
         Number of the speed in the middle of the operation, or of the last.
     heat : dict of str to dict of str to ndarray
@@ -69,6 +71,7 @@ class Study:
     orders: tuple[float, ...]
     modes: Modes
     campbell: Campbell
+    is_at_means: bool
     place: int
     heat: dict[str, dict[str, Real]]
 
@@ -147,7 +150,7 @@ class Study:
             return f"{self.system.name}: no shaft turns."
         try:
             return mass_elastic(self.modes, over=over)
-        except OptionError as error:
+        except (OptionError, UnknownNameError) as error:
             return str(error)
 
     @cached_property
@@ -158,7 +161,7 @@ class Study:
             return [] if isinstance(drive, str) else [None] * len(drive.hertz)
         J = np.array([part.J for part in drive.inertias])
         names = [part.name for part in drive.inertias]
-        damped = np.array([self.modes.shape(_angle_of(self.system, name)) for name in names])
+        damped = np.array([self.modes.shape(angle) for angle in _angles_of(self.system, names)])
         sizes = (J[:, None] * np.abs(damped) ** 2).sum(axis=0)
         found: list[int | None] = []
         for mode in range(len(drive.hertz)):
@@ -221,6 +224,7 @@ def study(
         drawn,
         own_modes,
         _campbell(first, drawn) if found_campbell is None else found_campbell,
+        found_campbell is None,
         place,
         _heat(heat, given),
     )
@@ -269,16 +273,16 @@ def _campbell(response: OrderResponse, orders: tuple[float, ...]) -> Campbell:
     return mean_campbell(response, orders=orders, between=(float(begin), float(speeds[-1])))
 
 
-def _angle_of(system: System, part: str) -> str:
-    """Angle of an inertia: that of its first flange, or of the flange after which it is named."""
+def _angles_of(system: System, parts: list[str]) -> list[str]:
+    """Angles of inertias: of their first flange, or of the flange after which they are named."""
     tree = system.structure.tree
+    first: dict[str, str] = {}
     for node in tree.instances:
-        if node.path == part:
-            quantities = node.layout.quantities
-            for k in range(0, 2 * len(node.layout.ports), 2):
-                if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
-                    return tree.unknown_name(node.first_unknown + k)
-    return f"{part}.phi"
+        quantities = node.layout.quantities
+        for k in range(0, 2 * len(node.layout.ports), 2):
+            if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
+                first.setdefault(node.path, tree.unknown_name(node.first_unknown + k))
+    return [first.get(part, f"{part}.phi") for part in parts]
 
 
 def _limits(
