@@ -15,6 +15,7 @@ from lumped.components import Inertia, LossSpring, SpringDamper, Torque
 from lumped.drawing.torsional_figures import order_figure, synthesis_figure
 from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.models.marine_turbine.drive import MarineTurbine
 from lumped.vibration import Limit, order_response
 
 PROGRAM = chromium()
@@ -419,3 +420,24 @@ def test_the_genset_prints_on_a4(hall, tmp_path: Path):
         assert min(points[1:]) > 6
     finally:
         browser.close()
+
+
+def test_a_geared_branched_drive_has_its_published_frequencies(tmp_path: Path):
+    """Marine turbine of Gunter and Chen (2001): 177.7, 220.2 and 1282.6 1/min."""
+    system = lp.assemble(MarineTurbine())
+    response = order_response(
+        system,
+        speeds=np.linspace(20.0, 60.0, 9) * RPM,
+        of=["shaft.tau"],
+        over="propeller.phi",
+        orders=[5],
+    )
+    cells = Page(lp.drawing.torsional_report(response, tmp_path / "page.html")).cells
+    rows = np.array(after(cells, *FREQUENCIES)[:25], dtype=float).reshape(5, 5)
+    assert np.round(60 * rows[:3, 4], 1).tolist() == [177.7, 220.2, 1282.6]
+    # the water damps the first mode by 4 %
+    assert rows[:, 1] == pytest.approx(rows[:, 4], rel=1e-3)
+    parts = [cells[i + 1] for i, x in enumerate(cells) if x == "low.rotor"]
+    assert parts[0] == "40.0424"
+    shown = [text for text in cells if text == "torque in shaft, kN.m"]
+    assert len(shown) == 2  # modes 1 and 2 are met by order 5
