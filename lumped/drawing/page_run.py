@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from itertools import groupby
@@ -15,6 +16,8 @@ __all__ = ["Told", "comparison", "energy", "events", "sizes", "table"]
 
 _MOST = 200
 """Rows of a table of events."""
+_LONG = 12
+"""Characters of a word that may stand in a narrow column."""
 
 
 class Told(Protocol):
@@ -50,8 +53,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[
 
     def line(cells: Sequence[str], tag: str) -> str:
         texts = (
-            f'<{tag} class="number">{c}</{tag}>' if i in numbers else f"<{tag}>{c}</{tag}>"
-            for i, c in enumerate(map(escape, cells))
+            f'<{tag} class="number">{escape(c)}</{tag}>'
+            if i in numbers
+            else f"<{tag}>{_breaking(c)}</{tag}>"
+            for i, c in enumerate(cells)
         )
         return f"<tr>{''.join(texts)}</tr>"
 
@@ -59,6 +64,17 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[
     return (
         f'<div class="wide"><table>\n<thead>{line(head, "th")}</thead>\n'
         f"<tbody>\n{body}\n</tbody>\n</table></div>"
+    )
+
+
+def _breaking(text: str) -> str:
+    """A text whose long names may break after their dots, underscores and brackets."""
+    words = re.split(r"(\s+)", text)
+    return "".join(
+        re.sub(r"(?<=[._\]])(?=\w)|(?=\[)", "<wbr>", escape(word))
+        if len(word) > _LONG
+        else escape(word)
+        for word in words
     )
 
 

@@ -40,19 +40,25 @@ def _model(study: Study) -> Iterator[str]:
             f"{rotation.over} count with their means over {_turns(rotation.turns)}, and what "
             "varies excites (first order in the variation)."
         )
-    where = (
-        f" and one angle of {rotation.over}, not means over its turns"
-        if rotation.turns_matter
-        else ""
+    how = (
+        "of the equivalent with constant inertias, by means over "
+        f"{_turns(rotation.turns)} of {rotation.over},"
+        if study.modes.mean is not None and rotation.turns_matter
+        else "of the drive linearised"
     )
     yield (
-        "Natural frequencies are those of the drive linearised at "
-        f"{first.rpm[study.place]:.5g} 1/min{where}{situation(study.modes.point)}."
+        f"Natural frequencies are those {how} at {first.rpm[study.place]:.5g} 1/min"
+        f"{situation(study.modes.point)}."
     )
+    if study.is_at_means:
+        yield (
+            "Critical speeds are those at which an order meets a natural frequency at the mean "
+            "state of that speed."
+        )
     if side := one_sided(study.modes.point):
         yield f"{side[0].upper()}{side[1:]}."
     parameters = system.structure.parameters
-    every = parameters.all(study.point.theta)
+    every = parameters.all(study.modes.point.theta)
     laws = [
         f"{name} of {number(0.5 * value / np.pi)} Hz"
         for name, p, value in zip(parameters.names, parameters.declared, every, strict=True)
@@ -66,7 +72,7 @@ def _model(study: Study) -> Iterator[str]:
         )
     at = amplitude_laws(system)
     if at.names:
-        stated = zip(at.names, study.point.theta[at.places], at.quantities, strict=True)
+        stated = zip(at.names, study.modes.point.theta[at.places], at.quantities, strict=True)
         yield (
             "Laws that depend on the amplitude of a vibration have at each speed the one that the "
             "order response finds, half the range of all computed orders; natural frequencies and "

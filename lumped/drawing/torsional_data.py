@@ -12,14 +12,14 @@ from lumped.drawing.page_run import table
 from lumped.support.text_table import listed, number
 from lumped.vibration.order_response import OrderResponse
 
-__all__ = ["Datum", "data", "mass_elastic_table", "others_table", "values"]
-
-_COLUMNS = {"kg.m2": "inertia", "N.m/rad": "stiffness", "N.m.s/rad": "damping", "": "ratio"}
-"""Units of the parameters that a table of inertias and stiffnesses has; ratios have none."""
+__all__ = ["Datum", "data", "data_table", "values"]
 
 
 class Datum(NamedTuple):
-    """A parameter, with its least and greatest value over the speed."""
+    """A parameter, with its least and greatest value over the speed.
+
+    One that is free follows from no other.
+    """
 
     path: str
     name: str
@@ -28,13 +28,7 @@ class Datum(NamedTuple):
     low: float
     high: float
     vibrates: bool
-
-    @property
-    def column(self) -> str | None:
-        """Unit in the table of inertias and stiffnesses, or None if it does not belong there."""
-        if self.unit in _COLUMNS:
-            return self.unit
-        return "" if self.unit == "1" and self.name.startswith("ratio") else None
+    is_free: bool
 
     @property
     def shown(self) -> tuple[str, float]:
@@ -57,37 +51,20 @@ def data(response: OrderResponse) -> list[Datum]:
     every = np.array([parameters.all(row) for row in theta])
     low, high = every.min(axis=0).tolist(), every.max(axis=0).tolist()
     found = []
-    for name, quantity, a, b in zip(parameters.names, parameters.declared, low, high, strict=True):
+    free = set(parameters.free)
+    every_one = zip(parameters.names, parameters.declared, low, high, strict=True)
+    for i, (name, quantity, a, b) in enumerate(every_one):
         path, _, own = name.rpartition(".")
         kind = quantity.unit, quantity.text
-        found.append(Datum(path, own, *kind, a, b, quantity.vibrates))
+        found.append(Datum(path, own, *kind, a, b, quantity.vibrates, i in free))
     return found
-
-
-def mass_elastic_table(every: list[Datum]) -> str:
-    """Inertias, stiffnesses, dampings and ratios, a row for each component."""
-    rows: dict[str, dict[str, list[Datum]]] = {}
-    for datum in every:
-        if datum.column is not None:
-            rows.setdefault(datum.path, {}).setdefault(datum.column, []).append(datum)
-    used = {unit: text for unit, text in _COLUMNS.items() if any(unit in r for r in rows.values())}
-    head = ["component"]
-    head += [f"{text}, {engineering(unit)[0]}" if unit else text for unit, text in used.items()]
-    cells = [(path, *(_cell(row.get(unit, [])) for unit in used)) for path, row in rows.items()]
-    return table(head, cells, range(1, len(head)))
-
-
-def _cell(found: list[Datum]) -> str:
-    if len(found) == 1:
-        return found[0].told()
-    return "; ".join(f"{datum.name} {datum.told()}" for datum in found)
 
 
 def values(every: list[Datum]) -> dict[str, str]:
     """Inertia and stiffness of each component, in a few characters."""
     found: dict[str, list[str]] = {}
     for datum in every:
-        if datum.column == "":
+        if datum.unit == "1" and datum.name.startswith("ratio"):
             text = f"i = {datum.told(4)}"
         elif datum.unit in ("kg.m2", "N.m/rad"):
             text = f"{datum.told(4)} {datum.shown[0]}"
@@ -97,14 +74,16 @@ def values(every: list[Datum]) -> dict[str, str]:
     return {path: texts[0] for path, texts in found.items() if len(texts) == 1}
 
 
-def others_table(every: list[Datum]) -> str:
-    """All other parameters; equal ones of parts that differ by their number only share a row."""
+def data_table(every: list[Datum]) -> str:
+    """All parameters that follow from no other.
+
+    Equal ones of parts that differ by their number only share a row.
+    """
     groups: dict[tuple[str, ...], list[str]] = {}
-    for datum in every:
-        if datum.column is None:
-            shape = re.sub(r"\[\d+\]", "[]", datum.path)
-            key = (datum.text, shape, datum.name, datum.told(), datum.shown[0])
-            groups.setdefault(key, []).append(datum.path)
+    for datum in (datum for datum in every if datum.is_free):
+        shape = re.sub(r"\[\d+\]", "[]", datum.path)
+        key = (datum.text, shape, datum.name, datum.told(), datum.shown[0])
+        groups.setdefault(key, []).append(datum.path)
     rows = [(key[0], _together(paths), *key[2:]) for key, paths in groups.items()]
     if not rows:
         return "<p>None.</p>"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -111,11 +112,13 @@ def shade(axis: Axes, study: Study) -> None:
 
 
 def campbell_figure(study: Study) -> Figure:
-    """Natural frequencies and orders, up to the highest order."""
-    figure = study.campbell.plot()
-    (axis,) = figure.axes
-    shade(axis, study)
-    axis.set_ylim(0, min(axis.get_ylim()[1], max(study.orders) * axis.get_xlim()[1] / 60 * 1.05))
+    """Orders, and the natural frequencies that these reach; if none, the lowest."""
+    found = study.campbell
+    rays = np.outer(found.speeds, [max(found.orders) / (2 * np.pi)])
+    reached = np.flatnonzero((found.hertz <= rays).any(axis=0))
+    shown = reached if len(reached) else [0] * bool(found.hertz.size)
+    figure = replace(found, hertz=found.hertz[:, shown]).plot(between=study.operation)
+    figure.suptitle("")
     return figure
 
 

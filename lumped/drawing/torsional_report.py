@@ -39,11 +39,12 @@ def torsional_report(
 ) -> Path:
     """Write a report on a torsional vibration calculation, to read or to print on A4.
 
-    It has the verdict, the schematic, inertias and stiffnesses, natural frequencies with their
-    shapes, the Campbell diagram, each quantity of the responses (largest orders, and all orders
-    together against the limits, the responses side by side), dissipated power, transients with
-    their peaks, all other data, and the assumptions with residuals. Torques are in kN.m, stresses
-    in MPa, angles in deg, speeds in 1/min. The page loads no other files.
+    It has the verdict, the schematic, the mass-elastic table, natural frequencies with their
+    shapes, Holzer tables of those that the orders reach, the Campbell diagram, each quantity of
+    the responses (largest orders, and all orders together against the limits, the responses side
+    by side), dissipated power, transients with their peaks, all data, and the assumptions with
+    residuals. Torques are in kN.m, stresses in MPa, angles in deg, speeds in 1/min. The page loads
+    no other files.
 
     Parameters
     ----------
@@ -66,9 +67,9 @@ def torsional_report(
     orders : iterable of float, optional
         Orders of the Campbell diagram; default is the eight largest.
     modes : Modes, optional
-        Default is those at the mean state in the middle of the operation.
+        Default is those at the mean state in the middle of the operation, by `mean_modes`.
     campbell : Campbell, optional
-        Default is that at the mean states of the first response.
+        Default is that of the first response, by `mean_campbell`.
     heat : mapping of str to mapping of str to array_like, optional
         Mean dissipated power, W, at each speed of a response, by its caption and the part.
     runs : mapping of str to Trajectory, optional

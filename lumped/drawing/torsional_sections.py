@@ -13,13 +13,18 @@ from lumped.drawing.page_frame import Section
 from lumped.drawing.page_run import events, table
 from lumped.drawing.schematic import schematic
 from lumped.drawing.torsional_assumptions import assumptions
-from lumped.drawing.torsional_data import data, mass_elastic_table, others_table, values
+from lumped.drawing.torsional_data import data, data_table, values
 from lumped.drawing.torsional_figures import (
     campbell_figure,
     heat_figure,
     order_figure,
     run_figures,
     synthesis_figure,
+)
+from lumped.drawing.torsional_modes import (
+    holzer_tables,
+    mass_elastic_table,
+    natural_frequencies,
 )
 from lumped.drawing.torsional_study import Study
 from lumped.support.text_table import number
@@ -30,10 +35,6 @@ __all__ = ["lead", "sections"]
 _RPM = 30 / np.pi
 _COLUMNS = 6
 """Parts side by side in the schematic, which then needs the width of a page."""
-_SHAPES = 6
-"""Mode shapes of a figure."""
-_STILL = 1e-9
-"""Amplitude in every mode, that of the largest being 1, below which an angle is not drawn."""
 _SMALL = 0.01
 """Amplitude over that of the largest order, from which on an order is listed."""
 
@@ -58,8 +59,9 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
     name = f"Schematic of {study.system.name}"
     picture = schematic(study.system, columns=_COLUMNS, values=values(every))
     yield "Schematic", inline(picture, name, "schematic")
-    yield "Inertias, stiffnesses and ratios", mass_elastic_table(every)
-    yield "Natural frequencies and mode shapes", _modes(study)
+    yield "Inertias and stiffnesses", mass_elastic_table(study)
+    yield "Natural frequencies and mode shapes", natural_frequencies(study)
+    yield "Holzer tables", holzer_tables(study)
     yield "Critical speeds", _critical(study)
     for i, output in enumerate(study.outputs):
         yield f"Order response: {output}", _response(study, output, f"response-{i}")
@@ -67,7 +69,7 @@ def sections(study: Study, stated: Iterable[str]) -> Iterator[Section]:
         yield "Dissipated power", _heat(study)
     if study.runs:
         yield "Transients", _runs(study)
-    yield "Other data", others_table(every)
+    yield "Data", data_table(every)
     yield "Assumptions and accuracy", assumptions(study, stated)
 
 
@@ -103,26 +105,6 @@ def _row(result: Result) -> tuple[str, ...]:
         "yes" if result.passed else "NO",
         " ".join(part for part in (result.clause, result.source) if part),
     )
-
-
-def _modes(study: Study) -> str:
-    found = study.modes
-    count = len(found.hertz)
-    if not count:
-        return "<p>No mode oscillates.</p>"
-    rows = [
-        (str(i + 1), number(f), number(60 * f), number(z, 4))
-        for i, (f, z) in enumerate(zip(found.hertz, found.damping, strict=True))
-    ]
-    head = ("mode", "natural frequency, Hz", "1/min", "damping ratio")
-    parts = [table(head, rows, (0, 1, 2, 3))]
-    moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
-    for first in range(0, count, _SHAPES):
-        drawn = range(first, min(first + _SHAPES, count))
-        last = drawn[-1] + 1
-        caption = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
-        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
-    return "\n".join(parts)
 
 
 def _critical(study: Study) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.support.units import plain
-from lumped.timeloop.result import OperatingPoint, Trajectory
-from lumped.vibration.campbell import Campbell, CriticalSpeed, campbell
+from lumped.timeloop.result import Trajectory
+from lumped.vibration.campbell import Campbell, CriticalSpeed
 from lumped.vibration.limits import Limit, Verdict, separation, verdict
-from lumped.vibration.modes import Modes, modes
+from lumped.vibration.mass_elastic import MassElastic, mass_elastic
+from lumped.vibration.mean_campbell import mean_campbell, modes_at
+from lumped.vibration.modes import Modes
 from lumped.vibration.order_response import OrderResponse
 
 __all__ = ["Limits", "Study", "study"]
@@ -28,7 +30,9 @@ MOST_ORDERS = 6
 MOST_CRITICAL = 8
 """Orders of the Campbell diagram, the largest of any quantity."""
 _SAME = 1e-9
-"""Relative difference of natural frequencies over the speed that is rounding."""
+"""Relative difference of speeds that is rounding."""
+_ALIKE = 0.9
+"""Modal assurance criterion, with the inertias, above which a shape is the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +52,13 @@ class Study:
     orders : tuple of float
         Orders of the Campbell diagram.
     modes : Modes
-        At `point`.
+        At the mean state of `place`.
     campbell : Campbell
         Over the speeds of the first response.
+    is_at_means : bool
+        Whether that is at the mean state of each speed.
     place : int
         Number of the speed in the middle of the operation, or of the last.
-    point : OperatingPoint
-        Mean state there.
     heat : dict of str to dict of str to ndarray
         Mean dissipated power over the speeds of a response, W, by its caption and the part.
     """
@@ -67,8 +71,8 @@ class Study:
     orders: tuple[float, ...]
     modes: Modes
     campbell: Campbell
+    is_at_means: bool
     place: int
-    point: OperatingPoint
     heat: dict[str, dict[str, Real]]
 
     @property
@@ -129,6 +133,45 @@ class Study:
             )
         return found
 
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and greatest frequency of the orders of the Campbell diagram, Hz."""
+        speeds = self.first.speeds / (2 * np.pi)
+        return float(speeds[0] * min(self.orders)), float(speeds[-1] * max(self.orders))
+
+    @cached_property
+    def drive(self) -> MassElastic | str:
+        """Inertias and stiffnesses at the point of the modes, or why there are none."""
+        over = self.first.rotation.over
+        if over is None:
+            turning = (x for x in self.modes.angles if self.system.quantity(x).unit == "rad")
+            over = next(turning, None)
+        if over is None:
+            return f"{self.system.name}: no shaft turns."
+        try:
+            return mass_elastic(self.modes, over=over)
+        except (OptionError, UnknownNameError) as error:
+            return str(error)
+
+    @cached_property
+    def counterparts(self) -> list[int | None]:
+        """The mode to which each mode without damping belongs, by its shape."""
+        drive = self.drive
+        if not isinstance(drive, MassElastic) or not len(self.modes.hertz):
+            return [] if isinstance(drive, str) else [None] * len(drive.hertz)
+        J = np.array([part.J for part in drive.inertias])
+        names = [part.name for part in drive.inertias]
+        damped = np.array([self.modes.shape(angle) for angle in _angles_of(self.system, names)])
+        sizes = (J[:, None] * np.abs(damped) ** 2).sum(axis=0)
+        found: list[int | None] = []
+        for mode in range(len(drive.hertz)):
+            holzer = drive.holzer(mode)
+            shape = np.array([holzer.angle(name) for name in names])
+            alike = np.abs((J * shape) @ damped) ** 2 / ((J * shape**2).sum() * sizes)
+            best = int(alike.argmax())
+            found.append(best if alike[best] > _ALIKE and best not in found else None)
+        return found
+
     def distance(self, critical: CriticalSpeed) -> float:
         """Distance of a critical speed from the operation, over the nearest end; 0 inside."""
         assert self.operation is not None
@@ -171,8 +214,7 @@ def study(
     drawn = _orders(orders, given)
     middle = first.speeds[-1] if between is None else 0.5 * (between[0] + between[1])
     place = int(np.abs(first.speeds - middle).argmin())
-    point = _point(first, place)
-    own_modes = modes(first.system, at=point) if found_modes is None else found_modes
+    own_modes = modes_at(first)(float(first.speeds[place])) if found_modes is None else found_modes
     return Study(
         given,
         dict(runs),
@@ -181,9 +223,9 @@ def study(
         margin,
         drawn,
         own_modes,
-        _campbell(first, drawn, point) if found_campbell is None else found_campbell,
+        _campbell(first, drawn) if found_campbell is None else found_campbell,
+        found_campbell is None,
         place,
-        point,
         _heat(heat, given),
     )
 
@@ -224,35 +266,23 @@ def _orders(
     return tuple(sorted(sorted(shares, key=lambda order: -shares[order])[:MOST_CRITICAL]))
 
 
-def _point(response: OrderResponse, k: int) -> OperatingPoint:
-    """Mean state at one of the speeds."""
-    rotation = response.rotation
-    base = rotation.points[k if len(rotation.points) == len(response.speeds) else 0]
-    own = {"x": rotation.x[k], "theta": rotation.theta[k], "settings": rotation.settings[k]}
-    return replace(base, **own, search=None, kept=None, residual=None, lost=())
+def _campbell(response: OrderResponse, orders: tuple[float, ...]) -> Campbell:
+    """Natural frequencies over the speeds, or over the lower half of a single one."""
+    speeds = response.speeds
+    begin = speeds[0] if len(speeds) > 1 else 0.5 * speeds[0]
+    return mean_campbell(response, orders=orders, between=(float(begin), float(speeds[-1])))
 
 
-def _campbell(
-    response: OrderResponse, orders: tuple[float, ...], point: OperatingPoint
-) -> Campbell:
-    """Natural frequencies at the mean states, which between the speeds are on lines."""
-    system, speeds = response.system, response.speeds
-    low, high = (modes(system, at=_point(response, k)).hertz for k in (0, len(speeds) - 1))
-    if len(speeds) == 1:
-        speeds = np.array([0.5, 1.0]) * speeds[0]
-    if len(low) == len(high) and np.allclose(low, high, rtol=_SAME, atol=0):
-        return campbell(system, speeds=speeds[[0, -1]], orders=orders, at=point)
-    rotation = response.rotation
-
-    def at(w: float) -> OperatingPoint:
-        k = int(np.clip(np.searchsorted(speeds, w) - 1, 0, len(speeds) - 2))
-        share = (w - speeds[k]) / (speeds[k + 1] - speeds[k])
-        x = (1 - share) * rotation.x[k] + share * rotation.x[k + 1]
-        theta = (1 - share) * rotation.theta[k] + share * rotation.theta[k + 1]
-        return replace(_point(response, k), x=x, theta=theta)
-
-    chosen = np.unique(np.linspace(0, len(speeds) - 1, min(len(speeds), 25)).astype(int))
-    return campbell(system, speeds=speeds[chosen], orders=orders, at=at)
+def _angles_of(system: System, parts: list[str]) -> list[str]:
+    """Angles of inertias: of their first flange, or of the flange after which they are named."""
+    tree = system.structure.tree
+    first: dict[str, str] = {}
+    for node in tree.instances:
+        quantities = node.layout.quantities
+        for k in range(0, 2 * len(node.layout.ports), 2):
+            if (quantities[k].unit, quantities[k + 1].unit) == ("rad", "N.m"):
+                first.setdefault(node.path, tree.unknown_name(node.first_unknown + k))
+    return [first.get(part, f"{part}.phi") for part in parts]
 
 
 def _limits(

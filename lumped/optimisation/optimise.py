@@ -85,7 +85,8 @@ def optimise(
 
     Vibrations of an order response, with its natural frequencies at its first speed, have exact
     gradients too (`order_sensitivity`). A limit of an `order_peak` holds at all its speeds: those
-    at which a design is worst are added to the search until none exceeds it.
+    at which a design is worst are added to the search until none exceeds it. A `separation` keeps
+    critical speeds away from those of operation, each at the mean state of its speed.
 
     Long or stiff runs and those with events are simulated whole for each design (single shooting):
     give the system and `until` in place of a run. Gradients are those of `gradient`, and the
@@ -103,8 +104,8 @@ def optimise(
         Parameters and their bounds.
     minimise : functional, or mapping of functional or parameter name to weight
         Such as ``peak("motor.tau")``, or ``{rms("motor.tau"): 1.0, "flywheel.J": 0.2}``; of modes
-        `frequency`, `damping` and `clearance`; of an order response `order_peak` too. A negative
-        weight makes large.
+        `frequency`, `damping` and `clearance`; of an order response `order_peak` and
+        `separation` too. A negative weight makes large.
     subject_to : mapping of functional or name to (low, high), optional
         Bounds of functionals, or of a quantity at all instants.
     intervals : int

@@ -12,7 +12,10 @@ from lumped.errors import OptimisationError, OptionError
 from lumped.optimisation.design import Bounds, Optimum, bounds_of
 from lumped.optimisation.optimise_modes import equilibrium_again
 from lumped.optimisation.spectral_search import SpectralSearch, VibratingKey
-from lumped.simulation.functionals import OrderPeak
+from lumped.optimisation.speed_separation import WIDEST, Apart
+from lumped.simulation.functionals import OrderPeak, Separation
+from lumped.timeloop.result import OperatingPoint
+from lumped.vibration.mean_campbell import mean_campbell
 from lumped.vibration.mean_spectrum import MeanSpectrum
 from lumped.vibration.order_response import OrderResponse
 from lumped.vibration.order_sensitivity import refuse_ratio, sizes_of, slope_of
@@ -74,7 +77,9 @@ class _OrderSearch(SpectralSearch):
             )
         self.places = self.system.places(self.names)
         self.last: tuple[bytes, OrderResponse] | None = None
-        self.modes: tuple[bytes, MeanSpectrum] | None = None
+        self.spectra: tuple[bytes, dict[float, MeanSpectrum]] = b"", {}
+        self.modes: int | None = None
+        self.designs: set[bytes] = set()
         self.slopes: dict[tuple[OrderPeak, int], np.ndarray] = {}
         self.begin()
         self.peaks = [key for key in self.keys if isinstance(key, OrderPeak)]
@@ -82,12 +87,34 @@ class _OrderSearch(SpectralSearch):
         sizes = {key: self._sizes(key, self.box[:, 0]) for key in self.peaks}
         self.watched = {key: _crests(sizes[key]) for key in self.peaks}
         self.minimised: dict[OrderPeak, int] = {}
+        self.margin_of: dict[Separation, int] = {}
         self.size = {key: float(sizes[key].max()) for key in self.peaks}
         for key in self.peaks:
             self._check_peak(key)
             if key in self.weights:
                 self.minimised[key] = len(self.box)
                 self.add_unknown(1.0)
+        self.apart: dict[Separation, Apart] = {}
+        for wanted in self.keys:
+            if isinstance(wanted, Separation):
+                self._begin_apart(wanted)
+
+    def _begin_apart(self, key: Separation) -> None:
+        begin = self._least(key)
+        _, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
+        if np.isfinite(high) or self.weights.get(key, 0.0) > 0 or not begin < WIDEST:
+            raise OptionError(
+                f"optimise: {key} can be made large (a negative weight), or bounded below by a "
+                f"share under {WIDEST:g}."
+            )
+        self.apart[key] = Apart(key, self.spectra_at, self.box[:, 0], begin)
+        if key in self.weights:
+            self.margin_of[key] = len(self.box)
+            self.box = np.vstack([self.box, [(begin, begin, WIDEST)]])
+
+    def _least(self, key: Separation) -> float:
+        """The least separation that is asked for."""
+        return max(bounds_of(str(key), self.bounds.get(key, (None, None)))[0], 0.0)
 
     def _check_peak(self, key: OrderPeak) -> None:
         low, high = bounds_of(str(key), self.bounds.get(key, (None, None)))
@@ -111,32 +138,53 @@ class _OrderSearch(SpectralSearch):
         """Vibration of a design."""
         u = w[: len(self.names)]
         if self.last is None or self.last[0] != u.tobytes():
-            values, old = self.values_at(u), self.first.rotation
-            at = None
-            if old.is_given:
-                (point,) = old.points
-                moved = replace(point, theta=self.system.theta(values))
-                at = moved if point.kept is None else equilibrium_again(point, values)
-            found = self.first.again(values, at)
-            self.last, self.count = (u.tobytes(), found), self.count + 1
-            self.slopes = {}
+            found = self.first.again(*self._design(u))
+            self.last, self.slopes = (u.tobytes(), found), {}
+            self._counted(u)
         return self.last[1]
 
+    def _counted(self, u: np.ndarray) -> None:
+        self.designs.add(u.tobytes())
+        self.count = len(self.designs)
+
+    def _design(self, u: np.ndarray) -> tuple[dict[str, float], OperatingPoint | None]:
+        """Parameters of a design, and the operating point if one was given."""
+        values, old = self.values_at(u), self.first.rotation
+        if not old.is_given:
+            return values, None
+        (point,) = old.points
+        moved = replace(point, theta=self.system.theta(values))
+        return values, moved if point.kept is None else equilibrium_again(point, values)
+
+    def spectra_at(self, w: np.ndarray, speeds: np.ndarray) -> list[MeanSpectrum]:
+        """Natural vibrations of a design at speeds, each at its mean state."""
+        u = w[: len(self.names)]
+        if self.spectra[0] != u.tobytes():
+            self.spectra = u.tobytes(), {}
+            self._counted(u)
+        known = self.spectra[1]
+        new = np.array(sorted(set(speeds.tolist()) - known.keys()))
+        if len(new):
+            over = self.first.turning(new, *self._design(u))
+            for k, speed in enumerate(new.tolist()):
+                found = MeanSpectrum(self.first.small, over.at(k), self.first.orders)
+                self.modes = len(found.hertz) if self.modes is None else self.modes
+                if len(found.hertz) != self.modes:
+                    raise OptimisationError(
+                        f"{self.system.name}: at {self.text(w)} and {speed * 30 / np.pi:.6g} 1/min "
+                        f"there are {len(found.hertz)} oscillating modes instead of {self.modes}: "
+                        "one became a decay or the reverse. Narrow `vary`.",
+                        "modes lost",
+                    )
+                known[speed] = found
+        return [known[speed] for speed in speeds.tolist()]
+
     def spectrum(self, w: np.ndarray) -> _Spectrum:
-        found, u = self.response(w), w[: len(self.names)].tobytes()
-        if self.modes is None or self.modes[0] != u:
-            own = MeanSpectrum(found, 0)
-            if self.modes is not None and len(own.hertz) != len(self.modes[1].hertz):
-                raise OptimisationError(
-                    f"{self.system.name}: at {self.text(w)} there are {len(own.hertz)} "
-                    f"oscillating modes instead of {len(self.modes[1].hertz)}: one became a decay "
-                    "or the reverse. Narrow `vary`.",
-                    "modes lost",
-                )
-            self.modes = u, own
-        return _Spectrum(self.modes[1], self.places)
+        return _Spectrum(self.spectra_at(w, self.first.speeds[:1])[0], self.places)
 
     def value(self, key: VibratingKey, w: np.ndarray) -> tuple[float, np.ndarray]:
+        if isinstance(key, Separation):
+            return self._separation(key, w)
         if not isinstance(key, OrderPeak):
             return super().value(key, w)
         slope = np.zeros(len(w))
@@ -147,6 +195,8 @@ class _OrderSearch(SpectralSearch):
         return float(w[place] * size), slope
 
     def bounded_rows(self, key: VibratingKey, w: np.ndarray) -> list[tuple[float, np.ndarray, str]]:
+        if isinstance(key, Separation):
+            return [] if key in self.margin_of else self._apart(key, w, self._least(key))
         if not isinstance(key, OrderPeak):
             return super().bounded_rows(key, w)
         _, high = bounds_of(str(key), self.bounds[key])
@@ -162,7 +212,41 @@ class _OrderSearch(SpectralSearch):
                 values = np.append(values, value)
                 slopes = np.vstack([slopes, slope])
                 labels.append(label)
+        for apart, place in self.margin_of.items():
+            for value, slope, label in self._apart(apart, w, w[place]):
+                values = np.append(values, value)
+                slopes = np.vstack([slopes, slope])
+                labels.append(label)
         return values, slopes, labels
+
+    def _apart(
+        self, key: Separation, w: np.ndarray, margin: float
+    ) -> list[tuple[float, np.ndarray, str]]:
+        """How far modes keep away from orders at the speeds watched, which a margin moves."""
+        found, n = [], len(self.names)
+        for value, by, by_margin, label in self.apart[key].rows(w, margin):
+            slope = np.zeros(len(w))
+            slope[:n] = by[self.places] * self.scale
+            if key in self.margin_of:
+                slope[self.margin_of[key]] = by_margin
+            found.append((value, slope, label))
+        return found
+
+    def _separation(self, key: Separation, w: np.ndarray) -> tuple[float, np.ndarray]:
+        """The margin, where it is an unknown, or the least distance of a critical speed."""
+        slope = np.zeros(len(w))
+        if key in self.margin_of:
+            slope[self.margin_of[key]] = 1.0
+            return float(w[self.margin_of[key]]), slope
+        low, high = key.between
+        found, speeds = self.response(w), self.first.speeds
+        critical = mean_campbell(
+            found,
+            orders=key.orders,
+            between=(min(low, float(speeds[0])), max(high, float(speeds[-1]))),
+        ).critical
+        away = [max(1 - each.speed / low, each.speed / high - 1, 0.0) for each in critical]
+        return min(away, default=np.inf), slope
 
     def _below(
         self, key: OrderPeak, w: np.ndarray, limit: float, slope: np.ndarray
@@ -203,6 +287,10 @@ class _OrderSearch(SpectralSearch):
             new = [k for k in beyond if k not in self.watched[key]]
             self.watched[key] += new
             more = more or bool(new)
+        for wanted, apart in self.apart.items():
+            place = self.margin_of.get(wanted)
+            margin = self._least(wanted) if place is None else w[place]
+            more = apart.extended(w, margin) or more
         return more
 
 

@@ -29,6 +29,7 @@ __all__ = [
     "Modal",
     "OrderPeak",
     "Peak",
+    "Separation",
     "Swing",
     "Vibrating",
     "factors",
@@ -334,6 +335,26 @@ class OrderPeak:
         return system.quantity(self.name).unit
 
 
+@dataclass(frozen=True)
+class Separation:
+    """Least distance of critical speeds from speeds of operation, over the nearest of these.
+
+    Attributes
+    ----------
+    orders : tuple of float
+        Excitations for each turn.
+    between : (float, float)
+        First and last speed of operation, rad/s.
+    """
+
+    orders: tuple[float, ...]
+    between: tuple[float, float]
+
+    def __str__(self) -> str:
+        orders = ", ".join(f"{order:g}" for order in self.orders)
+        return f"separation(orders {orders}, {self.between[0]:g} to {self.between[1]:g} rad/s)"
+
+
 def quantities(functional: object) -> tuple[str, ...]:
     """Names and formulas of what a functional looks at; none if it is something else."""
     if isinstance(functional, Integral | At | AtEvent):
@@ -360,7 +381,7 @@ def product(system: System, names: tuple[str, ...]) -> ca.SX:
 Functional = Final | Peak | Integral | Instant | At | AtEvent | Impact
 Designed = Final | Peak | Integral | Swing
 Modal = Frequency | Damping | Clearance
-Vibrating = OrderPeak | Modal
+Vibrating = OrderPeak | Separation | Modal
 
 
 def _event(component: str, after: str, number: int | None) -> str:

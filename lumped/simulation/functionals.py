@@ -26,6 +26,7 @@ from lumped.simulation.functional_kinds import (
     Modal,
     OrderPeak,
     Peak,
+    Separation,
     Swing,
     Vibrating,
 )
@@ -47,6 +48,7 @@ __all__ = [
     "Modal",
     "OrderPeak",
     "Peak",
+    "Separation",
     "Swing",
     "Vibrating",
     "at",
@@ -66,6 +68,7 @@ __all__ = [
     "order_peak",
     "peak",
     "rms",
+    "separation",
     "swing",
 ]
 
@@ -449,6 +452,41 @@ def order_peak(
     if not 0 < low <= high < math.inf:
         raise OptionError(f"order_peak: speeds = {speeds!r}: the first and the last, rad/s.")
     return OrderPeak(key_of(name), measure, (low, high))
+
+
+@checked
+def separation(orders: Iterable[float], *, between: tuple[float, float]) -> Separation:
+    """Least distance of critical speeds from the speeds of operation, as a share of the nearest.
+
+    Natural frequencies are those at the mean state of each speed, as in
+    `lumped.vibration.mean_campbell`. Between the speeds of operation, and that share beyond them,
+    each mode stays above or below each order, whichever asks for the smaller change of its
+    frequency where a search begins.
+
+    Parameters
+    ----------
+    orders : iterable of float
+        Excitations for each turn of the shaft of an order response.
+    between : (float, float)
+        First and last speed of operation, rad/s.
+
+    Returns
+    -------
+    Separation
+        To be given to `lumped.optimise`.
+
+    Raises
+    ------
+    OptionError
+        If an order is not positive, or the speeds are not in order.
+    """
+    wanted = tuple(dict.fromkeys(float(order) for order in orders))
+    if not wanted or not all(0 < order < math.inf for order in wanted):
+        raise OptionError(f"separation: orders = {wanted}: positive excitations for each turn.")
+    low, high = map(float, between)
+    if not 0 < low <= high < math.inf:
+        raise OptionError(f"separation: between = {between!r}: the first and the last, rad/s.")
+    return Separation(wanted, (low, high))
 
 
 def _window(between: Between | None) -> Between | None:

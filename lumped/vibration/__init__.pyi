@@ -3,6 +3,7 @@ from lumped.vibration.campbell import Campbell as Campbell
 from lumped.vibration.campbell import CriticalSpeed as CriticalSpeed
 from lumped.vibration.campbell import campbell as campbell
 from lumped.vibration.campbell import critical_speeds as critical_speeds
+from lumped.vibration.critical_sensitivity import critical_sensitivity as critical_sensitivity
 from lumped.vibration.eigen_sensitivity import EigenSensitivity as EigenSensitivity
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity as eigen_sensitivity
 from lumped.vibration.energies import ModalEnergies as ModalEnergies
@@ -18,6 +19,7 @@ from lumped.vibration.linearity import Linearity as Linearity
 from lumped.vibration.marine_rule import MarineShaft as MarineShaft
 from lumped.vibration.mass_elastic import MassElastic as MassElastic
 from lumped.vibration.mass_elastic import mass_elastic as mass_elastic
+from lumped.vibration.mean_campbell import mean_campbell as mean_campbell
 from lumped.vibration.mean_modes import mean_modes as mean_modes
 from lumped.vibration.modes import Modes as Modes
 from lumped.vibration.modes import modes as modes

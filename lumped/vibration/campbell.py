@@ -27,6 +27,8 @@ __all__ = ["BarredRange", "Campbell", "CriticalSpeed", "campbell", "critical_spe
 Real = NDArray[np.float64]
 Orders = Iterable[float] | Mapping[str, float]
 """Excitations for each turn of a shaft, or such by their labels."""
+Labelled = tuple[tuple[str, float], ...]
+"""Labels, which may be empty, and orders."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +190,7 @@ def critical_speeds(modes: Modes, orders: Orders) -> tuple[CriticalSpeed, ...]:
     """
     found = [
         CriticalSpeed(float(2 * np.pi * hertz / order), order, mode, float(hertz), label)
-        for label, order in _checked(orders)
+        for label, order in checked_orders(orders)
         for mode, hertz in enumerate(modes.hertz)
     ]
     return tuple(sorted(found, key=lambda c: c.speed))
@@ -237,23 +239,63 @@ def campbell(
         raise OptionError(
             "campbell: give at least two speeds, rad/s, ascending, finite and not negative."
         )
-    wanted = _checked(orders)
-    known: dict[float, Real] = {}
-    situations: dict[str, None] = {}
 
-    def hertz_at(speed: float) -> Real:
-        place = speed if callable(at) else 0.0
-        if place not in known:
-            point = point_at("campbell", system, at, speed) if callable(at) else at
-            found = modes(system, at=point)
-            known[place] = found.hertz
-            situations[situation(found.point)] = None
-        return known[place]
+    wanted = checked_orders(orders)
 
-    rows = [hertz_at(float(speed)) for speed in grid]
-    hertz = np.full((len(grid), max(len(row) for row in rows)), np.nan)
-    for line, row in zip(hertz, rows, strict=True):
-        line[: len(row)] = row
+    def modes_at(speed: float) -> Modes:
+        point = point_at("campbell", system, at, speed) if callable(at) else at
+        return modes(system, at=point)
+
+    return diagram(system, grid, wanted, HertzOverSpeed(modes_at, varies=callable(at)))
+
+
+class HertzOverSpeed:
+    """Natural frequencies over the speed, computed once at each.
+
+    Parameters
+    ----------
+    modes_at : callable
+        Modes at a speed, rad/s.
+    varies : bool
+        Whether they depend on it.
+
+    Attributes
+    ----------
+    situations : dict of str to None
+        What was open, closed, stuck, sliding or released, in words.
+    """
+
+    def __init__(self, modes_at: Callable[[float], Modes], *, varies: bool) -> None:
+        self._modes_at, self._varies = modes_at, varies
+        self._known: dict[float, Real] = {}
+        self.situations: dict[str, None] = {}
+
+    def __call__(self, speed: float) -> Real:
+        """Frequencies at a speed, ascending, Hz, shape (m,)."""
+        place = float(speed) if self._varies else 0.0
+        if place not in self._known:
+            found = self._modes_at(place)
+            self._known[place] = found.hertz
+            self.situations[situation(found.point)] = None
+        return self._known[place]
+
+    def rows(self, speeds: Real) -> Real:
+        """Frequencies at speeds, shape (k, m); nan where a mode does not oscillate."""
+        rows = [self(speed) for speed in speeds.tolist()]
+        found = np.full((len(rows), max(len(row) for row in rows)), np.nan)
+        for line, row in zip(found, rows, strict=True):
+            line[: len(row)] = row
+        return found
+
+    @property
+    def evaluations(self) -> int:
+        """How often modes were computed."""
+        return len(self._known)
+
+
+def diagram(system: System, grid: Real, wanted: Labelled, hertz_at: HertzOverSpeed) -> Campbell:
+    """The diagram of frequencies; between two speeds a mode meets an order once at most."""
+    hertz = hertz_at.rows(grid)
 
     def gap(speed: float, order: float, mode: int) -> float:
         return float(hertz_at(speed)[mode] - order * speed / (2 * np.pi))
@@ -284,14 +326,14 @@ def campbell(
         hertz,
         values,
         tuple(found),
-        len(known),
+        hertz_at.evaluations,
         worst,
-        tuple(situations),
+        tuple(hertz_at.situations),
         labels,
     )
 
 
-def _checked(orders: Orders) -> tuple[tuple[str, float], ...]:
+def checked_orders(orders: Orders) -> Labelled:
     """Labels and orders that make sense."""
     labels = orders if isinstance(orders, Mapping) else None
     try:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lumped.errors import UnknownNameError
 from lumped.points.linearise import sparse_state_matrix
 from lumped.vibration.modes import Modes
+from lumped.vibration.own_inertias import HeavyShaft, heavy_shafts, mean_inertias
 
 __all__ = ["DriveParts", "drive_parts"]
 
@@ -28,7 +29,7 @@ class DriveParts:
     Attributes
     ----------
     inertias : dict of str to (node, J)
-        Moment of inertia, kg.m2.
+        Moment of inertia, kg.m2; those of a shaft by the names of its flanges.
     shafts : dict of str to (node a, node b, c)
         Stiffness, N.m/rad; None stands for the ground.
     gears : list of (path, node a, node b, ratio)
@@ -67,16 +68,24 @@ class _Flanges:
 def drive_parts(modes: Modes) -> DriveParts:
     """Inertias, shafts and gears of a drive, linearised at the point of its modes.
 
+    Of modes of a mean over turns, inertias are means over the turns, too.
+
     Raises
     ------
     UnknownNameError
         If a flange was left out of the system by ``outputs=``.
     """
     found = DriveParts({}, {}, [], [])
+    heavy = heavy_shafts(modes.system, modes.point)
+    means = {} if modes.mean is None else mean_inertias(modes.system, modes.point)
     for path, flanges in _loaded(modes):
         turning = [node for node in flanges.nodes if node is not None]
         total = flanges.torques.sum(axis=0)
-        if len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
+        if path in heavy:
+            _with_ends(found, path, heavy[path], flanges)
+        elif path in means and turning:
+            found.inertias[path] = turning[0], means[path]
+        elif len(turning) == len(flanges.nodes) and len(set(turning)) == 1:
             _on_one_shaft(found, path, turning[0], flanges)
         elif gears := _gears(path, flanges):
             found.gears.extend(gears)
@@ -169,6 +178,15 @@ def _between_shafts(found: DriveParts, path: str, flanges: _Flanges) -> None:
         found.shafts[path] = flanges.nodes[0], flanges.nodes[1], c
     else:
         found.other.append(path)
+
+
+def _with_ends(found: DriveParts, path: str, shaft: HeavyShaft, flanges: _Flanges) -> None:
+    """A shaft with an inertia at each flange; that at rest with the ground has none."""
+    a, b = flanges.nodes
+    found.shafts[path] = a, b, shaft.c
+    for node, name, J in zip((a, b), shaft.flanges, shaft.J, strict=True):
+        if node is not None:
+            found.inertias[f"{path}.{name}"] = node, J
 
 
 def _gears(path: str, flanges: _Flanges) -> list[tuple[str, int, int, float]]:

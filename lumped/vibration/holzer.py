@@ -108,18 +108,23 @@ class Holzer:
         return names.index(part)
 
     def plot(self) -> Figure:
-        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred."""
+        """Angles of the inertias, joined by the shafts, and torques in the shafts, all referred.
+
+        Of inertias that are joined rigidly the heaviest gives the name.
+        """
         from lumped.vibration.pictures import holzer
 
         if not self.is_referred:
             return self.referred.plot()
         title = f"{self.name}: mode {self.mode + 1}, {number(self.hertz)} Hz, "
-        inertias, shafts = [], []
+        heaviest: dict[int, tuple[float, str, float]] = {}
+        shafts = []
         for part, angle, torque in zip(self.parts, self.angles, self.torques, strict=True):
-            if isinstance(part, InertialPart):
-                inertias.append((part.name, part.station, float(angle)))
-            else:
+            if not isinstance(part, InertialPart):
                 shafts.append((part.name, part.stations, float(torque)))
+            elif part.station not in heaviest or part.referred > heaviest[part.station][0]:
+                heaviest[part.station] = part.referred, part.name, float(angle)
+        inertias = [(name, station, angle) for station, (_, name, angle) in heaviest.items()]
         return holzer(f"{title}referred to {self.over}", inertias, shafts, self.ends)
 
     def __repr__(self) -> str:

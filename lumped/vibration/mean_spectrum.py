@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from lumped.errors import SolverError
 from lumped.vibration.harmonics import mean_matrix
-from lumped.vibration.moved_rotation import moved_by
-from lumped.vibration.order_response import OrderResponse
+from lumped.vibration.moved_rotation import moved_by, moved_by_speed
 from lumped.vibration.order_sensitivity import swept
-from lumped.vibration.rotation import samples_of
+from lumped.vibration.rotation import Rotation, samples_of
+from lumped.vibration.small_vibrations import SmallVibrations
 
 __all__ = ["MeanSpectrum"]
 
@@ -27,16 +27,18 @@ _REPEATED = 1e-6
 
 
 class MeanSpectrum:
-    """Vibrations of the equations from which an order response was computed, at one of its speeds.
+    """Vibrations of the mean equations of a drive that turns steadily, at one speed.
 
     Laws of the frequency hold at the frequencies that parameters state.
 
     Parameters
     ----------
-    response : OrderResponse
-        From `order_response`.
-    k : int
-        Which of its speeds.
+    small : SmallVibrations
+        Equations of small vibrations.
+    over : Rotation
+        At one speed.
+    orders : ndarray
+        Orders of which the samples over the turns must know.
 
     Attributes
     ----------
@@ -44,11 +46,10 @@ class MeanSpectrum:
         One of each conjugate pair, the slowest first, 1/s.
     """
 
-    def __init__(self, response: OrderResponse, k: int) -> None:
-        self._small, self._over = response.small, response.rotation.at(k)
-        samples = samples_of(self._over, response.orders)
-        self._shapes = samples, self._over.x.shape[1]
-        matrix = mean_matrix(self._small, self._over, response.orders)
+    def __init__(self, small: SmallVibrations, over: Rotation, orders: Real) -> None:
+        self._small, self._over = small, over
+        self._shapes = samples_of(over, orders), over.x.shape[1]
+        matrix = mean_matrix(small, over, orders)
         values, self._left, self._right = scipy.linalg.eig(matrix, left=True, right=True)
         fastest = np.abs(values).max(initial=0.0)
         chosen = np.flatnonzero(values.imag > _VIBRATES * np.abs(values))
@@ -69,8 +70,7 @@ class MeanSpectrum:
 
     def hertz_by(self, mode: int) -> Real:
         """Derivatives of a natural frequency by all parameters, shape (p,)."""
-        value = self.eigenvalues[mode]
-        return self._slope(mode, value.conjugate() / np.abs(value) / (2 * np.pi))
+        return self._slope(mode, self._of_hertz(mode))
 
     def damping_by(self, mode: int) -> Real:
         """Derivatives of a damping ratio by all parameters, shape (p,)."""
@@ -78,8 +78,24 @@ class MeanSpectrum:
         size = np.abs(value)
         return self._slope(mode, value.real * value.conjugate() / size**3 - 1 / size)
 
+    def hertz_by_speed(self, mode: int) -> float:
+        """Derivative of a natural frequency by the speed of the shaft, Hz s/rad."""
+        return moved_by_speed(self._over, self._swept(mode, self._of_hertz(mode))[0])
+
+    def _of_hertz(self, mode: int) -> complex:
+        """What the change of an eigenvalue counts in that of the frequency."""
+        value = self.eigenvalues[mode]
+        found: complex = value.conjugate() / np.abs(value) / (2 * np.pi)
+        return found
+
     def _slope(self, mode: int, weight: complex) -> Real:
         """Derivatives of the real part of an eigenvalue times a weight."""
+        by_x, slope = self._swept(mode, weight)
+        total: Real = slope + moved_by(self._over, by_x)
+        return total
+
+    def _swept(self, mode: int, weight: complex) -> tuple[Real, Real]:
+        """The same by the states, and by parameters while the states stay."""
         place = self._chosen[mode]
         value, small = self._all[place], self._small
         near = np.abs(np.delete(self._all, place) - value).min(initial=np.inf)
@@ -94,6 +110,4 @@ class MeanSpectrum:
         samples, n = self._shapes
         means = [own, *(np.zeros(len(pattern[0])) for pattern in small.patterns[1:])]
         still = [np.zeros((samples, n)), np.zeros((samples, len(small.outputs)))]
-        by_x, slope = swept(small, self._over, still, means)
-        total: Real = slope + moved_by(self._over, by_x)
-        return total
+        return swept(small, self._over, still, means)

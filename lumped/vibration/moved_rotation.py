@@ -1,4 +1,4 @@
-"""How a steady rotation follows parameters."""
+"""How a steady rotation follows parameters and the speed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from lumped.points.moved_equilibrium import moved_point
 from lumped.points.start_search import relative_positions
 from lumped.vibration.rotation import Rotation, samples_of, speed_of
-from lumped.vibration.small_vibrations import Parts, small_vibrations
+from lumped.vibration.small_vibrations import Parts, SmallVibrations, small_vibrations
 
-__all__ = ["moved_by"]
+__all__ = ["moved_by", "moved_by_speed"]
 
 Real = NDArray[np.float64]
 
@@ -34,14 +34,51 @@ def moved_by(over: Rotation, slope: Real) -> Real:
     if over.over is None or over.is_given:
         moved = moved_point(over.points[0], list(range(count)))
         return np.zeros(count) if moved is None else slope @ moved.states
+    small, (x, settings), adjoint = _adjoint(over, slope)
+    n, samples = x.shape[1], len(x)
+    weights = np.tile(adjoint / samples, (samples, 1))
+    zeros = [np.zeros((samples, len(rows))) for rows, _ in small.patterns]
+    _, by_theta, _ = small.slopes(
+        Parts(weights[:, :n], weights[:, n:], *zeros),
+        x,
+        over.theta[0],
+        settings,
+        over.points[0].time,
+    )
+    found: Real = -by_theta.sum(axis=0)
+    return found
+
+
+def moved_by_speed(over: Rotation, slope: Real) -> float:
+    """Derivative by the speed of the shaft of what has a slope by the states, s/rad.
+
+    Given operating points hold at all speeds.
+
+    Parameters
+    ----------
+    over, slope
+        As in `moved_by`.
+    """
+    if over.over is None or over.is_given or not slope.any():
+        return 0.0
+    _, _, adjoint = _adjoint(over, slope)
+    return float(adjoint[:-1] @ over.turning + adjoint[-1])
+
+
+def _adjoint(over: Rotation, slope: Real) -> tuple[SmallVibrations, tuple[Real, Real], Real]:
+    """Equations, states and settings over the turns, and a multiplier of each mean equation.
+
+    The equations are the mean rates, less those of steady rotation, and the speed of the shaft,
+    less the speed that is given; shape (n + 1,).
+    """
+    assert over.over is not None
     system, free = over.system, over.balancing
     small = small_vibrations(
         system, () if free is None else (free,), (speed_of(system, over.over),)
     )
     samples = 1 if free is None else samples_of(over)
     _, x, settings = over.along(0, samples)
-    theta, time = over.theta[0], over.points[0].time
-    parts = small(x, theta, settings, time)
+    parts = small(x, over.theta[0], settings, over.points[0].time)
     n, inputs = x.shape[1], len(small.inputs)
     matrix = np.zeros((n + 1, n + inputs))
     corners = ((0, 0), (0, n), (n, 0), (n, n))
@@ -62,10 +99,4 @@ def moved_by(over: Rotation, slope: Real) -> Real:
     size = np.maximum(np.abs(own).max(axis=1), 1e-300)
     adjoint = np.zeros(n + 1)
     adjoint[equations] = np.linalg.lstsq((own / size[:, None]).T, wanted)[0] / size
-    weights = np.tile(adjoint / samples, (samples, 1))
-    zeros = [np.zeros((samples, len(rows))) for rows, _ in small.patterns]
-    _, by_theta, _ = small.slopes(
-        Parts(weights[:, :n], weights[:, n:], *zeros), x, theta, settings, time
-    )
-    found: Real = -by_theta.sum(axis=0)
-    return found
+    return small, (x, settings), adjoint

@@ -101,11 +101,31 @@ class OrderResponse(OrderAmplitudes):
                 inputs[self.orders == order, i] = amplitude
         return over, solved, inputs
 
+    def turning(
+        self, speeds: Real, parameters: Changes | None = None, at: OperatingPoint | None = None
+    ) -> Rotation:
+        """Steady rotation found in the same way at other speeds, with other parameters or point.
+
+        Raises
+        ------
+        OptionError
+            If the operating points were given at each speed.
+        """
+        old = self.rotation
+        if old.is_given and at is None:
+            if len(old.points) > 1:
+                raise OptionError(
+                    f"{self.system.name}: operating points that were given at each speed, at=, "
+                    "tell nothing of others; let a parameter balance the mean torques, "
+                    "order_response(free=...)."
+                )
+            (at,) = old.points
+        own = (parameters or old.points[0].parameters) if at is None else None
+        return rotation(self.system, old.over, speeds, old.turns, at, own, old.balancing)
+
     def again(self, parameters: Changes, at: OperatingPoint | None = None) -> OrderResponse:
         """The same with other parameters, or at an operating point that has them."""
-        old = self.rotation
-        values = parameters if at is None else None
-        over = rotation(self.system, old.over, self.speeds, old.turns, at, values, old.balancing)
+        over = self.turning(self.speeds, parameters, at)
         inputs = tuple(self.excitations)
         return _responded(
             self.system,

@@ -28,6 +28,7 @@ __all__ = [
     "sizes_of",
     "slope_of",
     "swept",
+    "varied_places",
 ]
 
 Real = NDArray[np.float64]
@@ -130,16 +131,7 @@ def order_sensitivity(
     key = response.outputs[row]
     sizes = sizes_of(response, key, measure)
     k = int(sizes.argmax()) if speed is None else response.number_of(speed, "order_sensitivity")
-    names, places = places_to(response.rotation.points[0], to)
-    balancing = response.rotation.balancing
-    if to is None and balancing is not None:
-        places.pop(names.index(balancing))
-        names.remove(balancing)
-    if balancing in names:
-        raise OptionError(
-            f"{response.system.name}: {balancing} is free and follows from the "
-            "others; leave it out of `to`."
-        )
+    names, places = varied_places(response, to)
     slope = slope_of(response, key, k, measure)[places]
     value, theta = float(sizes[k]), response.rotation.theta[k, places]
     return OrderSensitivity(
@@ -152,6 +144,29 @@ def order_sensitivity(
         slope,
         slope * theta / value,
     )
+
+
+def varied_places(
+    response: OrderResponse, to: Iterable[Name] | None
+) -> tuple[list[str], list[int]]:
+    """Names and places of parameters by which to derive; default is all that do not follow.
+
+    Raises
+    ------
+    OptionError
+        If one balances the mean torques.
+    """
+    names, places = places_to(response.rotation.points[0], to)
+    balancing = response.rotation.balancing
+    if to is None and balancing is not None:
+        places.pop(names.index(balancing))
+        names.remove(balancing)
+    if balancing in names:
+        raise OptionError(
+            f"{response.system.name}: {balancing} is free and follows from the "
+            "others; leave it out of `to`."
+        )
+    return names, places
 
 
 def refuse_ratio(response: OrderResponse, caller: str) -> None:

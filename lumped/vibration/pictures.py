@@ -310,7 +310,7 @@ def holzer(
     title : str
         Title of the figure.
     inertias : sequence of (str, int, float)
-        Name, station and angle, rad, of each.
+        Name, station and angle, rad, of one at each station.
     shafts : sequence of (str, (int, int), float)
         Name, stations and torque, N.m, of each; station -1 is the ground.
     ends : mapping of int to float
@@ -327,10 +327,8 @@ def holzer(
         else:
             angles.plot([place[a], place[b]], [ends[a], ends[b]], color="C0")
     angles.plot([place[s] for _, s, _ in inertias], [q for *_, q in inertias], "o", color="C0")
-    names: dict[int, list[str]] = {station: [] for station in ends}
-    for name, station, _ in inertias:
-        names[station].append(name)
-    _name_parts(angles, [", ".join(each) or "-" for each in names.values()])
+    names = {station: name for name, station, _ in inertias}
+    _name_parts(angles, [names.get(station, "-") for station in ends])
     angles.set(ylabel="relative angle", ylim=(-1.15, 1.15))
     torques.bar(range(len(shafts)), [torque for *_, torque in shafts], color="C1", width=0.6)
     torques.axhline(0, color="black", linewidth=0.8)

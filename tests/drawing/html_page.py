@@ -6,7 +6,7 @@ from pathlib import Path
 
 __all__ = ["Page"]
 
-VOID = {"meta", "link", "br", "use", "img", "input"}
+VOID = {"meta", "link", "br", "use", "img", "input", "wbr"}
 
 
 class Page(HTMLParser):
@@ -14,7 +14,7 @@ class Page(HTMLParser):
 
     def __init__(self, file: Path) -> None:
         super().__init__()
-        self.open, self.loads, self.ids, self.cells = [], [], Counter(), []
+        self.open, self.loads, self.ids, self.cells, self.cell = [], [], Counter(), [], ""
         self.text = file.read_text(encoding="utf-8")
         self.feed(self.text)
         assert not self.open
@@ -34,7 +34,10 @@ class Page(HTMLParser):
     def handle_endtag(self, tag):
         if tag not in VOID:
             assert self.open.pop() == tag
+        if tag in ("td", "th") and self.cell:
+            self.cells.append(self.cell)
+            self.cell = ""
 
     def handle_data(self, data):
         if self.open and self.open[-1] in ("td", "th"):
-            self.cells.append(data)
+            self.cell += data

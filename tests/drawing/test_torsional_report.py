@@ -15,6 +15,7 @@ from lumped.components import ElasticCoupling, Inertia, LossSpring, SpringDamper
 from lumped.drawing.torsional_figures import order_figure, synthesis_figure
 from lumped.drawing.torsional_study import study
 from lumped.errors import LumpedError, OptionError, UnknownNameError
+from lumped.models.marine_turbine.drive import MarineTurbine
 from lumped.vibration import Limit, order_response
 
 PROGRAM = chromium()
@@ -24,6 +25,8 @@ SPEEDS = np.linspace(200.0, 1200.0, 101) * RPM
 DIAMETER = 0.05
 NATURAL = np.sqrt(C * (1 / JA + 1 / JB))
 NASTY = "normal <b>&"
+FREQUENCIES = ("mode", "natural frequency, Hz", "1/min", "damping ratio", "without damping, Hz")
+PARTS = ("part", "ratio", "J, kg.m2", "c, kN.m/rad", "J referred", "c referred")
 
 
 class Shaft(SpringDamper):
@@ -103,13 +106,14 @@ def test_report_is_whole_and_loads_nothing(page: Path):
     assert heads == [
         "Verdict",
         "Schematic",
-        "Inertias, stiffnesses and ratios",
+        "Inertias and stiffnesses",
         "Natural frequencies and mode shapes",
+        "Holzer tables",
         "Critical speeds",
         *(f"Order response: shaft.{name}" for name in ("tau", "stress", "phi_rel")),
         "Dissipated power",
         "Transients",
-        "Other data",
+        "Data",
         "Assumptions and accuracy",
     ]
 
@@ -124,9 +128,10 @@ def test_texts_of_users_are_escaped(page: Path):
 
 def test_frequency_and_critical_speed_are_those_of_two_inertias(page: Path):
     cells = Page(page).cells
-    mode = after(cells, "mode", "natural frequency, Hz", "1/min", "damping ratio")
+    mode = after(cells, *FREQUENCIES)
     hertz = NATURAL / (2 * np.pi)
     assert [float(x) for x in mode[:3]] == pytest.approx([1, hertz, 60 * hertz], rel=1e-5)
+    assert float(mode[4]) == pytest.approx(hertz, rel=1e-5)
     ratio = D * (1 / JA + 1 / JB) / (2 * NATURAL)
     assert float(mode[3]) == pytest.approx(ratio, rel=1e-3)
     head = ("speed, 1/min", "order", "mode", "natural frequency, Hz", "distance from operation, %")
@@ -191,9 +196,10 @@ def test_peaks_of_a_run_are_those_of_a_step(page: Path):
 
 def test_data_stand_with_their_units(page: Path):
     cells = Page(page).cells
-    head = ("component", "inertia, kg.m2", "stiffness, kN.m/rad", "damping, N.m.s/rad")
-    assert after(cells, *head)[:7] == ["a", "2", "shaft", "30", "15", "b", "5"]
+    rows = ["a", "1", "2", "2", "shaft", "1", "30", "30", "b", "1", "5", "5"]
+    assert after(cells, *PARTS)[:12] == rows
     assert after(cells, "diameter", "shaft", "d_shaft")[:2] == ["0.05", "m"]
+    assert after(cells, "viscous damping", "shaft", "d")[:2] == ["15", "N.m.s/rad"]
     assert after(cells, NASTY, "oil <s>")[:2] == ["3", "1200"]
 
 
@@ -222,6 +228,19 @@ def test_assumptions_name_laws_of_the_amplitude(tmp_path: Path):
     text = lp.drawing.torsional_report(response, tmp_path / "page.html").read_text()
     assert "Laws that depend on the amplitude" in text
     assert "runs take the amplitudes of the data: rubber.amplitude of 50 N.m." in text
+
+
+def test_holzer_table_is_that_of_two_inertias(page: Path):
+    text, hertz = page.read_text(encoding="utf-8"), NATURAL / (2 * np.pi)
+    assert f"<h3>Mode 1: {hertz:.6g} Hz without damping</h3>" in text
+    cells = Page(page).cells
+    head = ("angle, rad", "twist, rad", "torque of inertia, kN.m", "torque in shaft, kN.m")
+    found = after(cells, *head)[:12]
+    torque, share = 1e-3 * JA * NATURAL**2, JA / JB
+    wanted = {"a": (JA, 1, torque), "shaft": (30, -1 - share, -torque), "b": (JB, -share, -torque)}
+    for i, (name, numbers) in enumerate(wanted.items()):
+        assert found[4 * i] == name
+        assert [float(x) for x in found[4 * i + 1 : 4 * i + 4]] == pytest.approx(numbers, rel=1e-4)
 
 
 def test_assumptions_name_the_linearisation_and_frequency_laws(tmp_path: Path):
@@ -368,6 +387,36 @@ def test_the_genset_tells_firing_and_misfire_side_by_side(hall):
     assert float(row[2]) == pytest.approx(1e-3 * run["coupling.tau"].min(), rel=1e-4)
 
 
+def test_the_genset_has_the_modes_of_its_constant_inertias(hall):
+    """Mean inertias of the cylinders, and the catalogue's stiffness at the mean torque."""
+    page, told = hall
+    cells = Page(page).cells
+    own = genset.ENGINE
+    a = 2 * np.pi * np.arange(4096) / 4096
+    tilt = np.arcsin(own["r"] / own["L"] * np.sin(a))
+    cylinder = own["m"] * np.mean((own["r"] * np.sin(a + tilt) / np.cos(tilt)) ** 2)
+    inertias, stiffnesses = [J + cylinder for J in own["J"]], list(own["c"])
+    inertias[-1] += 2.075
+    first = next(iter(told["response"].values()))
+    k = int(np.abs(first.speeds - 1500 * RPM).argmin())
+    torque = abs(first.mean("coupling.tau")[k])
+    stiffnesses.append(np.interp(torque, *np.transpose(genset.CATALOGUE["stiffness"])))
+    stiffnesses.append(np.pi * 8e10 * 0.085**4 / (32 * 0.3))
+    half = np.pi * 7850 * 0.085**4 * 0.3 / 64
+    inertias += [half, 6.0 + half]
+    K = np.zeros((8, 8))
+    for i, c in enumerate(stiffnesses):
+        K[i : i + 2, i : i + 2] += c * np.array([[1, -1], [-1, 1]])
+    scale = 1 / np.sqrt(inertias)
+    hertz = np.sqrt(np.linalg.eigvalsh(scale[:, None] * K * scale)[1:]) / (2 * np.pi)
+    rows = np.array(after(cells, *FREQUENCIES)[:35], dtype=float).reshape(7, 5)
+    print(f"{np.abs(rows[:, 4] / hertz - 1).max():.1e}")
+    assert rows[:, 4] == pytest.approx(hertz, rel=1e-5)
+    # dampers take some of the frequency, as the ring that the oil drags along does
+    assert (np.abs(rows[:, 1] / hertz - 1) < 0.02).all()
+    assert after(cells, "engine.cylinder[0]")[1] == f"{cylinder:.6g}"
+
+
 @pytest.mark.skipif(PROGRAM is None, reason="no Chromium, see CONTRIBUTING.md")
 def test_the_genset_prints_on_a4(hall, tmp_path: Path):
     page, _ = hall
@@ -398,3 +447,24 @@ def test_the_genset_prints_on_a4(hall, tmp_path: Path):
         assert min(points[1:]) > 6
     finally:
         browser.close()
+
+
+def test_a_geared_branched_drive_has_its_published_frequencies(tmp_path: Path):
+    """Marine turbine of Gunter and Chen (2001): 177.7, 220.2 and 1282.6 1/min."""
+    system = lp.assemble(MarineTurbine())
+    response = order_response(
+        system,
+        speeds=np.linspace(20.0, 60.0, 9) * RPM,
+        of=["shaft.tau"],
+        over="propeller.phi",
+        orders=[5],
+    )
+    cells = Page(lp.drawing.torsional_report(response, tmp_path / "page.html")).cells
+    rows = np.array(after(cells, *FREQUENCIES)[:25], dtype=float).reshape(5, 5)
+    assert np.round(60 * rows[:3, 4], 1).tolist() == [177.7, 220.2, 1282.6]
+    # the water damps the first mode by 4 %
+    assert rows[:, 1] == pytest.approx(rows[:, 4], rel=1e-3)
+    parts = [cells[i + 1] for i, x in enumerate(cells) if x == "low.rotor"]
+    assert parts[0] == "40.0424"
+    shown = [text for text in cells if text == "torque in shaft, kN.m"]
+    assert len(shown) == 2  # modes 1 and 2 are met by order 5

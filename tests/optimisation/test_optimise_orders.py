@@ -175,7 +175,7 @@ def test_gradients_of_limits_equal_differences_of_dense_solutions(drive):
     c, D, k = 9e3, 0.06, 40
     response = response_of(drive, parameters={"shaft.D": D, "coupling.c": c})
     slopes = lp.vibration.order_sensitivity(response, "shaft.tau", speed=SPEEDS[k])
-    modes = MeanSpectrum(response, 0)
+    modes = MeanSpectrum(response.small, response.rotation.at(0), response.orders)
     places = drive.places(["coupling.c", "shaft.D"])
     by = modes.hertz_by(0)[places]
     for name, mode, wanted, first in (
@@ -202,13 +202,16 @@ def test_natural_vibrations_follow_the_mean_torques(free):
     """A progressive coupling, a crank drive and a material; derivatives equal differences."""
     system = ship()
 
+    def spectrum_of(found):
+        return MeanSpectrum(found.small, found.rotation.at(3), found.orders)
+
     def at(name, change):
         parameters = {name: system.parameters[name] + change}
         found = lp.vibration.order_response(system, free=free, parameters=parameters, **OPTIONS)
-        modes = MeanSpectrum(found, 3)
+        modes = spectrum_of(found)
         return np.array([modes.hertz[0], modes.damping[0]])
 
-    modes = MeanSpectrum(lp.vibration.order_response(system, free=free, **OPTIONS), 3)
+    modes = spectrum_of(lp.vibration.order_response(system, free=free, **OPTIONS))
     by = np.array([modes.hertz_by(0), modes.damping_by(0)])
     for name in ("crank.J", "drive.m", "gear.ratio", "rubber.c", "water.d", "coupling.phi_rel0"):
         h = 1e-3 * max(abs(system.parameters[name]), 0.01)

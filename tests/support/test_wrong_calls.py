@@ -156,7 +156,7 @@ def test_a_text_in_place_of_a_list_of_names_gets_its_brackets(name, option, mode
         known["response"] = lp.frequency_response(
             system, inputs=["t.tau"], outputs=["shaft.tau"], hertz=[1.0]
         )
-    if function is lp.vibration.order_sensitivity:
+    if function in (lp.vibration.order_sensitivity, lp.vibration.critical_sensitivity):
         known["response"] = lp.vibration.order_response(
             system, speeds=[3.0], of=["shaft.tau"], excitations={"t.tau": {1: 1.0}}
         )
@@ -183,6 +183,7 @@ def rest_for(function, first):
         "speeds": [3.0],
         "to": ["motor.J"],
         "along": [1.0],
+        "critical": lp.vibration.CriticalSpeed(3.0, 1.0, 0, 1.0),
         "over": {"motor.J": [1.0]} if function is lp.gradients.gradient_ensemble else ["motor.J"],
     }
     found = {name: fitting[name] for name in rest_of(function) if name != first}

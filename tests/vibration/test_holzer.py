@@ -5,6 +5,7 @@ import pytest
 
 import lumped as lp
 from lumped.components import (
+    Cylinder,
     Damper,
     Fixed,
     IdealGear,
@@ -13,6 +14,7 @@ from lumped.components import (
     Spring,
     SpringDamper,
 )
+from lumped.components.shafts.element import ShaftElement
 from lumped.errors import OptionError, UnknownNameError
 from tests.vibration.torsional_cases import (
     INERTIAS,
@@ -250,3 +252,60 @@ def test_slips_are_named():
     )
     with pytest.raises(OptionError, match=r"vibrate together with lone\.phi"):
         referred(lp.assemble(alone), "lone.phi")
+
+
+def test_a_shaft_with_inertia_counts_with_its_ends():
+    """Rigidly joined discs: their accelerations alone do not tell the ends from the discs."""
+    shaft = ShaftElement(c=4e5, J_a=0.02, J_b=0.05, W=1e-4)
+    system = lp.assemble(
+        lp.compose(
+            a=Inertia(J=1.0),
+            shaft=shaft,
+            b=Inertia(J=2.5),
+            connections=lambda m: lp.chain(m.a, m.shaft, m.b),
+        )
+    )
+    found = referred(system, "a.phi")
+    own = {part.name: part for part in found.parts}
+    assert [own[name].J for name in ("shaft.flange_a", "shaft.flange_b")] == pytest.approx(
+        [0.02, 0.05], rel=1e-9
+    )
+    assert own["shaft"].c == pytest.approx(4e5, rel=1e-12)
+    assert [own[name].J for name in ("a", "b")] == pytest.approx([1.0, 2.5], rel=1e-9)
+    w = np.sqrt(4e5 * (1 / 1.02 + 1 / 2.55))
+    assert found.hertz == pytest.approx([w / (2 * np.pi)], rel=1e-12)
+    assert found.left_out == ()
+
+
+@pytest.mark.parametrize("masses", ["exact", "excitation", "series"])
+def test_cylinders_count_with_the_mean_of_their_inertia(masses):
+    r, length, m = 0.05, 0.18, 4.0
+    series = ((1, 1.0), (2, r / length)) if masses == "series" else ()
+    pressure = ((0.0, 0.0), (3.0, 1e5), (5.5, 1e6), (6.4, 8e6), (7.5, 2e6), (9.5, 1e5))
+    cylinder = Cylinder(
+        pressure=pressure, masses=masses, series=series, bore=0.1, r=r, L=length, m=m, phase=0.3
+    )
+    system = lp.assemble(
+        lp.compose(
+            cylinder=cylinder,
+            crank=Inertia(J=0.05),
+            shaft=Spring(c=2e5),
+            wheel=Inertia(J=0.3),
+            connections=lambda m: [
+                lp.connect(m.cylinder.flange, m.crank.flange_a),
+                *lp.chain(m.crank, m.shaft, m.wheel),
+            ],
+        )
+    )
+    modes = lp.vibration.mean_modes(system, over="wheel.phi", speed=150.0, turns=2)
+    found = lp.vibration.mass_elastic(modes, over="wheel.phi")
+    a = 2 * np.pi * np.arange(4096) / 4096
+    tilt = np.arcsin(r / length * np.sin(a))
+    mean = m * np.mean((r * np.sin(a + tilt) / np.cos(tilt)) ** 2)
+    own = {part.name: part.J for part in found.inertias}
+    if masses == "series":
+        assert found.left_out == ("cylinder",)
+        return
+    assert own["cylinder"] == pytest.approx(mean, rel=1e-9)
+    w = np.sqrt(2e5 * (1 / (0.05 + mean) + 1 / 0.3))
+    assert found.hertz == pytest.approx([w / (2 * np.pi)], rel=1e-9)

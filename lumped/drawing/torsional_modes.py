@@ -1,0 +1,121 @@
+"""Inertias, stiffnesses, natural frequencies and Holzer tables of a report, as HTML."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from lumped.drawing.engineering_units import engineering
+from lumped.drawing.inline import inline
+from lumped.drawing.page_run import table
+from lumped.drawing.torsional_study import Study
+from lumped.support.text_table import listed, number
+from lumped.vibration.holzer import Holzer
+from lumped.vibration.mass_elastic import MassElastic
+from lumped.vibration.stations import InertialPart
+
+__all__ = ["holzer_tables", "mass_elastic_table", "natural_frequencies"]
+
+_SHAPES = 6
+"""Mode shapes of a figure."""
+_STILL = 1e-9
+"""Amplitude in every mode, that of the largest being 1, below which an angle is not drawn."""
+
+
+def mass_elastic_table(study: Study) -> str:
+    """Inertias and stiffnesses, on their own shafts and referred to one."""
+    drive = study.drive
+    if not isinstance(drive, MassElastic):
+        return f"<p>{escape(drive)}</p>"
+    unit, factor = engineering("N.m/rad")
+    rows = []
+    for part in drive.parts:
+        if isinstance(part, InertialPart):
+            cells = number(part.J), "", number(part.referred), ""
+        else:
+            cells = "", number(factor * part.c), "", number(factor * part.referred)
+        rows.append((part.name, number(part.ratio), *cells))
+    head = ("part", "ratio", "J, kg.m2", f"c, {unit}", "J referred", "c referred")
+    state = f"at {study.first.rpm[study.place]:.5g} 1/min"
+    notes = [
+        f"Referred to the shaft of {drive.over}; the ratio is that of the turns to its turns. From "
+        "the free ends to the last inertia, a branch before the inertia that it joins. What varies "
+        f"has its value at the mean state {state}."
+    ]
+    if drive.left_out:
+        notes.append(f"Neither inertia nor stiffness: {listed(drive.left_out, 12)}.")
+    return table(head, rows, range(1, len(head))) + _paragraphs(notes)
+
+
+def natural_frequencies(study: Study) -> str:
+    """All modes and their shapes."""
+    found = study.modes
+    count = len(found.hertz)
+    if not count:
+        return "<p>No mode oscillates.</p>"
+    undamped = {}
+    if isinstance(study.drive, MassElastic):
+        every = zip(study.drive.hertz, study.counterparts, strict=True)
+        undamped = {mode: number(f) for f, mode in every if mode is not None}
+    rows = [
+        (str(i + 1), number(f), number(60 * f), number(z, 4), undamped.get(i, ""))
+        for i, (f, z) in enumerate(zip(found.hertz, found.damping, strict=True))
+    ]
+    head = ("mode", "natural frequency, Hz", "1/min", "damping ratio", "without damping, Hz")
+    parts = [table(head, rows, range(len(head)))]
+    moving = [name for name in found.angles if np.abs(found.shape(name)).max() > _STILL]
+    for first in range(0, count, _SHAPES):
+        drawn = range(first, min(first + _SHAPES, count))
+        last = drawn[-1] + 1
+        name = f"Modes {first + 1} to {last}" if last > first + 1 else f"Mode {last}"
+        caption = f"{name}, each angle that of its own shaft"
+        parts.append(inline(found.plot(moving, modes=drawn), caption, f"shapes-{first}"))
+    return "\n".join(parts)
+
+
+def holzer_tables(study: Study) -> str:
+    """Holzer tables of the modes that the orders reach at the speeds of the responses."""
+    drive = study.drive
+    if not isinstance(drive, MassElastic):
+        return f"<p>{escape(drive)}</p>"
+    low, high = study.reach
+    parts = [
+        "<p>Modes without damping of the inertias and stiffnesses above, from "
+        f"{number(low, 4)} to {number(high, 4)} Hz, which the orders of the Campbell diagram reach "
+        "at the speeds of the response. The largest angle, referred to the reference shaft, is "
+        "1 rad; angles and torques are those of each part on its own shaft.</p>"
+    ]
+    for mode in np.flatnonzero((drive.hertz >= low) & (drive.hertz <= high)).tolist():
+        found = drive.holzer(mode)
+        own = study.counterparts[mode]
+        name = "No mode of the damped drive" if own is None else f"Mode {own + 1}"
+        parts.append(f"<h3>{name}: {number(found.hertz)} Hz without damping</h3>")
+        parts.append(_holzer(found))
+        parts.append(inline(found.plot(), f"{name}, referred", f"holzer-{mode}"))
+    if len(parts) == 1:
+        parts.append("<p>There is none.</p>")
+    return "\n".join(parts)
+
+
+def _holzer(found: Holzer) -> str:
+    stiffness, torque = engineering("N.m/rad"), engineering("N.m")
+    rows = []
+    for part, angle, load in zip(found.parts, found.angles, found.torques, strict=True):
+        heavy = isinstance(part, InertialPart)
+        size = part.J if isinstance(part, InertialPart) else stiffness[1] * part.c
+        cells: list[str] = []
+        for value in (size, angle, torque[1] * load):
+            text = number(value, 5)
+            cells += [text, ""] if heavy else ["", text]
+        rows.append((part.name, *cells))
+    head = (
+        *("part", "J, kg.m2", f"c, {stiffness[0]}", "angle, rad", "twist, rad"),
+        *(f"torque of inertia, {torque[0]}", f"torque in shaft, {torque[0]}"),
+    )
+    rest = f"Torques balance to {max(found.residual, 1e-16):.0e} of the largest."
+    return table(head, rows, range(1, len(head))) + _paragraphs([rest])
+
+
+def _paragraphs(texts: list[str]) -> str:
+    return "".join(f"\n<p>{escape(text)}</p>" for text in texts)
