@@ -23,8 +23,8 @@ class Minimum(Component):
     """The smaller of two signals: ``y = min(a, b)``; the run stops where they are equal."""
 
     symbol = "minimum"
-    a = Input("1", "first signal")
-    b = Input("1", "second signal")
+    a: Input = Input("1", "first signal")
+    b: Input = Input("1", "second signal")
     y = Output("1", "the smaller one")
 
     def equations(self) -> Iterator[Equation]:
@@ -35,9 +35,9 @@ class Switch(Component):
     """One of two signals: ``y = a`` while `u` is above 0.5, else ``y = b``."""
 
     symbol = "switch"
-    u = Input("1", "command: a above 0.5")
-    a = Input("1", "first signal")
-    b = Input("1", "second signal")
+    u: Input = Input("1", "command: a above 0.5")
+    a: Input = Input("1", "first signal")
+    b: Input = Input("1", "second signal")
     y = Output("1", "the chosen one")
 
     def equations(self) -> Iterator[Equation]:
@@ -52,7 +52,7 @@ class Latch(Component):
     """
 
     symbol = "latch"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     on: Param = param("1", "value of the signal at which it closes")
     off: Param = param("1", "value of the signal at which it opens", 1e30, above=on)
     x: Var = var("1", "1 closed, 0 open", state="always")
@@ -75,7 +75,7 @@ class PositionSequencer(Component):
 
     symbol = "sequence"
     targets: Sequence[float] = ()
-    measured = Input("1", "measured position")
+    measured: Input = Input("1", "measured position")
     tolerance: Param = param("1", "distance from the target that counts as there", above=0)
     dwell: Param = param("s", "time within the tolerance before the next step", above=0)
     step: Var = var("1", "number of the target, from 0", state="always")
@@ -130,7 +130,7 @@ class SpeedProfile(Component):
 
     symbol = "table"
     sections: Sequence[Sequence[float]] = ()
-    u = Input("1", "position")
+    u: Input = Input("1", "position")
     a: Param = param("1", "deceleration", above=0)
     y = Output("1", "greatest speed")
 

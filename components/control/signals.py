@@ -107,7 +107,7 @@ class Expression(Component):
     """
 
     symbol = "function"
-    value = Input("1", "expression of the time")
+    value: Input = Input("1", "expression of the time")
     y = Output("1", "signal")
 
     def equations(self) -> Iterator[Equation]:

@@ -43,7 +43,7 @@ class ConverterDrive(_Converter):
     torque, constant power.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
@@ -59,7 +59,7 @@ class SpeedDrive(_Converter):
     share its load: ``tau = (wanted - w) / droop`` in steady state.
     """
 
-    wanted = Input("rad/s", "wanted speed without load")
+    wanted: Input = Input("rad/s", "wanted speed without load")
     k: Param = param("N.m.s/rad", "gain of the speed control", above=0)
     T_i: Param = param("s", "integral time of the speed control", above=0)
     droop: Param = param("rad/(s.N.m)", "loss of speed over torque", 0.0, min=0)
@@ -92,7 +92,7 @@ class FieldOrientedMotor(_Machine):
     `SquirrelCageMotor`. The motor is excited at the start.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
     pairs: Param = param("1", "pole pairs", min=1)
     R_s: Param = param("Ohm", "resistance of a phase of the stator", min=0)
     R_r: Param = param("Ohm", "resistance of a phase of the rotor, referred", above=0)
@@ -165,7 +165,7 @@ class MappedMotor(_Machine):
     ``(eta - 1) p`` while it generates: an efficiency says nothing of the heat at standstill.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
     limits: Rows = ()
     efficiency: Rows = ()
     T: Param = param("s", "time constant of the torque loop", above=0)

@@ -78,7 +78,7 @@ class WoundFieldMachine(_Machine):
     a = Pin()
     b = Pin()
     c = Pin()
-    v_f = Input("V", "voltage of the field winding, referred")
+    v_f: Input = Input("V", "voltage of the field winding, referred")
     steady: bool = False
     dampers_d: int = 1
     dampers_q: int = 1

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
@@ -88,6 +88,7 @@ class _FieldSlot:
         return self.default if obj is None else obj._values.get(self.name, self.default)
 
 
+@dataclass_transform(eq_default=False, kw_only_default=True)
 class Component:
     """Base of all components and models.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, Self, overload
+from typing import TYPE_CHECKING, Any, Literal, Never, Self, overload
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from lumped.support.arguments import checked
 __all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
+Given = Expr | float | str
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""
 
@@ -125,6 +126,9 @@ class Param(Quantity, Expr):
     def __get__(self, obj: Any, owner: type) -> Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
+    if TYPE_CHECKING:
+        def __set__(self, obj: Never, value: Given) -> None: ...
+
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
         why = beyond(value)
@@ -171,6 +175,9 @@ class Var(Quantity):
     def __get__(self, obj: Any, owner: type) -> Self | Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
+    if TYPE_CHECKING:
+        def __set__(self, obj: Never, value: Given) -> None: ...
+
 
 class Signal(Quantity):
     """A causal signal of a component: connects like a port, stands in equations like a quantity."""
@@ -181,6 +188,9 @@ class Signal(Quantity):
     def __get__(self, obj: object, owner: type) -> Expr: ...
     def __get__(self, obj: Any, owner: type) -> Self | Expr:
         return self if obj is None else Ref(obj, self.name, self)
+
+    if TYPE_CHECKING:
+        def __set__(self, obj: Never, value: Given) -> None: ...
 
 
 class Input(Signal):
