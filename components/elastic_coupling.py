@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
@@ -16,6 +16,7 @@ from lumped.components.stiffness_table import (
 from lumped.errors import EquationError
 from lumped.language.component import path_of
 from lumped.language.declared import values_of
+from lumped.language.given import Rows
 from lumped.language.validity import Range
 from lumped.ops import pi
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from lumped.vibration import Limit
 
 __all__ = ["ElasticCoupling"]
-
-Rows = Sequence[Sequence[float]]
 
 
 class ElasticCoupling(Component):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import scipy
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Expr, Piecewise
+from lumped.language.given import Rows
 from lumped.language.pieces import Pieces
 from lumped.ops import exp, interpolate, smooth
 
 __all__ = ["Elasticity", "ends", "factor", "from_stiffness", "from_twist"]
-
-Rows = Sequence[Sequence[float]]
 
 _EVEN = 1e-8
 """Relative change of stiffness over a row below which it counts as constant."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 
 from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, var, when
 from lumped.errors import EquationError
 from lumped.language.expression import Number
+from lumped.language.given import Numbers, Rows
 from lumped.language.switch import Item
 from lumped.ops import maximum, sqrt, where
 
@@ -74,7 +75,7 @@ class PositionSequencer(Component):
     """
 
     symbol = "sequence"
-    targets: Sequence[float] = ()
+    targets: Numbers = ()
     measured: Input = Input("1", "measured position")
     tolerance: Param = param("1", "distance from the target that counts as there", above=0)
     dwell: Param = param("s", "time within the tolerance before the next step", above=0)
@@ -99,7 +100,7 @@ class PositionSequencer(Component):
         yield when(self.held >= self.dwell, {self.step: self.step + 1, self.held: 0.0})
 
 
-def _numbers(targets: Sequence[float]) -> list[float]:
+def _numbers(targets: Numbers) -> list[float]:
     """Targets that are finite numbers.
 
     Raises
@@ -129,7 +130,7 @@ class SpeedProfile(Component):
     """
 
     symbol = "table"
-    sections: Sequence[Sequence[float]] = ()
+    sections: Rows = ()
     u: Input = Input("1", "position")
     a: Param = param("1", "deceleration", above=0)
     y = Output("1", "greatest speed")
@@ -147,7 +148,7 @@ class SpeedProfile(Component):
         yield self.y == allowed
 
 
-def _sections(rows: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
+def _sections(rows: Rows) -> list[tuple[float, float]]:
     """Sections that make sense.
 
     Raises

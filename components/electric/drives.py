@@ -14,6 +14,7 @@ from lumped import Equation, Expr, Input, Output, Param, Var, der, param, var
 from lumped.components.control.controllers import limited
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
+from lumped.language.given import Rows
 from lumped.ops import interpolate, maximum, minimum, sqrt, where
 
 __all__ = ["ConverterDrive", "FieldOrientedMotor", "MappedMotor", "SpeedDrive"]
@@ -148,9 +149,6 @@ class FieldOrientedMotor(_Machine):
         L_m, L_r = self.L_m, self.L_m + self.L_lr
         rotor = (L_m * self.i_q / L_r) ** 2 + ((self.psi - L_m * self.i_d) / L_r) ** 2
         return 1.5 * (self.R_s * (self.i_d**2 + self.i_q**2) + self.R_r * rotor)
-
-
-Rows = Sequence[Sequence[float]]
 
 
 class MappedMotor(_Machine):

@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from lumped import Equation, Expr, Input, Param, Pin, Var, der, param, var
-from lumped.components.electric.drives import Rows, _at, _increasing
+from lumped.components.electric.drives import _at, _increasing
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
+from lumped.language.given import Rows
 from lumped.ops import cos, pi, sin, sqrt
 
 __all__ = ["SynchronousMotorStart", "WoundFieldMachine"]

@@ -9,12 +9,12 @@ import numpy as np
 
 from lumped.errors import DeclarationError
 from lumped.language.expression import Expr, Number, Ref
+from lumped.language.given import Value
 from lumped.support.arguments import checked
 
 __all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]
 
 StateWish = Literal["always", "prefer", "default", "avoid", "never"]
-Given = Expr | float | str
 Limit = float | Expr | Callable[[Any], Number]
 """Lower end of a range; a function gives it for a component."""
 
@@ -127,7 +127,8 @@ class Param(Quantity, Expr):
         return self if obj is None else Ref(obj, self.name, self)
 
     if TYPE_CHECKING:
-        def __set__(self, obj: Never, value: Given) -> None: ...
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
 
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
@@ -176,7 +177,8 @@ class Var(Quantity):
         return self if obj is None else Ref(obj, self.name, self)
 
     if TYPE_CHECKING:
-        def __set__(self, obj: Never, value: Given) -> None: ...
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
 
 
 class Signal(Quantity):
@@ -190,7 +192,8 @@ class Signal(Quantity):
         return self if obj is None else Ref(obj, self.name, self)
 
     if TYPE_CHECKING:
-        def __set__(self, obj: Never, value: Given) -> None: ...
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
 
 
 class Input(Signal):
