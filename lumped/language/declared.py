@@ -17,6 +17,7 @@ __all__ = [
     "place_of",
     "ports_of",
     "quantities_of",
+    "text_of",
     "values_of",
 ]
 
@@ -39,6 +40,12 @@ def fields_of(cls: type[Component]) -> Iterable[str]:
 def has_parts(cls: type[Component]) -> bool:
     """Whether a class declares parts of its own."""
     return bool(cls._parts)
+
+
+def text_of(cls: type[Component]) -> str:
+    """The docstring written in a class, without the list of its declarations; empty if none."""
+    text: str = vars(cls)["__doc__"].written
+    return text
 
 
 def values_of(component: Component) -> Mapping[str, Any]:

@@ -126,7 +126,7 @@ class Param(Quantity, Expr):
     def __get__(self, obj: Any, owner: type) -> Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
-    if TYPE_CHECKING:
+    if TYPE_CHECKING:  # its value is what constructors take; nothing can be assigned
 
         def __set__(self, obj: Never, value: Value) -> None: ...
 
@@ -191,10 +191,6 @@ class Signal(Quantity):
     def __get__(self, obj: Any, owner: type) -> Self | Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
-    if TYPE_CHECKING:
-
-        def __set__(self, obj: Never, value: Value) -> None: ...
-
 
 class Input(Signal):
     """A signal that a component needs from outside: connected, or given to the instance.
@@ -207,6 +203,10 @@ class Input(Signal):
 
     kind = "input"
 
+    if TYPE_CHECKING:
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
+
 
 class Output(Signal):
     """A signal that a component determines.
@@ -218,6 +218,10 @@ class Output(Signal):
     """
 
     kind = "output"
+
+    if TYPE_CHECKING:
+
+        def __set__(self, obj: Never, value: Never) -> None: ...
 
 
 @checked

@@ -7,7 +7,7 @@ from library_rigs import FIELDS, LIBRARY, declared, every, rig, values
 import lumped as lp
 import lumped.components
 from lumped.components import translation
-from lumped.language.declared import has_parts
+from lumped.language.declared import has_parts, text_of
 from lumped.language.quantity import Quantity
 from lumped.language.switch import Hold, When
 
@@ -102,6 +102,6 @@ def test_its_equations_join_quantities_of_the_same_kind(cls: type[lp.Component])
 
 @every(LIBRARY)
 def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
-    received = vars(cls).get("__doc__") or ""
+    received = text_of(cls)
     expected = "="
     assert expected in received
