@@ -12,7 +12,7 @@ from typing import Literal
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Compare, Datum
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
 __all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]

@@ -19,9 +19,9 @@ from lumped.language.expression import (
     as_expr,
     walk,
 )
-from lumped.language.given import Rows
 from lumped.language.lowering import lower
 from lumped.language.switch import Hold, hold
+from lumped.language.value_types import Rows
 from lumped.ops import exp, interpolate, maximum
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]

@@ -16,7 +16,7 @@ from lumped.components.inertia import Inertia
 from lumped.components.sources import Fixed
 from lumped.errors import DeclarationError, shown
 from lumped.language.component import Made
-from lumped.language.given import Numbers, Rows
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import pi
 
 __all__ = ["Engine"]

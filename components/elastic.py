@@ -9,7 +9,7 @@ import scipy
 
 from lumped.errors import EquationError
 from lumped.language.expression import ConstantExpression, Expr, Number, as_expr
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum
 
 __all__ = ["ElasticLaw", "elastic_energy", "elastic_force"]

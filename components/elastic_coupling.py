@@ -16,8 +16,8 @@ from lumped.components.stiffness_table import (
 from lumped.errors import EquationError
 from lumped.language.component import path_of
 from lumped.language.declared import values_of
-from lumped.language.given import Rows
 from lumped.language.validity import Range
+from lumped.language.value_types import Rows
 from lumped.ops import pi
 
 if TYPE_CHECKING:

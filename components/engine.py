@@ -13,7 +13,7 @@ from typing import Any, Literal
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Datum
-from lumped.language.given import Numbers, Rows
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
 __all__ = ["Cylinder", "Misfire", "rows_of"]

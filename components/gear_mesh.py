@@ -14,7 +14,7 @@ from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, va
 from lumped.components.engine import rows_of
 from lumped.errors import EquationError
 from lumped.language.expression import Datum, Number
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import cos, pi, sin
 
 __all__ = ["GearMesh"]

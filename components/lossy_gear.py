@@ -8,8 +8,8 @@ from itertools import pairwise
 from lumped import Component, Expr, Flange, Param, Var, der, hold, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Compare
-from lumped.language.given import Rows
 from lumped.language.switch import Hold, Item
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum, minimum, where
 
 __all__ = ["EfficientGear", "LossyGear"]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.engine import rows_of
 from lumped.language.expression import ConstantExpression
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import cos
 
 __all__ = ["Propeller"]

@@ -9,8 +9,8 @@ import scipy
 
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Expr, Piecewise
-from lumped.language.given import Rows
 from lumped.language.pieces import Pieces
+from lumped.language.value_types import Rows
 from lumped.ops import exp, interpolate, smooth
 
 __all__ = ["Elasticity", "ends", "factor", "from_stiffness", "from_twist"]

@@ -24,8 +24,8 @@ from lumped.language.expression import (
     time,
     walk,
 )
-from lumped.language.given import Numbers
 from lumped.language.pieces import Pieces
+from lumped.language.value_types import Numbers
 
 __all__ = [
     "acos",

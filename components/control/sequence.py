@@ -8,8 +8,8 @@ from itertools import pairwise
 from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, var, when
 from lumped.errors import EquationError
 from lumped.language.expression import Number
-from lumped.language.given import Numbers, Rows
 from lumped.language.switch import Item
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import maximum, sqrt, where
 
 __all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "Switch"]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, Output, Param, param, time
-from lumped.language.given import Numbers
+from lumped.language.value_types import Numbers
 from lumped.ops import pi, sin, table, where
 
 __all__ = ["Constant", "Expression", "Ramp", "Sine", "Step", "Table"]

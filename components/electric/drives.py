@@ -14,7 +14,7 @@ from lumped import Equation, Expr, Input, Output, Param, Var, der, param, var
 from lumped.components.control.controllers import limited
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum, minimum, sqrt, where
 
 __all__ = ["ConverterDrive", "FieldOrientedMotor", "MappedMotor", "SpeedDrive"]

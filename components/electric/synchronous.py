@@ -15,7 +15,7 @@ from lumped import Equation, Expr, Input, Param, Pin, Var, der, param, var
 from lumped.components.electric.drives import _at, _increasing
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
-from lumped.language.given import Rows
+from lumped.language.value_types import Rows
 from lumped.ops import cos, pi, sin, sqrt
 
 __all__ = ["SynchronousMotorStart", "WoundFieldMachine"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from lumped.errors import DeclarationError
 from lumped.language.expression import Expr, Number, Ref
-from lumped.language.given import Value
+from lumped.language.value_types import Value
 from lumped.support.arguments import checked
 
 __all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]

@@ -115,9 +115,7 @@ def _parts(cls: Any) -> Iterator[tuple[str, str]]:
         elif isinstance(held, list | tuple):
             kind = f"{len(held)} parts"
         else:
-            kind = (
-                type(held).__name__ if hasattr(held, "_quantities") else "made parts"
-            )
+            kind = type(held).__name__ if hasattr(held, "_quantities") else "made parts"
         yield name, kind
 
 
