@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from inspect import cleandoc
 from typing import Any
 
 from lumped.language.component import Component, Made
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
+from lumped.language.signature import DocumentationSlot
 
 __all__ = [
     "fields_of",
@@ -44,8 +46,8 @@ def has_parts(cls: type[Component]) -> bool:
 
 def text_of(cls: type[Component]) -> str:
     """The docstring written in a class, without the list of its declarations; empty if none."""
-    text: str = vars(cls)["__doc__"].written
-    return text
+    held = vars(cls)["__doc__"]
+    return cleandoc((held.written if isinstance(held, DocumentationSlot) else held) or "")
 
 
 def values_of(component: Component) -> Mapping[str, Any]:

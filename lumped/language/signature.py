@@ -40,12 +40,12 @@ class DocumentationSlot:
 
     Attributes
     ----------
-    written : str
-        The docstring in the class, without its indentation; empty if there is none.
+    written : str or None
+        The docstring in the class.
     """
 
     def __init__(self, written: str | None) -> None:
-        self.written = inspect.cleandoc(written or "")
+        self.written = written
 
     def __get__(self, obj: object, owner: Any) -> str:
         quantities, ports = owner._quantities, owner._ports
@@ -61,7 +61,8 @@ class DocumentationSlot:
             "Ports": [(name, _port(port), "") for name, port in ports.items()],
         }
         sections = [_section(title, entries) for title, entries in lists.items() if entries]
-        return "\n\n".join(text for text in (self.written, *sections) if text)
+        written = inspect.cleandoc(self.written or "")
+        return "\n\n".join(text for text in (written, *sections) if text)
 
 
 class _NotGiven:

@@ -108,6 +108,17 @@ def test_what_is_written_is_found_alone() -> None:
     assert received == expected
 
 
+def test_a_docstring_set_afterwards_counts() -> None:
+    class Late(lp.Component):
+        pass
+
+    Late.__doc__ = """Set
+        afterwards."""
+    received = text_of(Late)
+    expected = "Set\nafterwards."
+    assert received == expected
+
+
 def test_help_shows_signature_and_documentation() -> None:
     received = pydoc.plain(pydoc.render_doc(Inertia)).replace("\n |  ", "\n")
     assert (
