@@ -12,6 +12,7 @@ from typing import Literal
 from lumped import Component, Equation, Expr, Flange, Output, Param, Var, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Compare, Datum
+from lumped.language.value_types import Rows
 from lumped.ops import atan2, cos, maximum, minimum, periodic_spline, pi, sin, where
 
 __all__ = ["CamSwitch", "HarmonicTorque", "PeriodicTorque", "PulseTorque"]
@@ -83,7 +84,7 @@ class HarmonicTorque(_AngleTorque):
     The work of a whole number of periods is that of the mean alone. A positive torque drives.
     """
 
-    harmonics: Sequence[Sequence[float]] = ()
+    harmonics: Rows = ()
     mean: Param = param("N.m", "mean driving torque", 0.0)
 
     def _driving(self, phi: Expr) -> Expr:
@@ -109,7 +110,7 @@ class PeriodicTorque(_AngleTorque):
     curvature), ``"lines"`` by straight lines; a run does not stop at their kinks.
     """
 
-    points: Sequence[Sequence[float]] = ()
+    points: Rows = ()
     shape: Literal["smooth", "lines"] = "smooth"
     period: float = 2 * pi
 
@@ -154,7 +155,7 @@ class PeriodicTorque(_AngleTorque):
 
 
 def _rows(
-    name: str, given: Sequence[Sequence[float]], meaning: str, example: Sequence[float]
+    name: str, given: Rows, meaning: str, example: Sequence[float]
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers, as long as the example.
 

@@ -21,11 +21,12 @@ from lumped.language.expression import (
 )
 from lumped.language.lowering import lower
 from lumped.language.switch import Hold, hold
+from lumped.language.value_types import Rows
 from lumped.ops import exp, interpolate, maximum
 
 __all__ = ["Characteristic", "Stribeck", "coulomb", "dry_friction", "friction_at"]
 
-Characteristic = Sequence[Sequence[Number]] | Callable[[Expr], Number]
+Characteristic = Rows | Sequence[Sequence[Number]] | Callable[[Expr], Number]
 """Friction at a sliding speed that is not negative.
 
 Rows of speed and friction, joined by straight lines and continued by the last one, but not below
@@ -133,7 +134,7 @@ def _refuse_negative(standstill: Expr) -> None:
         )
 
 
-def _columns(rows: Sequence[Sequence[Number]]) -> tuple[list[float], list[Number]]:
+def _columns(rows: Rows | Sequence[Sequence[Number]]) -> tuple[list[float], list[Number]]:
     """Speeds and frictions of rows that make sense."""
     hint = "Give rows of sliding speed and friction such as ((0, 12), (50, 9)), or a function."
     try:

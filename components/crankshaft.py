@@ -11,11 +11,12 @@ from typing import Any, Literal
 
 from lumped import Component, Connection, Flange, Param, chain, connect, param
 from lumped.components.compliance import Damper, SpringDamper
-from lumped.components.engine import Cylinder
+from lumped.components.engine import Cylinder, Misfire
 from lumped.components.inertia import Inertia
 from lumped.components.sources import Fixed
 from lumped.errors import DeclarationError, shown
 from lumped.language.component import Made
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import pi
 
 __all__ = ["Engine"]
@@ -74,18 +75,18 @@ class Engine(Component):
     firing_order: Sequence[int] = (1,)
     strokes: Literal[2, 4] = 4
     bank_angle: float | None = None
-    J: float | Sequence[float] = 1.0
-    c: float | Sequence[float] = ()
-    d: float | Sequence[float] = 0.0
-    d_shaft: float | Sequence[float] = 0.0
-    misfire: Mapping[int, str] | Sequence[Any] = ()
-    pressure: Sequence[Any] = ()
-    loads: Sequence[float] = ()
-    over_speed: Sequence[Sequence[float]] = ()
-    tangential: Sequence[Sequence[float]] = ()
+    J: float | Numbers = 1.0
+    c: float | Numbers = ()
+    d: float | Numbers = 0.0
+    d_shaft: float | Numbers = 0.0
+    misfire: Mapping[int, Misfire] | Sequence[Any] = ()
+    pressure: Rows | Sequence[Any] = ()
+    loads: Numbers = ()
+    over_speed: Rows = ()
+    tangential: Rows = ()
     shape: Literal["lines", "smooth"] = "lines"
     masses: Literal["exact", "excitation", "series"] = "exact"
-    series: Sequence[Sequence[float]] = ()
+    series: Rows = ()
     bore: Param = param("m", "diameter of the pistons", above=0)
     r: Param = param("m", "crank radius, half of the stroke", above=0)
     L: Param = param("m", "length of the rods", above=r)
@@ -177,9 +178,9 @@ class Engine(Component):
             )
         return order
 
-    def _missing(self) -> dict[int, str]:
+    def _missing(self) -> dict[int, Misfire]:
         """What cylinders miss, by their numbers."""
-        found: dict[int, str] = dict(self.misfire)
+        found: dict[int, Misfire] = dict(self.misfire)
         for number in found:
             if number not in range(1, self.cylinders + 1):
                 raise DeclarationError(

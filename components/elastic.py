@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import scipy
 
 from lumped.errors import EquationError
 from lumped.language.expression import ConstantExpression, Expr, Number, as_expr
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum
 
 __all__ = ["ElasticLaw", "elastic_energy", "elastic_force"]
 
-ElasticLaw = Sequence[Sequence[float]] | Callable[[Expr], Number]
+ElasticLaw = Rows | Callable[[Expr], Number]
 """Torque over twist, or force over stretch.
 
 Rows of both, joined by straight lines, the first and last continued; rows that begin at zero hold
@@ -77,7 +78,7 @@ def elastic_energy(characteristic: ElasticLaw, stretch: Expr) -> Expr:
     return energy
 
 
-def _columns(rows: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+def _columns(rows: Rows) -> tuple[list[float], list[float]]:
     """Stretches and forces of rows that make sense, for both directions."""
     hint = (
         "Give rows of twist and torque (stretch and force) such as ((0, 0), (0.1, 50), (0.2, 150)),"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
@@ -17,14 +17,13 @@ from lumped.errors import EquationError
 from lumped.language.component import path_of
 from lumped.language.declared import values_of
 from lumped.language.validity import Range
+from lumped.language.value_types import Rows
 from lumped.ops import pi
 
 if TYPE_CHECKING:
     from lumped.vibration import Limit
 
 __all__ = ["ElasticCoupling"]
-
-Rows = Sequence[Sequence[float]]
 
 
 class _Coupling(Component):

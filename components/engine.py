@@ -13,9 +13,12 @@ from typing import Any, Literal
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Datum
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import cos, interpolate, periodic_spline, pi, sin, smooth, sqrt, where
 
-__all__ = ["Cylinder", "rows_of"]
+__all__ = ["Cylinder", "Misfire", "rows_of"]
+
+Misfire = Literal["none", "no gas", "compression"]
 
 _STEPS = 32
 """Angles of a turn at which a mean is taken."""
@@ -58,15 +61,15 @@ class Cylinder(Component):
 
     symbol = "crank"
     flange = Flange()
-    pressure: Sequence[Any] = ()
-    loads: Sequence[float] = ()
-    over_speed: Sequence[Sequence[float]] = ()
-    tangential: Sequence[Sequence[float]] = ()
+    pressure: Rows | Sequence[Any] = ()
+    loads: Numbers = ()
+    over_speed: Rows = ()
+    tangential: Rows = ()
     strokes: Literal[2, 4] = 4
     shape: Literal["lines", "smooth"] = "lines"
     masses: Literal["exact", "excitation", "series"] = "exact"
-    series: Sequence[Sequence[float]] = ()
-    misfire: Literal["none", "no gas", "compression"] = "none"
+    series: Rows = ()
+    misfire: Misfire = "none"
     bore: Param = param("m", "diameter of the piston", above=0)
     r: Param = param("m", "crank radius, half of the stroke", above=0)
     L: Param = param("m", "length of the rod", above=r)
@@ -217,7 +220,7 @@ class Cylinder(Component):
             total = total + smooth(share) * self._joined(a, table)
         return total
 
-    def _joined(self, a: Expr, table: Sequence[Sequence[float]]) -> Expr:
+    def _joined(self, a: Expr, table: Rows) -> Expr:
         """The curve through the rows of a table."""
         angles, values = self._table(table)
         if self.shape == "smooth":
@@ -232,7 +235,7 @@ class Cylinder(Component):
         way = self.r * (1 - cos(a)) + self.L * (1 - sqrt(1 - tilt**2))
         return way + 2 * self.r / (self.compression - 1)
 
-    def _table(self, table: Sequence[Sequence[float]]) -> tuple[list[float], list[float]]:
+    def _table(self, table: Rows) -> tuple[list[float], list[float]]:
         """Angles and pressures over a cycle, with the value at its end."""
         if self.strokes not in (2, 4):
             raise EquationError(f"strokes = {self.strokes!r}: 2 or 4 is needed.")
@@ -265,7 +268,7 @@ class Cylinder(Component):
 
 
 def rows_of(
-    name: str, rows: Sequence[Sequence[float]], what: str, example: str, width: int = 2
+    name: str, rows: Rows, what: str, example: str, width: int = 2
 ) -> list[tuple[float, ...]]:
     """Rows of finite numbers."""
     infinite = float("inf")

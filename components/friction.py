@@ -76,7 +76,7 @@ class _Pressed(_BetweenShafts):
     characteristic: Characteristic = ((0.0, 0.5),)
     peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
     c_geo: Param = param("m", "friction torque over friction force", 1.0, min=0)
-    u = Input("1", "normal force over its greatest value")
+    u: Input = Input("1", "normal force over its greatest value")
 
 
 class BearingFriction(_OnShaft):
@@ -107,7 +107,7 @@ class Brake(_OnShaft):
     characteristic: Characteristic = ((0.0, 0.5),)
     c_geo: Param = param("m", "friction torque over friction force", 1.0, min=0)
     f_max: Param = param("N", "normal force at u = 1", min=0)
-    u = Input("1", "normal force over its greatest value")
+    u: Input = Input("1", "normal force over its greatest value")
     f_n: Var = var("N", "normal force")
 
     def equations(self) -> Iterator[Item]:
@@ -135,7 +135,7 @@ class JournalFriction(_OnShaft):
     symbol = "bearing"
     mu: Param = param("1", "friction coefficient, with the factor of the bearing's play", min=0)
     d: Param = param("m", "diameter of the journal", above=0)
-    f_n = Input("N", "load on the journals, not negative")
+    f_n: Input = Input("N", "load on the journals, not negative")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
@@ -211,7 +211,7 @@ class SlipCoupling(_BetweenShafts):
     symbol = "clutch"
     kinetic: Param = param("N.m", "torque while it slips", min=0)
     static: Param = param("N.m", "greatest torque without slip", min=kinetic)
-    u = Input("1", "command: engaged above 0.5")
+    u: Input = Input("1", "command: engaged above 0.5")
     mode: Var = var("1", "1 forward, 0 stuck, -1 backward, 2 disengaged")
 
     def equations(self) -> Iterator[Item]:

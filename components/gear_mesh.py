@@ -8,12 +8,13 @@ doi 10.1115/1.1891815 (torques by virtual work).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.engine import rows_of
 from lumped.errors import EquationError
 from lumped.language.expression import Datum, Number
+from lumped.language.value_types import Rows
 from lumped.ops import cos, pi, sin
 
 __all__ = ["GearMesh"]
@@ -42,10 +43,10 @@ class GearMesh(Component):
     flange_a = Flange()
     flange_b = Flange()
     support = Flange(grounded=True)
-    stiffness: Sequence[Sequence[float]] = ()
+    stiffness: Rows = ()
     contact_ratio: float = 0.0
     harmonics: int = 8
-    error: Sequence[Sequence[float]] = ()
+    error: Rows = ()
     r_a: Param = param("m", "base radius of gear a", above=0)
     r_b: Param = param("m", "base radius of gear b", above=0)
     z: Param = param("1", "teeth of gear a", min=1)
@@ -90,7 +91,7 @@ class GearMesh(Component):
         return _sum(rows, x)
 
     @staticmethod
-    def _rows(name: str, rows: Sequence[Sequence[float]]) -> list[tuple[float, Number, float]]:
+    def _rows(name: str, rows: Rows) -> list[tuple[float, Number, float]]:
         if not rows:
             return []
         what = "harmonic, amplitude and phase (rad)"

@@ -154,7 +154,7 @@ class SelectableGear(Component):
     support = Flange(grounded=True)
     ratio_1: Param = param("1", "speed of a over speed of b in gear 1", nonzero=True)
     ratio_2: Param = param("1", "speed of a over speed of b in gear 2", nonzero=True)
-    u = Input("1", "command: 0 neutral, 1 and 2 the gears")
+    u: Input = Input("1", "command: 0 neutral, 1 and 2 the gears")
     phi_1: Var = var("rad", "angle between the dogs of gear 1", state="avoid")
     phi_2: Var = var("rad", "angle between the dogs of gear 2", state="avoid")
     w_1: Var = var("rad/s", "speed between the dogs of gear 1", state="prefer")

@@ -55,7 +55,7 @@ class Weight(Component):
 
     symbol = "weight"
     flange = Flange()
-    f = Input("N", "downward force")
+    f: Input = Input("N", "downward force")
     R: Param = param("m", "radius, negative on the far side")
     phi0: Param = param("rad", "angle of the arm above the horizontal at the angle zero", 0.0)
     tau: Var = var("N.m", "torque that the force asks for")

@@ -82,7 +82,7 @@ class Coupling(Component):
     symbol = "dog"
     flange_a = Flange()
     flange_b = Flange()
-    u = Input("1", "command: closed above 0.5")
+    u: Input = Input("1", "command: closed above 0.5")
     phi_rel: Var = var("rad", "relative angle", state="avoid")
     w_rel: Var = var("rad/s", "relative angular velocity", state="prefer")
     tau: Var = var("N.m", "torque on flange b")
@@ -107,7 +107,7 @@ class PickUp(Component):
     symbol = "pick_up"
     flange = Flange()
     J: Param = param("kg.m2", "moment of inertia", above=0)
-    u = Input("1", "command: carried above 0.5")
+    u: Input = Input("1", "command: carried above 0.5")
     phi: Var = var("rad", "angle", state="avoid")
     w: Var = var("rad/s", "angular velocity", state="prefer")
     w_rel: Var = var("rad/s", "speed relative to the flange", state="prefer")

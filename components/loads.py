@@ -111,7 +111,7 @@ class EddyCurrentBrake(Component):
     w_nominal: Param = param("rad/s", "speed of the greatest torque at T_ref", above=0)
     alpha: Param = param("1/K", "temperature coefficient of the resistance at T_ref", 0.0)
     T_ref: Param = param("K", "reference temperature", 293.15, above=0)
-    e = Input("1", "excitation over its greatest value")
+    e: Input = Input("1", "excitation over its greatest value")
     w: Var = var("rad/s", "speed relative to the support")
     tau: Var = var("N.m", "braking torque")
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 from lumped import Component, Expr, Flange, Param, Var, der, hold, param, var
 from lumped.errors import EquationError
 from lumped.language.expression import Compare
 from lumped.language.switch import Hold, Item
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum, minimum, where
 
 __all__ = ["EfficientGear", "LossyGear"]
 
-Rows = Sequence[Sequence[float]]
 Losses = tuple[Expr | float, Expr | float, Expr | float, Expr | float]
 """Efficiencies while a and while b drives, bearing friction in both cases."""
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from lumped import Component, Equation, Expr, Flange, Param, Var, der, param, var
 from lumped.components.engine import rows_of
 from lumped.language.expression import ConstantExpression
+from lumped.language.value_types import Rows
 from lumped.ops import cos
 
 __all__ = ["Propeller"]
@@ -30,7 +31,7 @@ class Propeller(Component):
     symbol = "load"
     flange = Flange()
     support = Flange(grounded=True)
-    blades: Sequence[Sequence[float]] = ()
+    blades: Rows = ()
     tau_nominal: Param = param("N.m", "mean torque at w_nominal", min=0)
     w_nominal: Param = param("rad/s", "speed of tau_nominal", above=0)
     phase: Param = param("rad", "angle of the flange at which a blade stands at the top", 0.0)

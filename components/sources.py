@@ -52,7 +52,7 @@ class Torque(Component):
     symbol = "torque"
     flange = Flange()
     support = Flange(grounded=True)
-    tau = Input("N.m", "driving torque")
+    tau: Input = Input("N.m", "driving torque")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange.tau == -self.tau
@@ -67,7 +67,7 @@ class Speed(Component):
 
     symbol = "motion"
     flange = Flange()
-    w = Input("rad/s", "angular velocity")
+    w: Input = Input("rad/s", "angular velocity")
 
     def equations(self) -> Iterator[Equation]:
         yield der(self.flange.phi) == self.w
@@ -82,7 +82,7 @@ class Position(Component):
 
     symbol = "motion"
     flange = Flange()
-    phi = Input("rad", "angle")
+    phi: Input = Input("rad", "angle")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange.phi == self.phi
@@ -96,7 +96,7 @@ class Acceleration(Component):
 
     symbol = "motion"
     flange = Flange()
-    a = Input("rad/s2", "angular acceleration")
+    a: Input = Input("rad/s2", "angular acceleration")
     phi: Var = var("rad", "angle", state="prefer")
     w: Var = var("rad/s", "angular velocity", state="prefer")
 
@@ -116,7 +116,7 @@ class FilteredPosition(Component):
 
     symbol = "motion"
     flange = Flange()
-    phi_ref = Input("rad", "angle to be followed")
+    phi_ref: Input = Input("rad", "angle to be followed")
     f_crit: Param = param("Hz", "frequency up to which it follows", 50.0, above=0)
     phi: Var = var("rad", "angle", state="prefer")
     w: Var = var("rad/s", "angular velocity", state="prefer")
@@ -139,7 +139,7 @@ class FilteredSpeed(Component):
 
     symbol = "motion"
     flange = Flange()
-    w_ref = Input("rad/s", "angular velocity to be followed")
+    w_ref: Input = Input("rad/s", "angular velocity to be followed")
     f_crit: Param = param("Hz", "frequency up to which it follows", 50.0, above=0)
     phi: Var = var("rad", "angle", state="prefer")
     w: Var = var("rad/s", "angular velocity", state="prefer")
@@ -162,7 +162,7 @@ class RelativeSpeed(Component):
     symbol = "motion"
     flange_a = Flange()
     flange_b = Flange()
-    w = Input("rad/s", "angular velocity of flange b relative to flange a")
+    w: Input = Input("rad/s", "angular velocity of flange b relative to flange a")
     phi_rel: Var = var("rad", "relative angle")
     tau: Var = var("N.m", "torque on flange b")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import scipy
@@ -11,11 +10,10 @@ import scipy
 from lumped.errors import EquationError, shown
 from lumped.language.expression import ConstantExpression, Expr, Piecewise
 from lumped.language.pieces import Pieces
+from lumped.language.value_types import Rows
 from lumped.ops import exp, interpolate, smooth
 
 __all__ = ["Elasticity", "ends", "factor", "from_stiffness", "from_twist"]
-
-Rows = Sequence[Sequence[float]]
 
 _EVEN = 1e-8
 """Relative change of stiffness over a row below which it counts as constant."""

@@ -147,7 +147,7 @@ class StripPath(Component):
     r_t: Param = param("m", "distance of the axes of turret and coil", min=0)
     d: Param = param("m", "distance of the roll from the axis of the turret", above=r_t)
     phi_0: Param = param("rad", "angle of the coil on the turret where phi_carrier = 0", 0.0)
-    R = Input("m", "radius of the coil")
+    R: Input = Input("m", "radius of the coil")
     alpha: Var = var("rad", "angle of the coil from the direction roll to turret", state="prefer")
     length: Var = var("m", "free length of the strip")
     psi: Var = var("rad", "direction of the strip", state="avoid")

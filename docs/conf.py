@@ -20,37 +20,13 @@ autodoc_typehints = "none"  # types stand in the docstrings
 autodoc_member_order = "groupwise"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
+napoleon_custom_sections = [(name, "params_style") for name in ("Variables", "Outputs", "Ports")]
 
 DECLARED = ("equations", "initial_equations", "connections")
 
 
-def is_component(thing: object) -> bool:
-    """Whether a thing is a class of components."""
-    return inspect.isclass(thing) and issubclass(thing, lp.Component) and thing is not lp.Component
-
-
-def add_declarations(_: Any, what: str, __: str, thing: Any, ___: Any, lines: list[str]) -> None:
-    """Add ports, parameters and inputs of a component to its docstring."""
-    if what != "class" or not is_component(thing):
-        return
-    sorts = {"parameter": "Parameters", "input": "Inputs", "output": "Outputs"}
-    listed = {title: [] for title in sorts.values()}
-    for name, quantity in thing._quantities.items():
-        if quantity.kind in sorts:
-            default = getattr(quantity, "default", None)
-            value = "" if default is None else f" (default {default})"
-            text = f"``{name}``, {quantity.unit}: {quantity.text}{value}"
-            listed[sorts[quantity.kind]].append(text)
-    fields = [f"``{name}`` (default {value!r})" for name, value in thing._fields.items()]
-    listed = {"Ports": [f"``{name}``" for name in thing._ports], **listed, "Choices": fields}
-    for title, texts in listed.items():
-        if texts:
-            joined = "; ".join(text.replace("*", r"\*") for text in texts)
-            lines += ["", f"**{title}:** {joined}."]
-
-
 def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool | None:
-    """Leave out what `add_declarations` lists, modules, and in themes what the core repeats."""
+    """Leave out what component docstrings list, modules, and in themes what the core repeats."""
     place = app.env.temp_data.get("autodoc:module")
     if place != "lumped" and name in lp.__all__ and getattr(lp, name) is thing:
         return True
@@ -59,6 +35,5 @@ def skip_declarations(app: Any, _: str, name: str, thing: Any, *__: Any) -> bool
 
 
 def setup(app: Any) -> None:
-    """Connect the two to Sphinx."""
-    app.connect("autodoc-process-docstring", add_declarations)
+    """Connect it to Sphinx."""
     app.connect("autodoc-skip-member", skip_declarations)

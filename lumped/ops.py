@@ -25,6 +25,7 @@ from lumped.language.expression import (
     walk,
 )
 from lumped.language.pieces import Pieces
+from lumped.language.value_types import Numbers
 
 __all__ = [
     "acos",
@@ -165,7 +166,11 @@ def smooth(x: Number) -> Expr:
 
 
 def interpolate(
-    x: Number, xs: Sequence[float], ys: Sequence[Number], *, period: float | None = None
+    x: Number,
+    xs: Numbers,
+    ys: Sequence[Number] | np.ndarray,
+    *,
+    period: float | None = None,
 ) -> Expr:
     """Straight lines through points, the first and last extended; one point is a constant.
 
@@ -252,7 +257,7 @@ def _is_parameter(node: Expr) -> bool:
     return isinstance(node, Ref) and bool(node.quantity.kind == "parameter")
 
 
-def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
+def _numbers(name: str, what: str, values: Sequence[Number] | np.ndarray) -> list[float]:
     """Finite numbers of a table."""
     try:
         found = [float(v) for v in values]
@@ -264,9 +269,7 @@ def _numbers(name: str, what: str, values: Sequence[Number]) -> list[float]:
     return found
 
 
-def periodic_spline(
-    x: Number, xs: Sequence[float], ys: Sequence[float], *, degree: int = 3
-) -> Expr:
+def periodic_spline(x: Number, xs: Numbers, ys: Numbers, *, degree: int = 3) -> Expr:
     """Smooth curve through points of one period, repeated for ever.
 
     A cubic between each two points, with continuous slope and curvature everywhere; derivatives
@@ -321,7 +324,7 @@ def periodic_spline(
     return Piecewise(as_expr(x), Pieces(begins, rows, float(places[-1] - places[0])))
 
 
-def table(xs: Sequence[float], ys: Sequence[float]) -> Expr:
+def table(xs: Numbers, ys: Numbers) -> Expr:
     """Piecewise linear function of the time through points, constant outside them.
 
     Two points at the same time make a jump. A run stops and restarts at every point.

@@ -9,12 +9,15 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from type_checkers import marked, mypy, pyright
 
 import lumped
 
+Checker = Callable[[Path, Path], set[tuple[str, int, str]]]
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {"lumped": "lumped", "components": "lumped/components", "models": "lumped/models"}
 
@@ -81,6 +84,29 @@ def test_wheel_is_typed_and_lists_the_public_names(wheel: Path):
     stubs = {file.relative_to(ROOT).as_posix() for file in (ROOT / "lumped").glob("**/*.pyi")}
     assert {"lumped/__init__.pyi", "lumped/vibration/__init__.pyi"} < stubs
     assert {"lumped/py.typed", *stubs} <= set(content(wheel))
+
+
+@pytest.mark.parametrize(("checker", "place"), [(mypy, 0), (pyright, 1)], ids=["mypy", "pyright"])
+def test_type_checkers_read_the_constructors_in_the_wheel(
+    checker: Checker, place: int, wheel: Path, tmp_path: Path
+):
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    folder = tmp_path / "user"
+    folder.mkdir()
+    received = checker(tmp_path / "installed", folder)
+    expected = marked(place)
+    assert received == expected
+
+
+def test_editable_install_names_the_folder_that_type_checkers_read(source: Path, tmp_path: Path):
+    code = "import sys, setuptools.build_meta as b; b.build_editable(sys.argv[1])"
+    run("-c", code, tmp_path, cwd=source)
+    (wheel,) = tmp_path.iterdir()
+    received = [text.decode() for name, text in content(wheel).items() if name.endswith(".pth")]
+    expected = [str(source)]
+    assert [text.strip() for text in received] == expected
+    assert (source / "lumped" / "components" / "inertia.py").exists()
 
 
 def test_wheel_holds_the_c_sources_of_exported_models(wheel: Path):

@@ -58,7 +58,7 @@ class Gain(Component):
     """Proportional block: ``y = k u``."""
 
     symbol = "gain"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     k: Param = param("1", "gain")
     y = Output("1", "signal")
 
@@ -70,8 +70,8 @@ class Sum(Component):
     """Weighted sum of two signals: ``y = k_a a + k_b b``."""
 
     symbol = "sum"
-    a = Input("1", "first signal")
-    b = Input("1", "second signal")
+    a: Input = Input("1", "first signal")
+    b: Input = Input("1", "second signal")
     k_a: Param = param("1", "weight of the first signal", 1.0)
     k_b: Param = param("1", "weight of the second signal", 1.0)
     y = Output("1", "signal")
@@ -84,7 +84,7 @@ class Integrator(Component):
     """Integral: ``der(x) = k u``, ``y = x``; it begins at 0 unless `x` is given."""
 
     symbol = "integral"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     k: Param = param("1/s", "gain", 1.0)
     x: Var = var("1", "integral", state="prefer")
     y = Output("1", "integral")
@@ -98,7 +98,7 @@ class Filter(Component):
     """First-order low pass: ``T der(x) = u - x``, ``y = x``."""
 
     symbol = "lag"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     T: Param = param("s", "time constant", above=0)
     x: Var = var("1", "filtered signal", state="prefer")
     y = Output("1", "filtered signal")
@@ -112,7 +112,7 @@ class Limiter(Component):
     """Limiter: ``y = min(max(u, y_min), y_max)``."""
 
     symbol = "limiter"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     y_min: Param = param("1", "least output")
     y_max: Param = param("1", "greatest output", above=y_min)
     y = Output("1", "limited signal")
@@ -129,7 +129,7 @@ class RateLimiter(Component):
     """
 
     symbol = "ramp"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     rate: Param = param("1/s", "greatest rate of change, both ways", above=0)
     T: Param = param("s", "time constant of following", above=0)
     x: Var = var("1", "output", state="prefer")
@@ -145,8 +145,8 @@ class PController(Component):
     """Proportional controller: ``y = k (wanted - measured)``."""
 
     symbol = "proportional"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
+    wanted: Input = Input("1", "wanted value")
+    measured: Input = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
     y = Output("1", "controller output")
 
@@ -158,8 +158,8 @@ class PIController(Component):
     """PI controller: ``e = wanted - measured``, ``T_i der(x) = e``, ``y = k (e + x)``."""
 
     symbol = "controller"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
+    wanted: Input = Input("1", "wanted value")
+    measured: Input = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
     T_i: Param = param("s", "integral time", above=0)
     x: Var = var("1", "integral part over the gain", state="prefer")
@@ -180,8 +180,8 @@ class LimitedPI(Component):
     """
 
     symbol = "controller"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
+    wanted: Input = Input("1", "wanted value")
+    measured: Input = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
     T_i: Param = param("s", "integral time", above=0)
     N_i: Param = param("1", "time of back calculation over integral time", 1.0, above=0)
@@ -206,10 +206,10 @@ class FedPI(Component):
     """
 
     symbol = "controller"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
-    feed = Input("1", "feed-forward, added to the output")
-    limit = Input("1", "greatest output, both ways")
+    wanted: Input = Input("1", "wanted value")
+    measured: Input = Input("1", "measured value")
+    feed: Input = Input("1", "feed-forward, added to the output")
+    limit: Input = Input("1", "greatest output, both ways")
     k: Param = param("1", "gain", above=0)
     T_i: Param = param("s", "integral time", above=0)
     x: Var = var("1", "integral part over the gain", state="prefer")
@@ -231,10 +231,10 @@ class CurrentController(FedPI):
     Leonhard, ch. 7).
     """
 
-    wanted = Input("A", "wanted current")
-    measured = Input("A", "measured current")
-    feed = Input("V", "induced voltage")
-    limit = Input("V", "greatest voltage, both ways")
+    wanted: Input = Input("A", "wanted current")
+    measured: Input = Input("A", "measured current")
+    feed: Input = Input("V", "induced voltage")
+    limit: Input = Input("V", "greatest voltage, both ways")
     k: Param = param("Ohm", "gain", above=0)
     x: Var = var("A", "integral part over the gain", state="prefer")
     u: Var = var("V", "voltage without limits")
@@ -249,8 +249,8 @@ class SquareRootController(Component):
     """
 
     symbol = "root"
-    wanted = Input("1", "wanted position")
-    measured = Input("1", "measured position")
+    wanted: Input = Input("1", "wanted position")
+    measured: Input = Input("1", "measured position")
     K: Param = param("1/s", "gain near the aim", above=0)
     a: Param = param("1/s2", "deceleration", above=0)
     y = Output("1/s", "wanted speed")
@@ -272,11 +272,11 @@ class CascadeControl(Component):
     """
 
     symbol = "controller"
-    wanted = Input("1", "wanted position")
-    measured = Input("1", "measured position")
-    v_measured = Input("1/s", "measured speed")
-    v_feed = Input("1/s", "feed-forward of the speed")
-    f_feed = Input("1", "feed-forward of the torque or force")
+    wanted: Input = Input("1", "wanted position")
+    measured: Input = Input("1", "measured position")
+    v_measured: Input = Input("1/s", "measured speed")
+    v_feed: Input = Input("1/s", "feed-forward of the speed")
+    f_feed: Input = Input("1", "feed-forward of the torque or force")
     K: Param = param("1/s", "gain of the position control", above=0)
     a: Param = param("1/s2", "deceleration far from the aim; 1e30: K e throughout", 1e30, above=0)
     v_max: Param = param("1/s", "greatest wanted speed, both ways", above=0)
@@ -309,8 +309,8 @@ class LoadShare(Component):
     """
 
     symbol = "controller"
-    own = Input("N.m", "torque of the own drive")
-    other = Input("N.m", "torque of the other drive")
+    own: Input = Input("N.m", "torque of the own drive")
+    other: Input = Input("N.m", "torque of the other drive")
     share: Param = param("1", "part of the own drive", 0.5, min=0, max=1)
     k: Param = param("rad/(s.N.m)", "gain", above=0)
     T_i: Param = param("s", "integral time", above=0)

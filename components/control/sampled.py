@@ -45,7 +45,7 @@ class SampleHold(_Sampled):
     """
 
     symbol = "stairs"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
 
     def equations(self) -> Iterator[Item]:
         yield from self._sampled(self.u, {})
@@ -58,8 +58,8 @@ class SampledPI(_Sampled):
     """
 
     symbol = "controller"
-    wanted = Input("1", "wanted value")
-    measured = Input("1", "measured value")
+    wanted: Input = Input("1", "wanted value")
+    measured: Input = Input("1", "measured value")
     k: Param = param("1", "gain", above=0)
     T_i: Param = param("s", "integral time", above=0)
     x: Var = var("1", "integral part over the gain", state="always")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 
 from lumped import Component, Equation, Expr, Input, Output, Param, Var, der, param, var, when
 from lumped.errors import EquationError
 from lumped.language.expression import Number
 from lumped.language.switch import Item
+from lumped.language.value_types import Numbers, Rows
 from lumped.ops import maximum, sqrt, where
 
 __all__ = ["Latch", "Minimum", "PositionSequencer", "SpeedProfile", "Switch"]
@@ -23,8 +24,8 @@ class Minimum(Component):
     """The smaller of two signals: ``y = min(a, b)``; the run stops where they are equal."""
 
     symbol = "minimum"
-    a = Input("1", "first signal")
-    b = Input("1", "second signal")
+    a: Input = Input("1", "first signal")
+    b: Input = Input("1", "second signal")
     y = Output("1", "the smaller one")
 
     def equations(self) -> Iterator[Equation]:
@@ -35,9 +36,9 @@ class Switch(Component):
     """One of two signals: ``y = a`` while `u` is above 0.5, else ``y = b``."""
 
     symbol = "switch"
-    u = Input("1", "command: a above 0.5")
-    a = Input("1", "first signal")
-    b = Input("1", "second signal")
+    u: Input = Input("1", "command: a above 0.5")
+    a: Input = Input("1", "first signal")
+    b: Input = Input("1", "second signal")
     y = Output("1", "the chosen one")
 
     def equations(self) -> Iterator[Equation]:
@@ -52,7 +53,7 @@ class Latch(Component):
     """
 
     symbol = "latch"
-    u = Input("1", "signal")
+    u: Input = Input("1", "signal")
     on: Param = param("1", "value of the signal at which it closes")
     off: Param = param("1", "value of the signal at which it opens", 1e30, above=on)
     x: Var = var("1", "1 closed, 0 open", state="always")
@@ -74,8 +75,8 @@ class PositionSequencer(Component):
     """
 
     symbol = "sequence"
-    targets: Sequence[float] = ()
-    measured = Input("1", "measured position")
+    targets: Numbers = ()
+    measured: Input = Input("1", "measured position")
     tolerance: Param = param("1", "distance from the target that counts as there", above=0)
     dwell: Param = param("s", "time within the tolerance before the next step", above=0)
     step: Var = var("1", "number of the target, from 0", state="always")
@@ -99,7 +100,7 @@ class PositionSequencer(Component):
         yield when(self.held >= self.dwell, {self.step: self.step + 1, self.held: 0.0})
 
 
-def _numbers(targets: Sequence[float]) -> list[float]:
+def _numbers(targets: Numbers) -> list[float]:
     """Targets that are finite numbers.
 
     Raises
@@ -129,8 +130,8 @@ class SpeedProfile(Component):
     """
 
     symbol = "table"
-    sections: Sequence[Sequence[float]] = ()
-    u = Input("1", "position")
+    sections: Rows = ()
+    u: Input = Input("1", "position")
     a: Param = param("1", "deceleration", above=0)
     y = Output("1", "greatest speed")
 
@@ -147,7 +148,7 @@ class SpeedProfile(Component):
         yield self.y == allowed
 
 
-def _sections(rows: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
+def _sections(rows: Rows) -> list[tuple[float, float]]:
     """Sections that make sense.
 
     Raises

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lumped import Component, Equation, Input, Output, Param, param, time
+from lumped.language.value_types import Numbers
 from lumped.ops import pi, sin, table, where
 
 __all__ = ["Constant", "Expression", "Ramp", "Sine", "Step", "Table"]
@@ -91,8 +92,8 @@ class Table(Component):
     """
 
     symbol = "table"
-    times: tuple[float, ...] = ()
-    values: tuple[float, ...] = ()
+    times: Numbers = ()
+    values: Numbers = ()
     y = Output("1", "signal")
 
     def equations(self) -> Iterator[Equation]:
@@ -107,7 +108,7 @@ class Expression(Component):
     """
 
     symbol = "function"
-    value = Input("1", "expression of the time")
+    value: Input = Input("1", "expression of the time")
     y = Output("1", "signal")
 
     def equations(self) -> Iterator[Equation]:

@@ -65,7 +65,7 @@ class VariableResistor(_TwoPin):
     """Resistor that is changed, such as a starter: ``v = R i`` with `R` as a signal."""
 
     symbol = "resistor"
-    R = Input("Ohm", "resistance")
+    R: Input = Input("Ohm", "resistance")
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
@@ -105,7 +105,7 @@ class VoltageSource(Component):
     symbol = "voltage"
     p = Pin()
     n = Pin()
-    v = Input("V", "voltage")
+    v: Input = Input("V", "voltage")
     i: Var = var("A", "current delivered at p")
 
     def equations(self) -> Iterator[Equation]:
@@ -120,7 +120,7 @@ class CurrentSource(Component):
     symbol = "current"
     p = Pin()
     n = Pin()
-    i = Input("A", "current delivered at p")
+    i: Input = Input("A", "current delivered at p")
     v: Var = var("V", "voltage from p to n")
 
     def equations(self) -> Iterator[Equation]:
@@ -173,7 +173,7 @@ class Inverter(Component):
     dc_n = Pin()
     p = Pin()
     n = Pin()
-    v = Input("V", "wanted voltage")
+    v: Input = Input("V", "wanted voltage")
     T_d: Param = param("s", "dead time of the switching", above=0)
     T_f: Param = param("s", "time constant of the measured direct voltage", above=0)
     psi: Param = param("V.s", "direct voltage times time to the power balance", 1e-6, above=0)

@@ -14,6 +14,7 @@ from lumped import Equation, Expr, Input, Output, Param, Var, der, param, var
 from lumped.components.control.controllers import limited
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
+from lumped.language.value_types import Rows
 from lumped.ops import interpolate, maximum, minimum, sqrt, where
 
 __all__ = ["ConverterDrive", "FieldOrientedMotor", "MappedMotor", "SpeedDrive"]
@@ -43,7 +44,7 @@ class ConverterDrive(_Converter):
     torque, constant power.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
 
     def equations(self) -> Iterator[Equation]:
         yield from super().equations()
@@ -59,7 +60,7 @@ class SpeedDrive(_Converter):
     share its load: ``tau = (wanted - w) / droop`` in steady state.
     """
 
-    wanted = Input("rad/s", "wanted speed without load")
+    wanted: Input = Input("rad/s", "wanted speed without load")
     k: Param = param("N.m.s/rad", "gain of the speed control", above=0)
     T_i: Param = param("s", "integral time of the speed control", above=0)
     droop: Param = param("rad/(s.N.m)", "loss of speed over torque", 0.0, min=0)
@@ -92,7 +93,7 @@ class FieldOrientedMotor(_Machine):
     `SquirrelCageMotor`. The motor is excited at the start.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
     pairs: Param = param("1", "pole pairs", min=1)
     R_s: Param = param("Ohm", "resistance of a phase of the stator", min=0)
     R_r: Param = param("Ohm", "resistance of a phase of the rotor, referred", above=0)
@@ -150,9 +151,6 @@ class FieldOrientedMotor(_Machine):
         return 1.5 * (self.R_s * (self.i_d**2 + self.i_q**2) + self.R_r * rotor)
 
 
-Rows = Sequence[Sequence[float]]
-
-
 class MappedMotor(_Machine):
     """Motor by its maps: ``T der(tau) = clip(wanted, +-limit(w)) - tau``, ``P = tau w + lost``.
 
@@ -165,7 +163,7 @@ class MappedMotor(_Machine):
     ``(eta - 1) p`` while it generates: an efficiency says nothing of the heat at standstill.
     """
 
-    wanted = Input("N.m", "wanted torque")
+    wanted: Input = Input("N.m", "wanted torque")
     limits: Rows = ()
     efficiency: Rows = ()
     T: Param = param("s", "time constant of the torque loop", above=0)

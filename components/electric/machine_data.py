@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 from lumped.errors import ParameterError
 from lumped.ops import pi
@@ -102,7 +103,7 @@ class PerUnit:
         d: Windings = (),
         q: Windings = (),
         R_a: float = 0.0,
-    ) -> dict[str, float]:
+    ) -> dict[str, Any]:
         """Circuit of a `WoundFieldMachine` from per-unit values.
 
         Parameters
@@ -141,7 +142,7 @@ class PerUnit:
             _positive("circuit", name, value, "pu")
         if not 0 <= R_a < float("inf"):
             raise ParameterError(f"circuit(R_a={R_a:g}): must be at least 0 pu and finite.")
-        found: dict[str, float] = {"pairs": self.pairs, "R_s": R_a * self.Z}
+        found: dict[str, Any] = {"pairs": self.pairs, "R_s": R_a * self.Z}
         found |= {"L_ls": X_l * self.L, "L_md": X_ad * self.L, "L_mq": X_aq * self.L}
         for name, (X, R) in named:
             found |= {f"R_{name}": R * self.Z, f"L_l{name}": X * self.L}
@@ -157,7 +158,7 @@ def standard_parameters(
     T_qo: Sequence[float] = (),
     X_l: float,
     R_a: float = 0.0,
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Circuit of a `WoundFieldMachine` from its standard parameters.
 
     Each axis has its synchronous reactance, and one reactance and one open-circuit time constant

@@ -100,8 +100,8 @@ class SquirrelCageMotor(_Machine):
     Source: Krause, ch. 6.
     """
 
-    V = Input("V", "amplitude of the voltage of a phase")
-    f = Input("Hz", "frequency of the supply")
+    V: Input = Input("V", "amplitude of the voltage of a phase")
+    f: Input = Input("Hz", "frequency of the supply")
     pairs: Param = param("1", "pole pairs", min=1)
     R_s: Param = param("Ohm", "resistance of a phase of the stator", min=0)
     R_r: Param = param("Ohm", "resistance of a phase of the rotor, referred", above=0)
@@ -157,8 +157,8 @@ class SynchronousMotor(_Machine):
     ch. 4.
     """
 
-    v_d = Input("V", "voltage along the magnets")
-    v_q = Input("V", "voltage across the magnets")
+    v_d: Input = Input("V", "voltage along the magnets")
+    v_q: Input = Input("V", "voltage across the magnets")
     pairs: Param = param("1", "pole pairs", min=1)
     psi: Param = param("V.s", "flux linkage of the magnets, amplitude", above=0)
     R: Param = param("Ohm", "resistance of a phase", min=0)
@@ -192,7 +192,7 @@ class InverterInductionMotor(_Machine):
     synchronous speed `w_s` is a signal. `T` is the time constant of the rotor's flux.
     """
 
-    w_s = Input("rad/s", "synchronous speed")
+    w_s: Input = Input("rad/s", "synchronous speed")
     tau_k: Param = param("N.m", "breakdown torque", above=0)
     d_k: Param = param("rad/s", "slip speed at the breakdown torque", above=0)
     T: Param = param("s", "time constant of the torque", above=0)

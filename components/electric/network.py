@@ -124,7 +124,7 @@ class CircuitBreaker(_Series):
     machine that runs on its own. If it is open at the start, no current may flow then.
     """
 
-    closed = Input("1", "closed above 1/2, open below")
+    closed: Input = Input("1", "closed above 1/2, open below")
     v_a: Var = var("V", "voltage across the contact in wire a")
     v_c: Var = var("V", "voltage across the contact in wire c")
 

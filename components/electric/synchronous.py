@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from lumped import Equation, Expr, Input, Param, Pin, Var, der, param, var
-from lumped.components.electric.drives import Rows, _at, _increasing
+from lumped.components.electric.drives import _at, _increasing
 from lumped.components.electric.motors import _Machine
 from lumped.errors import EquationError
+from lumped.language.value_types import Rows
 from lumped.ops import cos, pi, sin, sqrt
 
 __all__ = ["SynchronousMotorStart", "WoundFieldMachine"]
@@ -78,7 +79,7 @@ class WoundFieldMachine(_Machine):
     a = Pin()
     b = Pin()
     c = Pin()
-    v_f = Input("V", "voltage of the field winding, referred")
+    v_f: Input = Input("V", "voltage of the field winding, referred")
     steady: bool = False
     dampers_d: int = 1
     dampers_q: int = 1

@@ -58,7 +58,7 @@ class HeatFlow(Component):
 
     symbol = "heat_flow"
     port = HeatPort()
-    Q = Input("W", "heat flow into what is joined")
+    Q: Input = Input("W", "heat flow into what is joined")
 
     def equations(self) -> Iterator[Equation]:
         yield self.port.Q == -self.Q

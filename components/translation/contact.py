@@ -147,7 +147,7 @@ class Coupling(Component):
     symbol = "dog"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
-    u = Input("1", "command: closed above 0.5")
+    u: Input = Input("1", "command: closed above 0.5")
     s_rel: Var = var("m", "distance of the flanges", state="avoid")
     v_rel: Var = var("m/s", "relative velocity", state="prefer")
     f: Var = var("N", "force on flange b")
@@ -172,7 +172,7 @@ class PickUp(Component):
     symbol = "pick_up"
     flange = LinearFlange()
     m: Param = param("kg", "mass", above=0)
-    u = Input("1", "command: carried above 0.5")
+    u: Input = Input("1", "command: carried above 0.5")
     s: Var = var("m", "position", state="avoid")
     v: Var = var("m/s", "velocity", state="prefer")
     v_rel: Var = var("m/s", "speed relative to the flange", state="prefer")

@@ -66,7 +66,7 @@ class GuideFriction(_OnRod):
 
     symbol = "bearing"
     mu: Param = param("1", "friction coefficient", min=0)
-    load = Input("N", "force across the guide, of either sign")
+    load: Input = Input("N", "force across the guide, of either sign")
 
     def equations(self) -> Iterator[Item]:
         yield from super().equations()
@@ -86,7 +86,7 @@ class Brake(_OnRod):
     characteristic: Characteristic = ((0.0, 0.5),)
     c_geo: Param = param("1", "sum of the friction forces over that of one face", 1.0, min=0)
     f_max: Param = param("N", "normal force at u = 1", min=0)
-    u = Input("1", "normal force over its greatest value")
+    u: Input = Input("1", "normal force over its greatest value")
     f_n: Var = var("N", "normal force")
 
     def equations(self) -> Iterator[Item]:
@@ -118,7 +118,7 @@ class FrictionPair(Component):
     characteristic: Characteristic = ((0.0, 0.5),)
     peak: Param = param("1", "greatest static over kinetic friction", 1.0, min=1)
     f_max: Param = param("N", "normal force at u = 1", min=0)
-    u = Input("1", "normal force over its greatest value")
+    u: Input = Input("1", "normal force over its greatest value")
     s_rel: Var = var("m", "distance of the flanges", state="avoid")
     v_rel: Var = var("m/s", "sliding speed", state="prefer")
     f: Var = var("N", "friction force on flange b")

@@ -104,7 +104,7 @@ class EddyCurrentBrake(Component):
     v_nominal: Param = param("m/s", "velocity of the greatest force at T_ref", above=0)
     alpha: Param = param("1/K", "temperature coefficient of the resistance at T_ref", 0.0)
     T_ref: Param = param("K", "reference temperature", 293.15, above=0)
-    e = Input("1", "excitation over its greatest value")
+    e: Input = Input("1", "excitation over its greatest value")
     v: Var = var("m/s", "velocity relative to the support")
     f: Var = var("N", "braking force")
 

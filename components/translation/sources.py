@@ -43,7 +43,7 @@ class Force(Component):
     symbol = "force"
     flange = LinearFlange()
     support = LinearFlange(grounded=True)
-    f = Input("N", "driving force")
+    f: Input = Input("N", "driving force")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange.f == -self.f
@@ -58,7 +58,7 @@ class Speed(Component):
 
     symbol = "motion"
     flange = LinearFlange()
-    v = Input("m/s", "velocity")
+    v: Input = Input("m/s", "velocity")
 
     def equations(self) -> Iterator[Equation]:
         yield der(self.flange.s) == self.v
@@ -73,7 +73,7 @@ class Position(Component):
 
     symbol = "motion"
     flange = LinearFlange()
-    s = Input("m", "position")
+    s: Input = Input("m", "position")
 
     def equations(self) -> Iterator[Equation]:
         yield self.flange.s == self.s
@@ -87,7 +87,7 @@ class Acceleration(Component):
 
     symbol = "motion"
     flange = LinearFlange()
-    a = Input("m/s2", "acceleration")
+    a: Input = Input("m/s2", "acceleration")
     s: Var = var("m", "position", state="prefer")
     v: Var = var("m/s", "velocity", state="prefer")
 
@@ -107,7 +107,7 @@ class FilteredPosition(Component):
 
     symbol = "motion"
     flange = LinearFlange()
-    s_ref = Input("m", "position to be followed")
+    s_ref: Input = Input("m", "position to be followed")
     f_crit: Param = param("Hz", "frequency up to which it follows", 50.0, above=0)
     s: Var = var("m", "position", state="prefer")
     v: Var = var("m/s", "velocity", state="prefer")
@@ -130,7 +130,7 @@ class FilteredSpeed(Component):
 
     symbol = "motion"
     flange = LinearFlange()
-    v_ref = Input("m/s", "velocity to be followed")
+    v_ref: Input = Input("m/s", "velocity to be followed")
     f_crit: Param = param("Hz", "frequency up to which it follows", 50.0, above=0)
     s: Var = var("m", "position", state="prefer")
     v: Var = var("m/s", "velocity", state="prefer")
@@ -153,7 +153,7 @@ class RelativeSpeed(Component):
     symbol = "motion"
     flange_a = LinearFlange()
     flange_b = LinearFlange()
-    v = Input("m/s", "velocity of flange b relative to flange a")
+    v: Input = Input("m/s", "velocity of flange b relative to flange a")
     s_rel: Var = var("m", "distance of the flanges")
     f: Var = var("N", "force on flange b")
 

@@ -12,6 +12,7 @@ from lumped.drawing.inline import inline
 from lumped.drawing.page_frame import Section, prose, whole_page
 from lumped.drawing.page_run import Told, comparison, energy, events, sizes, table
 from lumped.drawing.schematic import schematic
+from lumped.language.declared import text_of
 from lumped.simulation.sizing import Sizing
 from lumped.simulation.work_precision import WorkPrecision
 from lumped.support.arguments import checked
@@ -145,7 +146,7 @@ def _tree(system: System) -> str:
         cls = type(node.component)
         above = nodes[node.parent].path if node.parent >= 0 else ""
         own = node.path.removeprefix(above).lstrip(".") or cls.__name__
-        first = (cls.__doc__ or "").strip().partition("\n")[0]
+        first = text_of(cls).partition("\n")[0]
         texts.append(
             f"<b>{escape(own)}</b> <span class='kind'>{escape(cls.__name__)}</span> "
             f"{escape(first.replace('``', ''))}"

@@ -10,6 +10,7 @@ import casadi as ca
 
 from lumped.exchange.interface import Interface, Shown
 from lumped.exchange.si_units import DISPLAYED, base_powers
+from lumped.language.declared import text_of
 
 __all__ = ["build_description", "model_description"]
 
@@ -36,7 +37,7 @@ def model_description(
             "fmiVersion": version,
             "modelName": system.name,
             "instantiationToken" if new else "guid": token,
-            "description": (type(system.model).__doc__ or system.name).split("\n")[0],
+            "description": (text_of(type(system.model)) or system.name).split("\n")[0],
             "generationTool": "lumped",
             "variableNamingConvention": "structured" if structured else "flat",
         },

@@ -14,6 +14,7 @@ from lumped.compiler.system import Changes, Name, System
 from lumped.errors import ExportError
 from lumped.exchange.interface import Interface, Shown
 from lumped.exchange.modelica_terms import ModelicaWriter, TextTerm, real
+from lumped.language.declared import text_of
 from lumped.support.arguments import checked
 from lumped.support.whole_files import write_text
 
@@ -93,7 +94,7 @@ class _Text:
         system = self.system
         name = re.sub(r"\W", "_", system.name)
         body = self._equations()
-        about = (type(system.model).__doc__ or system.name).split("\n")[0]
+        about = (text_of(type(system.model)) or system.name).split("\n")[0]
         lines = [f"model {name} {_string(about)}", *self._declarations(), "equation", *body]
         return "\n".join([*lines, f"end {name};", ""])
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from lumped.errors import DeclarationError, UnknownNameError, nearest, shown, to
 from lumped.language.expression import Equation, Expr
 from lumped.language.port import Connection, Port
 from lumped.language.quantity import Input, Output, Quantity, Var
+from lumped.language.signature import DocumentationSlot, SignatureSlot
 from lumped.language.switch import Item
 from lumped.support.arguments import checked
 from lumped.support.optional_packages import extra
@@ -88,6 +89,7 @@ class _FieldSlot:
         return self.default if obj is None else obj._values.get(self.name, self.default)
 
 
+@dataclass_transform(eq_default=False, kw_only_default=True)
 class Component:
     """Base of all components and models.
 
@@ -147,6 +149,7 @@ class Component:
             elif home is cls._fields:
                 setattr(cls, name, _FieldSlot(name, value))
         _refuse_shared(cls.__name__, cls._parts)
+        cls.__doc__ = DocumentationSlot(cls.__doc__)  # type: ignore[assignment]
 
     def __init__(self, *positional: Any, **values: Any) -> None:
         if positional:
@@ -165,6 +168,8 @@ class Component:
         if any(name in self._parts for name in given):
             held = {name: given.get(name, default) for name, default in self._parts.items()}
             _refuse_shared(type(self).__name__, held)
+
+    __signature__ = SignatureSlot(__init__)
 
     _values: dict[str, Any]
     _place: tuple[Component, str] | None

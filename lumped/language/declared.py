@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from inspect import cleandoc
 from typing import Any
 
 from lumped.language.component import Component, Made
 from lumped.language.port import Port
 from lumped.language.quantity import Quantity
+from lumped.language.signature import DocumentationSlot
 
 __all__ = [
     "fields_of",
@@ -17,6 +19,7 @@ __all__ = [
     "place_of",
     "ports_of",
     "quantities_of",
+    "text_of",
     "values_of",
 ]
 
@@ -39,6 +42,12 @@ def fields_of(cls: type[Component]) -> Iterable[str]:
 def has_parts(cls: type[Component]) -> bool:
     """Whether a class declares parts of its own."""
     return bool(cls._parts)
+
+
+def text_of(cls: type[Component]) -> str:
+    """The docstring written in a class, without the list of its declarations; empty if none."""
+    held = vars(cls)["__doc__"]
+    return cleandoc((held.written if isinstance(held, DocumentationSlot) else held) or "")
 
 
 def values_of(component: Component) -> Mapping[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Never, Self
 
 from lumped.errors import EquationError, UnknownNameError
 from lumped.language.expression import Equation, Expr, Partial, Ref, walk
@@ -54,7 +54,11 @@ class Port:
         bound.__dict__.update(self.__dict__, owner=obj)
         return bound
 
-    if not TYPE_CHECKING:  # type checkers shall go on finding misspelt names
+    if TYPE_CHECKING:  # refused as an argument of the component's constructor
+
+        def __set__(self, obj: Never, value: Never) -> None: ...
+
+    else:  # type checkers shall go on finding misspelt names
 
         def __getattr__(self, name: str) -> Any:
             if name.startswith("_"):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, Self, overload
+from typing import TYPE_CHECKING, Any, Literal, Never, Self, overload
 
 import numpy as np
 
 from lumped.errors import DeclarationError
 from lumped.language.expression import Expr, Number, Ref
+from lumped.language.value_types import Value
 from lumped.support.arguments import checked
 
 __all__ = ["Input", "Output", "Param", "Quantity", "Var", "beyond", "param", "var", "within"]
@@ -127,6 +128,10 @@ class Param(Quantity, Expr):
     def __get__(self, obj: Any, owner: type) -> Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
+    if TYPE_CHECKING:  # its value is what constructors take; nothing can be assigned
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
+
     def fault(self, value: float) -> str | None:
         """Why `value` is out of range, or None if it is not."""
         why = beyond(value)
@@ -173,6 +178,10 @@ class Var(Quantity):
     def __get__(self, obj: Any, owner: type) -> Self | Expr:
         return self if obj is None else Ref(obj, self.name, self)
 
+    if TYPE_CHECKING:
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
+
 
 class Signal(Quantity):
     """A causal signal of a component: connects like a port, stands in equations like a quantity."""
@@ -196,6 +205,10 @@ class Input(Signal):
 
     kind = "input"
 
+    if TYPE_CHECKING:
+
+        def __set__(self, obj: Never, value: Value) -> None: ...
+
 
 class Output(Signal):
     """A signal that a component determines.
@@ -207,6 +220,10 @@ class Output(Signal):
     """
 
     kind = "output"
+
+    if TYPE_CHECKING:
+
+        def __set__(self, obj: Never, value: Never) -> None: ...
 
 
 @checked

@@ -53,9 +53,9 @@ class TensionControl(lp.Component):
     motor that drives. R is measured, v and a are those of the line.
     """
 
-    R = lp.Input("m", "radius of the coil")
-    v = lp.Input("m/s", "line speed")
-    a = lp.Input("m/s2", "acceleration of the line")
+    R: lp.Input = lp.Input("m", "radius of the coil")
+    v: lp.Input = lp.Input("m/s", "line speed")
+    a: lp.Input = lp.Input("m/s2", "acceleration of the line")
     tau = lp.Output("N.m", "motor torque")
     compensation: lp.Param = lp.param("1", "share of the inertia compensated", 1.0)
     T: lp.Param = lp.param("N", "wanted tension", TENSION)

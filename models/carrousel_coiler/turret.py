@@ -52,8 +52,8 @@ class HeldTension(lp.Component):
 
     line = lp.LinearFlange()
     motor = lp.Flange()
-    s = lp.Input("m", "position of the strip")
-    T = lp.Input("N", "tension")
+    s: lp.Input = lp.Input("m", "position of the strip")
+    T: lp.Input = lp.Input("N", "tension")
 
     def equations(self) -> Iterator[lp.Equation]:
         yield self.line.s == self.s

@@ -162,7 +162,7 @@ class Support(Hanging):
 class RestingSupport(Hanging):
     """Support that moves with its rod while the command `u` is on, else is at rest."""
 
-    u = lp.Input("1", "moves above 0.5")
+    u: lp.Input = lp.Input("1", "moves above 0.5")
     mass_x: translation.PickUp = translation.PickUp(m=Hanging.m)
     mass_y: translation.PickUp = translation.PickUp(m=Hanging.m)
     body: PickUp = PickUp(J=Hanging.J)
@@ -190,8 +190,8 @@ class Shear(lp.Component):
 class PrintedShear(Shear):
     """The journal or the pin stands still, and with it the support that is not lifted."""
 
-    upper: RestingSupport = RestingSupport(**UPPER)
-    lower: RestingSupport = RestingSupport(**LOWER)
+    upper: RestingSupport = RestingSupport().with_(UPPER)
+    lower: RestingSupport = RestingSupport().with_(LOWER)
     journal_x: translation.Coupling = translation.Coupling()
     journal_y: translation.Coupling = translation.Coupling()
     pin_x: translation.Coupling = translation.Coupling()
@@ -214,7 +214,7 @@ class PrintedShear(Shear):
 class GuidedShear(Shear):
     """Both supports in the guides of the frame; the lower one seated, or the upper one's foot."""
 
-    upper: Support = Support(**UPPER)
+    upper: Support = Support().with_(UPPER)
     lower: Mass = Mass(m=M_LOWER)
     seat: translation.Coupling = translation.Coupling()
     strip: translation.Coupling = translation.Coupling()

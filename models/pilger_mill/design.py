@@ -29,8 +29,8 @@ class Turned(lp.Component):
     U: lp.Param = lp.param("kg.m", "mass moment of a sector", min=0)
     force = lp.Output("N", "amount of the force on the foundation")
     torque = lp.Output("N.m", "torque at the crank shaft, with idle friction")
-    exact: Mill = Mill(**SETS["P"], m2=m2, U=U)
-    printed: AsPrinted = AsPrinted(**SETS["P"], m2=m2, U=U)
+    exact: Mill = Mill(m2=m2, U=U).with_(SETS["P"])
+    printed: AsPrinted = AsPrinted(m2=m2, U=U).with_(SETS["P"])
     turn: Position = Position(phi=SPEED["P"] * lp.time)
     turn_printed: Position = Position(phi=SPEED["P"] * lp.time)
 
@@ -56,5 +56,5 @@ def revolved(points: int = 1440) -> lp.Trajectory:
     -------
     Trajectory
     """
-    system = lp.assemble(Turned(**DESIGNS["before"]))
+    system = lp.assemble(Turned().with_(DESIGNS["before"]))
     return lp.simulate(system, until=2 * pi / SPEED["P"], grid=points)

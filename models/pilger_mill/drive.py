@@ -44,7 +44,7 @@ class Driven(lp.Component):
     """Mill on its motor with speed control; rigid gear."""
 
     w: lp.Param = lp.param("rad/s", "speed of the crank that scenes want", SPEED["P"])
-    wanted = lp.Input("rad/s", "wanted speed of the motor")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed of the motor")
     motor: InverterInductionMotor = InverterInductionMotor(
         J=J_MOTOR, tau_k=BREAKDOWN, d_k=SLIP, T=LAG
     )

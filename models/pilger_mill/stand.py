@@ -204,7 +204,7 @@ class AsPrinted(Mill):
 
 def mill(name: str, design: str = "after", kind: type[Mill] = Mill, **changes: float) -> Mill:
     """A mill by set ("P", "F") and design ("before", "after" the published optimisation)."""
-    return kind(**SETS[name] | DESIGNS[design] | changes)
+    return kind().with_(SETS[name] | DESIGNS[design] | changes)
 
 
 def turned(part: Mill, motion: lp.Expr) -> lp.System:

@@ -47,7 +47,7 @@ MOTOR = SpeedDrive(
 class MotorUpper(Branch):
     """Upper branch on its motor."""
 
-    wanted = lp.Input("rad/s", "wanted speed")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
     motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})
@@ -66,7 +66,7 @@ class MotorUpper(Branch):
 class MotorLower(Branch):
     """Lower branch on its motor."""
 
-    wanted = lp.Input("rad/s", "wanted speed")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     s: lp.Param = lp.param("1", "droop: loss of speed at rated torque", 0.0, min=0)
     motor: SpeedDrive = MOTOR.with_({"droop": s * SPEED / RATED})

@@ -210,7 +210,7 @@ class SpeedControlled(lp.Component):
     """Motor torque set by a speed controller."""
 
     flange = lp.Flange()
-    wanted = lp.Input("rad/s", "wanted speed")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     torque: Torque = Torque()
     sensor: SpeedSensor = SpeedSensor()
@@ -226,7 +226,7 @@ class SpeedControlled(lp.Component):
 class ControlledUpper(UpperBranch):
     """Upper branch with speed control."""
 
-    wanted = lp.Input("rad/s", "wanted speed")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     drive: SpeedControlled = SpeedControlled()
 
@@ -239,7 +239,7 @@ class ControlledUpper(UpperBranch):
 class ControlledLower(LowerBranch):
     """Lower branch with speed control."""
 
-    wanted = lp.Input("rad/s", "wanted speed")
+    wanted: lp.Input = lp.Input("rad/s", "wanted speed")
     tau = lp.Output("N.m", "motor torque")
     drive: SpeedControlled = SpeedControlled()
 
@@ -275,10 +275,10 @@ class TrimmedStand(StripGap):
 def with_droop(s: float) -> ControlledStand:
     """Drives that turn with w_0 at rated torque and (1 + s) w_0 without load."""
     drive = SpeedControlled(control=PController(k=RATED / (s * SPEED)))
-    upper, lower = (
-        branch(drive=drive, wanted=(1 + s) * SPEED) for branch in (ControlledUpper, ControlledLower)
+    return ControlledStand(
+        upper=ControlledUpper(drive=drive, wanted=(1 + s) * SPEED),
+        lower=ControlledLower(drive=drive, wanted=(1 + s) * SPEED),
     )
-    return ControlledStand(upper=upper, lower=lower)
 
 
 def unequal_rolls(

@@ -1,5 +1,7 @@
 """Rules that every component of the library obeys, found by walking the package."""
 
+import inspect
+
 import numpy as np
 import pytest
 from library_rigs import FIELDS, LIBRARY, declared, every, rig, values
@@ -7,7 +9,8 @@ from library_rigs import FIELDS, LIBRARY, declared, every, rig, values
 import lumped as lp
 import lumped.components
 from lumped.components import translation
-from lumped.language.declared import has_parts
+from lumped.errors import DeclarationError, UnknownNameError
+from lumped.language.declared import has_parts, text_of
 from lumped.language.quantity import Quantity
 from lumped.language.switch import Hold, When
 
@@ -102,6 +105,30 @@ def test_its_equations_join_quantities_of_the_same_kind(cls: type[lp.Component])
 
 @every(LIBRARY)
 def test_its_docstring_states_its_law(cls: type[lp.Component]) -> None:
-    received = vars(cls).get("__doc__") or ""
+    received = text_of(cls)
     expected = "="
     assert expected in received
+
+
+@every(LIBRARY)
+def test_type_checkers_see_each_quantity_that_it_can_be_given(cls: type[lp.Component]) -> None:
+    given = [declared(cls, kind) for kind in (lp.Param, lp.Var, lp.Input)]
+    received = {name for base in cls.__mro__ for name in vars(base).get("__annotations__", {})}
+    expected = {name for quantities in given for name in quantities}
+    assert expected <= received
+
+
+@every(LIBRARY)
+def test_its_signature_has_the_names_that_its_constructor_knows(cls: type[lp.Component]) -> None:
+    received = set(inspect.signature(cls).parameters)
+    expected = set()
+    for name in {*dir(cls), *received}:
+        try:
+            cls(**{name: 1.0})
+        except UnknownNameError:
+            continue
+        except DeclarationError as error:
+            if "is an output" in str(error):
+                continue
+        expected.add(name)
+    assert received == expected
