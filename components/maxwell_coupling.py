@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from lumped import (
@@ -23,13 +23,12 @@ from lumped.components.stiffness_table import Elasticity, from_stiffness
 from lumped.errors import DeclarationError
 from lumped.language.component import Made, path_of
 from lumped.language.validity import Range
+from lumped.language.value_types import Rows
 
 if TYPE_CHECKING:
     from lumped.numerics.maxwell_fit import MaxwellFit
 
 __all__ = ["MaxwellBranch", "MaxwellCoupling"]
-
-Rows = Sequence[Sequence[float]]
 
 
 class _Part(Component):
@@ -123,9 +122,11 @@ def _spring(coupling: MaxwellCoupling) -> _StaticSpring:
 
 
 def _branches(coupling: MaxwellCoupling) -> list[MaxwellBranch]:
-    shape = {"stiffness": coupling.stiffness, "static": coupling.static}
     return [
-        MaxwellBranch(share=share, t_relax=time, **shape) for share, time in coupling.fit().branches
+        MaxwellBranch(
+            stiffness=coupling.stiffness, static=coupling.static, share=share, t_relax=time
+        )
+        for share, time in coupling.fit().branches
     ]
 
 
