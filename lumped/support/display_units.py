@@ -1,0 +1,259 @@
+"""Units in which results are shown; inside, everything stays in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from types import TracebackType
+from typing import NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+
+from lumped.errors import OptionError, UnitError, UnknownNameError, nearest, shown
+from lumped.support.known_units import measure
+from lumped.support.units import in_unit
+
+__all__ = ["PRESETS", "Shown", "Units", "chosen", "display", "display_units"]
+
+Units: TypeAlias = Mapping[str, str] | str | None
+"""A preset, or the units to show by path, last name or SI unit; None is the session's choice."""
+
+Value = TypeVar("Value", float, np.ndarray)
+
+PRESETS: dict[str, dict[str, str]] = {
+    "engineering": {
+        "N.m": "kN.m",
+        "N.m/rad": "kN.m/rad",
+        "Pa": "MPa",
+        "W": "kW",
+        "rad": "deg",
+        "rad/s": "1/min",
+    },
+}
+"""What engineers read in calculations of drives, as `display_units` takes it by name."""
+
+_SPEED = {("rad/s", "1/min"): "rpm"}
+"""What a speed of rotation in 1/min means where it is shown."""
+
+
+class Shown(NamedTuple):
+    """A unit to show, and how a value in SI units becomes one in it.
+
+    Parameters
+    ----------
+    unit : str
+        To show.
+    factor, offset : float
+        A value shown is `factor` times the one in SI units, plus `offset`.
+    """
+
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def value(self, si: Value) -> Value:
+        """Values, in SI units, as they are shown."""
+        if self.factor == 1.0 and not self.offset:
+            return si
+        return self.factor * si + self.offset
+
+
+class _Session:
+    """What the session shows results in."""
+
+    units: Mapping[str, str] = {}
+
+
+def display(
+    path: str,
+    unit: str,
+    units: Units = None,
+    *,
+    usual: str | None = None,
+    is_change: bool = False,
+) -> Shown:
+    """The unit in which a quantity is shown.
+
+    Parameters
+    ----------
+    path : str
+        Its name, such as ``"motor.w"``.
+    unit : str
+        Its SI unit.
+    units : mapping of str to str, str or None
+        See `display_units`; None is the choice of the session. A path goes before a last name,
+        and a last name before an SI unit. A key such as ``"s"``, which may be a name or a unit,
+        is a unit where the unit to show is of its kind.
+    usual : str, optional
+        Unit to show if nothing is chosen for the quantity.
+    is_change : bool
+        Whether a difference or an amplitude is shown, which has no zero: one of temperatures stays
+        in K.
+
+    Returns
+    -------
+    Shown
+        Unit, factor and offset.
+
+    Raises
+    ------
+    UnitError
+        If the unit to show is of another kind, or cannot be read.
+    """
+    choice = chosen(units)
+    wanted = usual or unit
+    named = [key for key in (path, path.rpartition(".")[2]) if key in choice]
+    named = [key for key in named if not _is_unit(key, choice[key])]
+    if named:
+        wanted = choice[named[0]]
+    elif unit in choice and not (unit.isidentifier() and not _is_unit(unit, choice[unit])):
+        wanted = choice[unit]
+    factor, offset = _scale(wanted, unit, f"units: {path} ({unit}) cannot be shown in")
+    return Shown(unit) if is_change and offset else Shown(wanted, factor, offset)
+
+
+def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str]:
+    """A choice of units as a mapping.
+
+    Parameters
+    ----------
+    units : mapping of str to str, str or None
+        See `display_units`; None is the choice of the session.
+    names : iterable of str, optional
+        All names that a result shows. A key that is none of them, nor a unit, is refused.
+
+    Raises
+    ------
+    OptionError
+        If it is no mapping of texts and no preset.
+    UnitError
+        If a unit cannot be read, or is of another kind than the unit for which it stands.
+    UnknownNameError
+        If a key is neither a unit nor a name of the result.
+    """
+    if units is None:
+        return _Session.units
+    if isinstance(units, str):
+        if units not in PRESETS:
+            raise OptionError(
+                f"units = {units!r}: a mapping such as {{'rad/s': 'rpm'}} or the name of a preset "
+                f"is needed: {', '.join(map(repr, PRESETS))}."
+            )
+        return PRESETS[units]
+    is_choice = isinstance(units, Mapping) and all(
+        isinstance(key, str) and isinstance(unit, str) for key, unit in units.items()
+    )
+    if not is_choice:
+        raise OptionError(
+            f"units = {shown(units)}: a mapping of names or SI units to units to show is needed, "
+            "such as {'rad/s': 'rpm', 'shaft.tau': 'kN.m'}."
+        )
+    if names is not None:
+        _check_names(units, names)
+    return units
+
+
+def _check_names(units: Mapping[str, str], names: Iterable[str]) -> None:
+    full: list[str] | None = None
+    for key, unit in units.items():
+        if _is_unit(key, unit):
+            continue
+        full = list(names) if full is None else full
+        if key in full or key in {name.rpartition(".")[2] for name in full}:
+            continue
+        if _reads_as_si(key):
+            _scale(unit, key, f"units: {key} cannot be shown in")
+        raise UnknownNameError(
+            f"units: {key!r} is neither an SI unit nor a name of this result. {nearest(key, full)}"
+        )
+
+
+def _reads_as_si(key: str) -> bool:
+    known = measure(key)
+    return known is not None and known.is_si
+
+
+@cache
+def _is_unit(key: str, unit: str) -> bool:
+    """Whether a key is an SI unit, for which a unit to show can stand."""
+    if not _reads_as_si(key):
+        return False
+    try:
+        _scale(unit, key, "")
+    except UnitError:
+        return False
+    return True
+
+
+@cache
+def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
+    """Factor and offset from a unit to the one to show."""
+    if wanted == unit:
+        return 1.0, 0.0
+    meant = _SPEED.get((unit, wanted), wanted)
+    said = f"{what} {wanted!r}"
+    zero, one, two = (in_unit(size, meant, unit, said) for size in (0.0, 1.0, 2.0))
+    if abs(two - 2 * one + zero) > 1e-9 * abs(two):
+        raise UnitError(f"{said}: its values are not proportional to those in {unit}.")
+    return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
+
+
+class display_units:  # noqa: N801  # called like a function
+    """Choose the units in which results are shown from now on.
+
+    Tables, plots and reports follow it unless they are given `units` themselves. Numbers that are
+    read from results, such as ``run["motor.w"]``, stay in SI units.
+
+    Parameters
+    ----------
+    units : mapping of str to str, str or None
+        Units to show. Keys are paths such as ``"motor.w"``, last names such as ``"w"`` and SI units
+        such as ``"rad/s"``; the first of these that is given counts. ``"engineering"`` is
+        ``{"N.m": "kN.m", "N.m/rad": "kN.m/rad", "Pa": "MPa", "W": "kW", "rad": "deg",
+        "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units.
+
+    Raises
+    ------
+    OptionError
+        If it is no mapping of texts and no preset.
+    UnitError
+        If a unit cannot be read, or is of another kind than the SI unit for which it stands.
+
+    Examples
+    --------
+    As a context it holds inside only:
+
+    >>> import lumped as lp
+    >>> with lp.display_units({"rad/s": "rpm"}):
+    ...     pass
+    """
+
+    def __init__(self, units: Units) -> None:
+        self._before = _Session.units
+        choice = {} if units is None else dict(chosen(units))
+        for key, unit in choice.items():
+            if _reads_as_si(key) and not key.isidentifier():
+                _scale(unit, key, f"display_units: {key} cannot be shown in")
+            elif not _is_unit(key, unit):
+                _check_readable(key, unit)
+        _Session.units = choice
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        _Session.units = self._before
+
+
+def _check_readable(key: str, unit: str) -> None:
+    """Refuse a text that is no unit at all."""
+    try:
+        in_unit(1.0, unit, "1", f"display_units: {key} cannot be shown in {unit!r}")
+    except UnitError as fault:
+        if "of the kind" not in str(fault):
+            raise
