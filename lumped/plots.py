@@ -27,6 +27,7 @@ def curves(
     t: np.ndarray,
     quantities: Mapping[str, tuple[str, str, np.ndarray]],
     events: Iterable[float],
+    time_unit: str = "s",
 ) -> Figure:
     """Curves over time, one panel for each unit; events are thin vertical lines.
 
@@ -35,11 +36,13 @@ def curves(
     title : str
         Title of the figure.
     t : ndarray, shape (k,)
-        Times, s.
+        Times.
     quantities : mapping of str to (str, str, ndarray of shape (k,))
         Unit, text and values of each name.
     events : iterable of float
-        Their times, s.
+        Their times.
+    time_unit : str
+        Unit of all times.
     """
     panels: dict[str, list[str]] = {}
     texts: dict[str, set[str]] = {}
@@ -59,7 +62,7 @@ def curves(
         axis.set_ylabel(f"{text}, {unit}" if text else unit)
         axis.grid(alpha=0.3)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(f"time, {time_unit}")
     axes[-1].set_xlim(t[0], t[-1])
     figure.suptitle(title)
     return figure

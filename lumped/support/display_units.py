@@ -13,7 +13,17 @@ from lumped.errors import OptionError, UnitError, UnknownNameError, nearest, sho
 from lumped.support.known_units import measure
 from lumped.support.units import in_unit
 
-__all__ = ["PRESETS", "Shown", "Units", "chosen", "display", "display_units"]
+__all__ = [
+    "PRESETS",
+    "Shown",
+    "Units",
+    "chosen",
+    "display",
+    "display_units",
+    "of_frequency",
+    "of_speed",
+    "of_time",
+]
 
 Units: TypeAlias = Mapping[str, str] | str | None
 """A preset, or the units to show by path, last name or SI unit; None is the session's choice."""
@@ -110,6 +120,21 @@ def display(
         wanted = choice[unit]
     factor, offset = _scale(wanted, unit, f"units: {path} ({unit}) cannot be shown in")
     return Shown(unit) if is_change and offset else Shown(wanted, factor, offset)
+
+
+def of_speed(units: Units = None) -> Shown:
+    """How speeds of rotation over which something is shown are shown, usually in 1/min."""
+    return display("speed", "rad/s", units, usual="1/min")
+
+
+def of_frequency(units: Units = None) -> Shown:
+    """How frequencies of vibrations are shown."""
+    return display("frequency", "Hz", units)
+
+
+def of_time(units: Units = None) -> Shown:
+    """How instants are shown."""
+    return display("time", "s", units)
 
 
 def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str]:
