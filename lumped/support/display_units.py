@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from functools import cache
 from types import TracebackType
 from typing import NamedTuple, TypeAlias, TypeVar
@@ -92,7 +93,8 @@ def display(
         Its SI unit.
     units : mapping of str to str, str or None
         See `display_units`; None is the choice of the session. A path goes before a last name,
-        and a last name before an SI unit. A key such as ``"s"``, which may be a name or a unit,
+        and a last name before an SI unit; the number ``"peak(motor.w)"`` answers to the names of
+        its quantity too, if their unit fits. A key such as ``"s"``, which may be a name or a unit,
         is a unit where the unit to show is of its kind.
     usual : str, optional
         Unit to show if nothing is chosen for the quantity.
@@ -112,7 +114,8 @@ def display(
     """
     choice = chosen(units)
     wanted = usual or unit
-    named = [key for key in (path, path.rpartition(".")[2]) if key in choice]
+    named = [key for key in (path, _last(path)) if key in choice]
+    named += [key for key in _inner(path) if key in choice and _fits(choice[key], unit)]
     named = [key for key in named if not _is_unit(key, choice[key])]
     if named:
         wanted = choice[named[0]]
@@ -120,6 +123,17 @@ def display(
         wanted = choice[unit]
     factor, offset = _scale(wanted, unit, f"units: {path} ({unit}) cannot be shown in")
     return Shown(unit) if is_change and offset else Shown(wanted, factor, offset)
+
+
+def _last(path: str) -> str:
+    return path.rpartition(".")[2]
+
+
+def _inner(path: str) -> tuple[str, ...]:
+    """The quantity of a number such as ``peak(motor.tau, between 0 and 1)``, and its last name."""
+    _, bracket, rest = path.partition("(")
+    own = rest.rstrip(")").partition(",")[0]
+    return (own, _last(own)) if bracket else ()
 
 
 def of_speed(units: Units = None) -> Shown:
@@ -184,7 +198,7 @@ def _check_names(units: Mapping[str, str], names: Iterable[str]) -> None:
         if _is_unit(key, unit):
             continue
         full = list(names) if full is None else full
-        if key in full or key in {name.rpartition(".")[2] for name in full}:
+        if any(key in (name, _last(name), *_inner(name)) for name in full):
             continue
         if _reads_as_si(key):
             _scale(unit, key, f"units: {key} cannot be shown in")
@@ -198,13 +212,15 @@ def _reads_as_si(key: str) -> bool:
     return known is not None and known.is_si
 
 
-@cache
 def _is_unit(key: str, unit: str) -> bool:
     """Whether a key is an SI unit, for which a unit to show can stand."""
-    if not _reads_as_si(key):
-        return False
+    return _reads_as_si(key) and _fits(unit, key)
+
+
+@cache
+def _fits(wanted: str, unit: str) -> bool:
     try:
-        _scale(unit, key, "")
+        _scale(wanted, unit, "")
     except UnitError:
         return False
     return True
@@ -215,6 +231,8 @@ def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
     """Factor and offset from a unit to the one to show."""
     if wanted == unit:
         return 1.0, 0.0
+    if not unit:
+        raise UnitError(f"{what} {wanted!r}: in which unit it is, is not known.")
     meant = _SPEED.get((unit, wanted), wanted)
     said = f"{what} {wanted!r}"
     zero, one, two = (in_unit(size, meant, unit, said) for size in (0.0, 1.0, 2.0))
@@ -223,7 +241,25 @@ def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
     return 1 / (one - zero), -zero / (one - zero) + 0.0  # never -0.0
 
 
-class display_units:  # noqa: N801  # called like a function
+class _Until:
+    """What a choice for the session replaced, and puts back at the end of a context."""
+
+    def __init__(self, before: Mapping[str, str]) -> None:
+        self._before = before
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        _Session.units = self._before
+
+
+def display_units(units: Units) -> AbstractContextManager[None]:
     """Choose the units in which results are shown from now on.
 
     Tables, plots and reports follow it unless they are given `units` themselves. Numbers that are
@@ -237,42 +273,26 @@ class display_units:  # noqa: N801  # called like a function
         ``{"N.m": "kN.m", "N.m/rad": "kN.m/rad", "Pa": "MPa", "W": "kW", "rad": "deg",
         "rad/s": "1/min"}``, where 1/min is a speed of rotation. None is SI units.
 
+    Returns
+    -------
+    context manager
+        At whose end the former choice holds again; to be used or not.
+
     Raises
     ------
     OptionError
         If it is no mapping of texts and no preset.
     UnitError
         If a unit cannot be read, or is of another kind than the SI unit for which it stands.
-
-    Examples
-    --------
-    As a context it holds inside only:
-
-    >>> import lumped as lp
-    >>> with lp.display_units({"rad/s": "rpm"}):
-    ...     pass
     """
-
-    def __init__(self, units: Units) -> None:
-        self._before = _Session.units
-        choice = {} if units is None else dict(chosen(units))
-        for key, unit in choice.items():
-            if _reads_as_si(key) and not key.isidentifier():
-                _scale(unit, key, f"display_units: {key} cannot be shown in")
-            elif not _is_unit(key, unit):
-                _check_readable(key, unit)
-        _Session.units = choice
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        _Session.units = self._before
+    choice = {} if units is None else dict(chosen(units))
+    for key, unit in choice.items():
+        if _reads_as_si(key) and not key.isidentifier():
+            _scale(unit, key, f"display_units: {key} cannot be shown in")
+        elif not _is_unit(key, unit):
+            _check_readable(key, unit)
+    before, _Session.units = _Session.units, choice
+    return _Until(before)
 
 
 def _check_readable(key: str, unit: str) -> None:
