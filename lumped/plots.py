@@ -102,7 +102,7 @@ def torque_speed(
     thermal: tuple[float, float],
     rated: float | Rows | None,
     maximum: float | Rows | None,
-    units: tuple[str, str],
+    labels: tuple[str, str],
 ) -> Figure:
     """Plane of speed and torque: the run, the limits in all four quadrants, the thermal point.
 
@@ -114,8 +114,8 @@ def torque_speed(
         Speed and torque of the thermal equivalent.
     rated, maximum : float, rows of (speed, torque) or None
         The limits.
-    units : tuple of str
-        Units of torque and speed.
+    labels : tuple of str
+        Of the speed and of the torque, with their units.
     """
     speed, torque = points
     figure = Figure((_WIDTH, 5.0), layout="constrained")
@@ -141,10 +141,8 @@ def torque_speed(
     axis.plot(*thermal, "o", color="C2", label="thermal equivalent")
     for line in (axis.axhline, axis.axvline):
         line(0, color="black", linewidth=0.8)
-    torque_unit, speed_unit = units
-    turning = torque_unit == "N.m"
-    axis.set_xlabel(f"{'angular velocity' if turning else 'speed'}, {speed_unit}")
-    axis.set_ylabel(f"{'torque' if turning else 'force'}, {torque_unit}")
+    axis.set_xlabel(labels[0])
+    axis.set_ylabel(labels[1])
     axis.grid(alpha=0.3)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure

@@ -21,9 +21,9 @@ __all__ = [
     "chosen",
     "display",
     "display_units",
-    "of_frequency",
-    "of_speed",
-    "of_time",
+    "frequency_unit",
+    "speed_unit",
+    "time_unit",
 ]
 
 Units: TypeAlias = Mapping[str, str] | str | None
@@ -136,17 +136,17 @@ def _inner(path: str) -> tuple[str, ...]:
     return (own, _last(own)) if bracket else ()
 
 
-def of_speed(units: Units = None) -> Shown:
+def speed_unit(units: Units = None) -> Shown:
     """How speeds of rotation over which something is shown are shown, usually in 1/min."""
     return display("speed", "rad/s", units, usual="1/min")
 
 
-def of_frequency(units: Units = None) -> Shown:
+def frequency_unit(units: Units = None) -> Shown:
     """How frequencies of vibrations are shown."""
     return display("frequency", "Hz", units)
 
 
-def of_time(units: Units = None) -> Shown:
+def time_unit(units: Units = None) -> Shown:
     """How instants are shown."""
     return display("time", "s", units)
 

@@ -14,7 +14,7 @@ from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.flattening.tree import key_of
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, of_time
+from lumped.support.display_units import Units, chosen, display, time_unit
 from lumped.support.made_once import made_once
 from lumped.support.optional_packages import extra
 from lumped.support.whole_files import whole_file
@@ -204,7 +204,7 @@ def drawn(
         raise OptionError(f"{title}: nothing was computed, so there is nothing to draw.")
     if not quantities:
         raise OptionError(f"{title}: no states to draw; name the quantities to see.")
-    time, told = of_time(units), {}
+    time, told = time_unit(units), {}
     for name, (unit, text, values) in quantities.items():
         to_show = display(name, unit, units)
         told[name] = to_show.unit, text, to_show.value(values)

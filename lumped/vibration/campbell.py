@@ -15,7 +15,7 @@ from lumped.errors import OptionError
 from lumped.points.situation import situation
 from lumped.points.start import point_at
 from lumped.support.arguments import checked
-from lumped.support.display_units import Shown, Units, chosen, of_frequency, of_speed
+from lumped.support.display_units import Shown, Units, chosen, frequency_unit, speed_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.modes import Modes, modes
@@ -74,7 +74,7 @@ class BarredRange:
     end: float
 
     def __str__(self) -> str:
-        return self.told(of_speed())
+        return self.told(speed_unit())
 
     def told(self, speed: Shown) -> str:
         """The range as speeds are shown."""
@@ -155,7 +155,7 @@ class Campbell:
             [(c.speed, c.hertz) for c in self.critical],
             between,
             [(each.begin, each.end) for each in barred],
-            (of_speed(choice), of_frequency(choice)),
+            (speed_unit(choice), frequency_unit(choice)),
         )
 
     def __repr__(self) -> str:
@@ -168,7 +168,7 @@ class Campbell:
 
 
 def _table(critical: Iterable[CriticalSpeed]) -> str:
-    speeds, frequency = dict.fromkeys((Shown("rad/s"), of_speed())), of_frequency()
+    speeds, frequency = dict.fromkeys((Shown("rad/s"), speed_unit())), frequency_unit()
     rows = [
         (
             *(number(speed.value(c.speed)) for speed in speeds),

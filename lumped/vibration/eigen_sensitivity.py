@@ -16,7 +16,7 @@ from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.points.situation import situation
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, of_frequency
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.ranking import ranked
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -159,12 +159,12 @@ class EigenSensitivity:
 
         modes = self.modes
         found = self.ranked(mode)
-        frequency = of_frequency(chosen(units, ("frequency", *modes.system.names())))
+        frequency = frequency_unit(chosen(units, ("frequency", *modes.system.names())))
         told = f"{frequency.value(modes.hertz[mode]):.4g} {frequency.unit}"
         return tornado(found, f"{modes.system.name}: {told}", "the frequency")
 
     def __repr__(self) -> str:
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:12]):
             text = "repeated: no derivatives of its own, see split"
             if i not in self.repeated:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import of_frequency
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 
@@ -111,7 +111,7 @@ class ModalEnergies:
         return found[0], found[1]
 
     def __repr__(self) -> str:
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:30]):
             texts = ["; ".join(f"{n} {100 * v:.1f} %" for n, v in x[:4]) for x in self.ranked(i)]
             most = np.argsort(-np.abs(self.damping[i]), kind="stable")[:4].tolist()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import UnknownNameError, nearest
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, of_frequency
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.stations import InertialPart, Part
 
@@ -128,7 +128,7 @@ class Holzer:
         if not self.is_referred:
             return self.referred.plot(units=units)
         choice = chosen(units, ("frequency", "tau"))
-        frequency, to_show = of_frequency(choice), display("tau", "N.m", choice)
+        frequency, to_show = frequency_unit(choice), display("tau", "N.m", choice)
         title = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz))} "
         title += f"{frequency.unit}, "
         inertias, shafts = [], []
@@ -141,7 +141,7 @@ class Holzer:
 
     def __repr__(self) -> str:
         where = f"referred to {self.over}" if self.is_referred else "each part on its own shaft"
-        frequency = of_frequency()
+        frequency = frequency_unit()
         head = f"{self.name}: mode {self.mode + 1}, {number(frequency.value(self.hertz), 9)} "
         head += f"{frequency.unit}, {where}\n"
         inertia, stiffness = display("J", "kg.m2"), display("c", "N.m/rad")

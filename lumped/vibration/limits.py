@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, of_speed
+from lumped.support.display_units import Units, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.support.units import converted, has_unit
 from lumped.timeloop.result import Trajectory
@@ -223,7 +223,7 @@ class Verdict:
     def __repr__(self) -> str:
         kept = sum(result.passed for result in self.results)
         head = f"{'passed' if self.passed else 'FAILED'}: {kept} of {len(self.results)} limits kept"
-        speed = of_speed()
+        speed = speed_unit()
         rows = [
             (
                 r.name,

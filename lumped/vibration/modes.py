@@ -22,7 +22,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite, moving
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, of_frequency
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 from lumped.vibration.eigen_accuracy import Accuracy, accuracy, lost
@@ -306,7 +306,7 @@ class Modes(Eigenpairs):
         title = name
         if modes is None and len(drawn) < every:
             title += f": the {len(drawn)} lowest of {every} modes; modes= chooses others"
-        frequency = of_frequency(chosen(units, ("frequency", *self.system.names())))
+        frequency = frequency_unit(chosen(units, ("frequency", *self.system.names())))
         captions = [
             f"{frequency.value(self.hertz[k]):.4g} {frequency.unit}, damping ratio "
             f"{self.damping[k]:.3g}"
@@ -333,7 +333,7 @@ class Modes(Eigenpairs):
                 f"\nnote: {self.lost} eigenvalues that are not zero are below the rounding of the "
                 "highest, and count among the rigid-body modes; analyse the soft parts alone"
             )
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for i, (f, z) in enumerate(zip(self.hertz[:30], self.damping, strict=False)):
             order = np.argsort(-np.abs(scaled[:, i]))[:3].tolist() if names else []
             parts = [f"{names[j]} {_signed(scaled[j, i])}" for j in order]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name, System
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, of_speed
+from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.vibration.synthesis import Synthesis
 
@@ -153,7 +153,7 @@ class OrderAmplitudes:
             if len(self.orders) > 1:
                 curves["half range"] = to_show.value(self.synthesis(output).half_range)
             drawn[output] = to_show.unit, curves
-        return order_response(self.system.name, self.speeds, drawn, of_speed(choice))
+        return order_response(self.system.name, self.speeds, drawn, speed_unit(choice))
 
     def _place(self, output: Name) -> int:
         key = self.system.key(output)
@@ -175,7 +175,7 @@ class OrderAmplitudes:
 
     def largest_orders(self) -> str:
         """A table of the largest order and the synthesis of each output."""
-        rows, speed = [], of_speed()
+        rows, speed = [], speed_unit()
         for output in self.outputs:
             size, both = np.abs(self[output]), self.synthesis(output)
             k, o = np.unravel_index(int(size.argmax()), size.shape)

@@ -13,7 +13,7 @@ from lumped.compiler.system import Name
 from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.moved_equilibrium import places_to
 from lumped.support.arguments import checked
-from lumped.support.display_units import display, of_speed
+from lumped.support.display_units import display, speed_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.moved_rotation import moved_by
 from lumped.vibration.order_response import OrderResponse
@@ -73,7 +73,7 @@ class OrderSensitivity:
         return float(self.values[self.parameters.index(parameter)])
 
     def __repr__(self) -> str:
-        to_show, speed = display(self.output, self.unit, is_change=True), of_speed()
+        to_show, speed = display(self.output, self.unit, is_change=True), speed_unit()
         head = (
             f"{self.measure} of {self.output} at {speed.value(self.speed):.6g} {speed.unit}: "
             f"{to_show.value(self.value):.6g} {to_show.unit}; by {len(self.parameters)} parameters"

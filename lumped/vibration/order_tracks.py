@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, of_speed
+from lumped.support.display_units import Units, chosen, display, speed_unit
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import Trajectory
 from lumped.vibration.order_analysis import rising_angle
@@ -170,12 +170,12 @@ class OrderTracks:
         choice = chosen(units, ("speed", self.of))
         to_show = display(self.of, self.unit, choice, is_change=True)
         tracks = {f"order {o:.5g}": to_show.value(np.abs(self.track(o))) for o in wanted}
-        size, speed = to_show.value(np.abs(self.values)), of_speed(choice)
+        size, speed = to_show.value(np.abs(self.values)), speed_unit(choice)
         title = f"{self.name}: {self.of}"
         return order_tracks(title, self.speeds, self.orders, size, tracks, to_show.unit, speed)
 
     def __repr__(self) -> str:
-        speed = of_speed()
+        speed = speed_unit()
         low, high = speed.value(self.speeds.min()), speed.value(self.speeds.max())
         head = (
             f"{self.name}: {self.of} in {len(self.times)} windows of {self.turns} turns of "

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import of_frequency
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.left_vectors import left_vectors
 from lumped.vibration.modes import Modes
@@ -51,7 +51,7 @@ class Participation:
         return [(names[i], float(size[i])) for i in order if size[i] > 1e-12]
 
     def __repr__(self) -> str:
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for i, hertz in enumerate(self.modes.hertz[:30]):
             most = "; ".join(f"{name} {value:.3f}" for name, value in self.ranked(i)[:5])
             rows.append((str(i + 1), number(frequency.value(hertz), 9), most))

@@ -20,7 +20,7 @@ from lumped.points.situation import one_sided, situation
 from lumped.points.start import start_point
 from lumped.points.vibrating_states import finite
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, display, of_frequency
+from lumped.support.display_units import Units, chosen, display, frequency_unit
 from lumped.support.made_once import made_once
 from lumped.support.text_table import amounts, number, table
 from lumped.timeloop.result import OperatingPoint
@@ -212,7 +212,7 @@ class FrequencyResponse:
                     for i in self.inputs
                 },
             )
-        return frequency_response(system.name, self.hertz, drawn, of_frequency(choice))
+        return frequency_response(system.name, self.hertz, drawn, frequency_unit(choice))
 
     def _places(self, output: Name, input: Name) -> tuple[int, int]:
         places = []
@@ -233,7 +233,7 @@ class FrequencyResponse:
         )
         if side := one_sided(self.point):
             head += f"\n{side}"
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for output in self.outputs:
             unit = self.system.quantity(output).unit
             for given in self.inputs:

@@ -15,7 +15,7 @@ from lumped.errors import OptionError, UnknownNameError, nearest
 from lumped.points.kink_refusals import refuse_kinks
 from lumped.points.moved_equilibrium import moved_point, places_to, point_matters, still_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import of_frequency
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.response import FrequencyResponse
 
@@ -72,7 +72,7 @@ class ResponseSensitivity:
     def __repr__(self) -> str:
         point, known = self.response.point, self.response.point.parameters
         theta = np.array([known[name] for name in self.parameters])
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for i, output in enumerate(self.response.outputs):
             for j, given in enumerate(self.response.inputs):
                 curve = np.abs(self.response.values[:, i, j])

@@ -16,7 +16,7 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.points.situation import situation
 from lumped.points.start import point_at, start_point
 from lumped.support.arguments import checked
-from lumped.support.display_units import of_frequency
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.timeloop.result import OperatingPoint
 
@@ -100,7 +100,7 @@ class RootLocus:
             head += f"\nnot followed for certain: {begin:.6g} to {end:.6g}"
         first, last = self.eigenvalues[0], self.eigenvalues[-1]
         upper = np.flatnonzero((first.imag > 0) | (last.imag > 0))
-        frequency = of_frequency()
+        frequency = frequency_unit()
         rows = [
             (
                 number(frequency.value(self.hertz[0, i])),

@@ -16,7 +16,7 @@ from lumped.points.linearise import sparse_state_matrix
 from lumped.points.moved_equilibrium import moved_point, still_point
 from lumped.points.vibrating_states import moving
 from lumped.support.arguments import checked
-from lumped.support.display_units import of_frequency
+from lumped.support.display_units import frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.eigen_sensitivity import eigen_sensitivity
 from lumped.vibration.left_vectors import left_vectors, parts
@@ -66,7 +66,7 @@ class ShapeSensitivity:
 
     def __repr__(self) -> str:
         theta = self.modes.point.parameters
-        rows, frequency = [], of_frequency()
+        rows, frequency = [], frequency_unit()
         for k, hertz in enumerate(self.modes.hertz[:12]):
             change = self.values[k] * [theta[name] for name in self.to]
             order = np.argsort(-np.abs(change), axis=None)[:4]

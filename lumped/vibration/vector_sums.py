@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lumped.compiler.system import Name
 from lumped.errors import OptionError
 from lumped.support.arguments import checked
-from lumped.support.display_units import Units, chosen, of_frequency
+from lumped.support.display_units import Units, chosen, frequency_unit
 from lumped.support.text_table import number, table
 from lumped.vibration.modes import Modes
 
@@ -88,7 +88,7 @@ class VectorSums:
             raise OptionError(
                 f"vector_sums: there is no mode {mode}; {len(self.vectors)} modes count from 0."
             )
-        frequency = of_frequency(chosen(units, ("frequency", *self.modes.system.names())))
+        frequency = frequency_unit(chosen(units, ("frequency", *self.modes.system.names())))
         told = f"{frequency.value(self.modes.hertz[mode]):.4g} {frequency.unit}"
         title = f"{self.modes.system.name}: {told}"
         labels = [str(i + 1) for i in range(len(self.names))]
@@ -105,7 +105,7 @@ class VectorSums:
             (f"{order:g}", *(number(v, 4) for v in size[:6, o]))
             for o, order in enumerate(self.orders[:_MOST_SHOWN])
         ]
-        frequency = of_frequency()
+        frequency = frequency_unit()
         told = frequency.value(self.modes.hertz[:6])
         columns = ("order", *(f"{value:.4g} {frequency.unit}" for value in told))
         return f"{head}\n" + table(columns, rows)
