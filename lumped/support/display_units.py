@@ -69,10 +69,14 @@ class Shown(NamedTuple):
         return self.factor * si + self.offset
 
 
+class _Choice(dict[str, str]):
+    """A choice that was checked."""
+
+
 class _Session:
     """What the session shows results in."""
 
-    units: Mapping[str, str] = {}
+    units = _Choice()
 
 
 def display(
@@ -151,7 +155,9 @@ def time_unit(units: Units = None) -> Shown:
     return display("time", "s", units)
 
 
-def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str]:
+def chosen(
+    units: Units, names: Iterable[str] | None = None, *, usual: str | None = None
+) -> Mapping[str, str]:
     """A choice of units as a mapping.
 
     Parameters
@@ -160,6 +166,8 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
         See `display_units`; None is the choice of the session.
     names : iterable of str, optional
         All names that a result shows. A key that is none of them, nor a unit, is refused.
+    usual : str, optional
+        Preset that counts if neither here nor for the session anything was chosen.
 
     Raises
     ------
@@ -170,15 +178,17 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
     UnknownNameError
         If a key is neither a unit nor a name of the result.
     """
+    if isinstance(units, _Choice):
+        return units
     if units is None:
-        return _Session.units
+        return _Session.units or _Choice(PRESETS[usual] if usual else {})
     if isinstance(units, str):
         if units not in PRESETS:
             raise OptionError(
                 f"units = {units!r}: a mapping such as {{'rad/s': 'rpm'}} or the name of a preset "
                 f"is needed: {', '.join(map(repr, PRESETS))}."
             )
-        return PRESETS[units]
+        return _Choice(PRESETS[units])
     is_choice = isinstance(units, Mapping) and all(
         isinstance(key, str) and isinstance(unit, str) for key, unit in units.items()
     )
@@ -189,7 +199,7 @@ def chosen(units: Units, names: Iterable[str] | None = None) -> Mapping[str, str
         )
     if names is not None:
         _check_names(units, names)
-    return units
+    return _Choice(units)
 
 
 def _check_names(units: Mapping[str, str], names: Iterable[str]) -> None:
@@ -244,7 +254,7 @@ def _scale(wanted: str, unit: str, what: str) -> tuple[float, float]:
 class _Until:
     """What a choice for the session replaced, and puts back at the end of a context."""
 
-    def __init__(self, before: Mapping[str, str]) -> None:
+    def __init__(self, before: _Choice) -> None:
         self._before = before
 
     def __enter__(self) -> None:
@@ -285,7 +295,7 @@ def display_units(units: Units) -> AbstractContextManager[None]:
     UnitError
         If a unit cannot be read, or is of another kind than the SI unit for which it stands.
     """
-    choice = {} if units is None else dict(chosen(units))
+    choice = _Choice() if units is None else _Choice(chosen(units))
     for key, unit in choice.items():
         if _reads_as_si(key) and not key.isidentifier():
             _scale(unit, key, f"display_units: {key} cannot be shown in")
